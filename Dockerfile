@@ -1,0 +1,49 @@
+# whipple as a service:  docker build -t whipple .
+#
+# The service asks for no login on the loopback, and refuses to listen anywhere else without one. Inside a
+# container the loopback is the container's own, so the plain way to use it on one Linux machine is to share
+# the host's network (this is what the default command is for):
+#
+#     docker run --network host --volume whipple:/data whipple
+#
+# Without a shared network the container has to listen on 0.0.0.0, and the service will then refuse to start
+# until it has been given API keys or a trusted proxy has been declared to it. Put a reverse proxy that checks
+# who is asking in front, publish the port to that proxy alone (never "-p 8000:8000" on an open machine), and
+# read "whipple serve --help" for what this version accepts.
+
+FROM python:3.11-slim AS build
+WORKDIR /source
+RUN python -m venv /opt/whipple
+ENV PATH=/opt/whipple/bin:$PATH
+# The libraries first: they change less often than the source, and their layer is kept.
+COPY pyproject.toml constraints.txt ./
+RUN python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" > libraries.txt \
+ && pip install --no-cache-dir --constraint constraints.txt --requirement libraries.txt
+COPY . .
+# Kernels are kept by the time stamp of their source. Layers may round it to whole seconds, so it is one.
+RUN pip install --no-cache-dir --no-deps . \
+ && find /opt/whipple -name '*.py' -exec touch --date=2026-01-01T00:00:00Z {} + \
+ && python -m compileall -q -f /opt/whipple/lib
+
+FROM python:3.11-slim
+# libgomp1: threads of the kernels. tini: forwards signals and reaps children that died.
+RUN apt-get update \
+ && apt-get install --yes --no-install-recommends libgomp1 tini \
+ && rm -rf /var/lib/apt/lists/*
+RUN useradd --uid 10001 --create-home whipple \
+ && install --directory --owner=whipple /data /var/cache/whipple
+COPY --from=build /opt/whipple /opt/whipple
+ENV PATH=/opt/whipple/bin:$PATH \
+    WHIPPLE_DATA=/data \
+    WHIPPLE_KERNEL_CACHE=/var/cache/whipple
+USER 10001
+WORKDIR /data
+# Kernels are compiled for the processor of the machine that builds. On another kind of processor they are
+# compiled once more, in the first run; mount a volume on /var/cache/whipple to keep those.
+RUN whipple warmup
+VOLUME /data
+EXPOSE 8000
+HEALTHCHECK --interval=30s --timeout=5s --start-period=30s \
+    CMD ["python", "-c", "import urllib.request as web; web.urlopen('http://127.0.0.1:8000/readyz', timeout=4)"]
+ENTRYPOINT ["tini", "--"]
+CMD ["whipple", "serve", "--host", "127.0.0.1", "--port", "8000", "--data", "/data"]

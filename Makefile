@@ -1,0 +1,63 @@
+# Needs python3 (3.11 or newer, with venv) and nothing else. Another interpreter: make PYTHON=python3.12 demo
+
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+PYTHON ?= python3
+VENV ?= .venv
+OUT ?= demo
+
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check --constraint constraints.txt
+RUNTIME := $(VENV)/runtime.stamp
+DEVELOPMENT := $(VENV)/development.stamp
+
+TARGETS := help demo test claims bench clean
+.PHONY: $(TARGETS)
+
+help:
+	@echo "make demo               set up, compute the two example sweeps into $(OUT)/, print cold and warm time"
+	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
+	@echo "make claims [first-light]   recompute what the project says about itself (one set, or all)"
+	@echo "make bench              measure speed; never part of pass or fail"
+	@echo "make clean              remove the environment, caches and the demo's results"
+
+# The demo computes everything itself the first time (cold: kernels are compiled too) and prints both of its times.
+demo: $(RUNTIME)
+	@$(BIN)/whipple demo --out $(OUT)
+	@echo "open $(OUT)/holes/report.html and $(OUT)/craters/report.html"
+
+test: $(DEVELOPMENT)
+	@$(BIN)/python -m tests
+
+# "make claims first-light": the word after claims is the name of the set, not a target of its own.
+ifeq (claims,$(firstword $(MAKECMDGOALS)))
+NAME ?= $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
+ifneq (,$(strip $(NAME)))
+.PHONY: $(NAME)
+$(NAME): claims
+	@:
+endif
+endif
+
+claims: $(DEVELOPMENT)
+	@$(BIN)/python -m tests.claims $(NAME)
+
+bench: $(DEVELOPMENT)
+	@$(BIN)/python -m tests.benchmarks
+
+clean:
+	@rm -rf $(VENV) .cache build *.egg-info $(OUT)
+
+# An environment that works is kept; one that is missing or too old is made anew.
+$(RUNTIME): pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "whipple needs Python 3.11 or newer, and $(PYTHON) is older: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
+	@$(BIN)/python -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || $(PYTHON) -m venv --clear $(VENV)
+	@echo "setting up $(VENV) ..."
+	@begin=$$SECONDS; $(PIP) --editable . && echo "set up in $$((SECONDS - begin)) s"
+	@touch $@
+
+$(DEVELOPMENT): $(RUNTIME)
+	@echo "adding the tools of the checks ..."
+	@$(PIP) --editable '.[dev]'
+	@touch $@

@@ -1,0 +1,1 @@
+"""HTTP in, files out: API, job store, execution on Dask, downloads, pages, command line."""

@@ -1,0 +1,258 @@
+"""States, allowed moves and records of the queue: pure, no database, no engine.
+
+A *job* is one row of the queue: a ``run`` (one simulation) or a ``publish`` (cube and report of one
+sweep). The row is the truth; whatever computes it may die at any moment.
+
+::
+
+    waiting --> queued --> running --> succeeded
+                  |  ^        |  `---> failed
+                  |  `--------|  (lost or crashed: again)
+                  |           v
+                  `--> cancelled <-- cancelling
+
+``waiting`` is a publication whose runs are not all done. A solver's verdict ("this state is
+unphysical") is a result: ``failed`` with cause ``verdict``, shared like a success.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from typing import Any, Generic, TypeVar
+
+from solver.errors import WhippleError
+
+Item = TypeVar("Item")
+
+
+class Kind(StrEnum):
+    """What a job computes."""
+
+    RUN = "run"
+    PUBLISH = "publish"
+
+
+class State(StrEnum):
+    """Where a job stands."""
+
+    WAITING = "waiting"
+    QUEUED = "queued"
+    RUNNING = "running"
+    CANCELLING = "cancelling"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+
+class SweepState(StrEnum):
+    """Where a sweep stands; derived from its runs and its publication, never stored."""
+
+    QUEUED = "queued"  # no run has begun
+    RUNNING = "running"
+    PUBLISHING = "publishing"  # every run is done, cube and report are being made
+    CANCELLING = "cancelling"  # runs are being stopped, then what there is gets published
+    SUCCEEDED = "succeeded"  # cube and report are there; counts say how many runs failed
+    FAILED = "failed"  # cube and report could not be made
+    CANCELLED = "cancelled"
+
+
+class Cause(StrEnum):
+    """Why an attempt did not succeed; each cause has its own budget."""
+
+    VERDICT = "verdict"  # the solver's own word: the answer, not an accident
+    CRASH = "crash"  # the process died, and we did not kill it
+    TIME_LIMIT = "time_limit"  # the wall clock limit of the service
+    ERROR = "error"  # an exception that the solver does not know
+    LOST = "lost"  # service, scheduler or worker went away: no fault of the run
+
+
+TERMINAL = frozenset({State.SUCCEEDED, State.FAILED, State.CANCELLED})
+ACTIVE = frozenset(State) - TERMINAL
+RUN_STATES = tuple(state for state in State if state is not State.WAITING)
+SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.CANCELLED})
+
+MOVES: Mapping[State, frozenset[State]] = {
+    State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
+    State.QUEUED: frozenset({State.RUNNING, State.CANCELLED, State.WAITING}),
+    State.RUNNING: frozenset(
+        {State.SUCCEEDED, State.FAILED, State.QUEUED, State.CANCELLING, State.CANCELLED}
+    ),
+    State.CANCELLING: frozenset({State.CANCELLED, State.SUCCEEDED, State.FAILED, State.QUEUED}),
+    # A retry, or a new sweep that asks for a run which an accident ended.
+    State.SUCCEEDED: frozenset({State.WAITING}),
+    State.FAILED: frozenset({State.QUEUED, State.WAITING}),
+    State.CANCELLED: frozenset({State.QUEUED, State.WAITING}),
+}
+
+# Attempts that each cause may use up before the job is failed; None: it costs nothing.
+BUDGET: Mapping[Cause, int | None] = {
+    Cause.VERDICT: 1,
+    Cause.CRASH: 3,
+    Cause.TIME_LIMIT: 1,
+    Cause.ERROR: 1,
+    Cause.LOST: None,
+}
+
+
+def before(state: State) -> frozenset[State]:
+    """States from which a job may move to ``state``."""
+    return frozenset(origin for origin, targets in MOVES.items() if state in targets)
+
+
+def may_try_again(cause: Cause, crashes: int) -> bool:
+    """Whether a job that stopped for ``cause``, after earlier ``crashes``, gets another attempt."""
+    budget = BUDGET[cause]
+    return budget is None or crashes + 1 < budget
+
+
+class NotFound(WhippleError):
+    """There is no such sweep, run or file."""
+
+    def __init__(self, kind: str, id: str):
+        super().__init__(f"no {kind} {id!r}")
+        self.kind = kind
+        self.id = id
+
+
+class Conflict(WhippleError):
+    """The thing is there, but its state does not allow what was asked."""
+
+
+class StoreUnavailable(WhippleError):
+    """The database is locked, away or full; nothing was changed, asking again may succeed."""
+
+
+@dataclass(frozen=True)
+class Page(Generic[Item]):
+    """A page of a list."""
+
+    items: tuple[Item, ...]
+    next_cursor: str | None  # give it back as ``cursor`` for the next page; None: this was the last
+
+
+@dataclass(frozen=True)
+class SweepRow:
+    """A sweep as its rows tell it at one moment."""
+
+    id: str  # 32 hex digits, made by the service
+    name: str
+    title: str
+    scenario: str
+    state: SweepState
+    reason: str | None  # why the publication failed
+    planned: int  # points of the sweep
+    reused: int  # of these, computed before, or under way for another sweep
+    new: int  # of these, put into the queue for this sweep
+    counts: Mapping[str, int]  # points per state, every state of RUN_STATES present
+    progress: float  # 0 to 1: finished points, and the finished part of the running ones
+    eta_seconds: float | None  # from estimated costs and measured times; None: nothing to go by
+    created: datetime
+    cancelled: datetime | None  # when somebody asked for it
+    finished: datetime | None
+
+    @property
+    def is_terminal(self) -> bool:
+        """Nothing will change any more unless somebody asks."""
+        return self.state in SWEEP_TERMINAL
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """A run as its row tells it at one moment."""
+
+    id: str  # content id: 32 hex digits
+    scenario: str
+    state: State
+    attempt: int  # attempts begun, lost ones included
+    crashes: int  # attempts that ended with the death of the process
+    fraction: float | None  # 0 to 1, of the running attempt
+    progress: Mapping[str, Any] | None  # studies.run.Progress: time, step, eta_seconds, measured
+    cause: Cause | None  # why it failed
+    failure: str | None  # short kind: "UnphysicalState", "SIGABRT"
+    reason: str | None  # for people
+    summary: Mapping[str, Any] | None  # measurements, flags, numbers, stop
+    path: str | None  # result.json of the attempt that counts, relative to the data directory
+    size: int | None  # bytes
+    sha256: str | None
+    cost: float  # estimated core seconds
+    seconds: float | None  # measured wall clock of the attempt that counts
+    created: datetime
+    started: datetime | None  # the last attempt
+    finished: datetime | None
+
+
+@dataclass(frozen=True)
+class PointRow:
+    """One point of a sweep: where it lies, and its run."""
+
+    ordinal: int  # place in the sweep's own order
+    index: tuple[int, ...]  # place on each axis
+    coordinates: Mapping[str, float | str]  # SI
+    state: State  # the run's, or ``cancelled`` if this sweep no longer waits for it
+    run: RunRow
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a publication needs to know of a run."""
+
+    run_id: str
+    state: State
+    reason: str | None
+    path: str | None  # result.json, if there is a result (a verdict has one too)
+    sha256: str | None
+
+
+@dataclass(frozen=True)
+class Stored:
+    """A complete file: where, how big, and its digest."""
+
+    name: str  # "cube.nc"
+    path: str  # relative to the data directory
+    size: int  # bytes
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened; never changed, never removed."""
+
+    number: int  # grows; the ``id:`` of a server-sent event
+    time: datetime
+    kind: str  # "accepted", "started", "requeued", "succeeded", "failed", "published" ...
+    sweep_id: str | None
+    job_id: str | None
+    body: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The right to compute one attempt of a job; it ends when the attempt does."""
+
+    id: str  # of the job
+    kind: Kind
+    attempt: int
+    epoch: int  # of the dispatcher that claimed it
+    token: str  # random, in the name of the attempt's directory
+    crashes: int  # earlier attempts that died
+    state: State  # running, or cancelling when somebody asked to stop it
+    spec: Mapping[str, Any]  # a run as JSON; empty for a publication
+    sweep_id: str | None  # of a publication
+
+    @property
+    def key(self) -> str:
+        """Name of this attempt for the engine."""
+        return f"{self.id}-{self.attempt}-{self.epoch}"
+
+
+@dataclass(frozen=True)
+class Result:
+    """A finished run, ready to be registered."""
+
+    file: Stored  # result.json
+    succeeded: bool  # False: the solver's verdict
+    reason: str | None
+    failure: str | None
+    summary: Mapping[str, Any]
+    seconds: float

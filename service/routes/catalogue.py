@@ -1,0 +1,40 @@
+"""What may be asked for: scenarios with their parameters, materials with their sources, laws."""
+
+from fastapi import APIRouter
+
+from service.schemas import Catalogue, ParameterModel, ScenarioCatalogue, ScenarioModel
+from studies import laws, materials, scenarios
+from studies.parameters import declared, describe
+
+router = APIRouter(prefix="/v1", tags=["catalogue"])
+
+
+@router.get("/scenarios")
+def list_scenarios() -> ScenarioCatalogue:
+    """Every scenario, with unit, bounds, default and meaning of its parameters."""
+    return ScenarioCatalogue(items=[_scenario(name) for name in scenarios.names()])
+
+
+@router.get("/materials")
+def list_materials() -> Catalogue:
+    """Every material that ships, each number with unit, source and confidence."""
+    return Catalogue(items=[materials.load(name).document() for name in materials.names()])
+
+
+@router.get("/laws")
+def list_laws() -> Catalogue:
+    """Every law, with equation, source and range."""
+    return Catalogue(items=[laws.load(name).describe() for name in laws.names()])
+
+
+def _scenario(name: str) -> ScenarioModel:
+    scenario = scenarios.load(name)
+    parameters = describe(declared(scenario.parameters).values())
+    return ScenarioModel(
+        name=scenario.name,
+        title=scenario.title,
+        description=scenario.description,
+        materials=scenario.materials,
+        measurements=scenario.measurements,
+        parameters=[ParameterModel(**one) for one in parameters],
+    )

@@ -1,0 +1,120 @@
+"""What is accounted for: mass, momentum, energy on the grid and in the ledger of what left it.
+
+E = kinetic + internal + ledger. Every face stands still, so boundaries do no work; what they give is the impulse.
+Each term is summed from its own quantity and none is the remainder of the others: their sum is what drifts.
+"""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from solver.geometry import conserved_axes
+from solver.state import Particles
+
+HOTTEST_SHARE = 1e-3  # of the mass: the particles whose share of internal energy is watched
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """What left the grid through free faces (per radian in axisymmetry)."""
+
+    mass: float = 0.0  # kg
+    momentum: np.ndarray = field(default_factory=lambda: np.zeros(3))  # kg m/s
+    kinetic: float = 0.0  # J
+    internal: float = 0.0  # J
+    particles: int = 0
+
+    def with_particles(self, particles: Particles, index: np.ndarray) -> "Ledger":
+        """The ledger after some particles were booked."""
+        part = totals(particles, index)
+        return replace(
+            self,
+            mass=self.mass + part.mass,
+            momentum=self.momentum + part.momentum,
+            kinetic=self.kinetic + part.kinetic,
+            internal=self.internal + part.internal,
+            particles=self.particles + index.size,
+        )
+
+
+@dataclass(frozen=True)
+class Totals:
+    """Sums over particles at one time (per radian in axisymmetry)."""
+
+    mass: float  # kg
+    momentum: np.ndarray  # (3,) kg m/s
+    kinetic: float  # J
+    internal: float  # J
+    momentum_scale: float  # sum of |m v|, kg m/s: what a momentum error is measured against
+
+
+@dataclass(frozen=True)
+class Audit:
+    """How well a run kept its balances; relative numbers unless a unit is given."""
+
+    time: float  # s
+    mass_error: float  # of the initial mass
+    momentum_error: float  # largest over conserved axes, of the initial sum of |m v|
+    energy_drift: float  # (E - E0) / E0
+    kinetic: float  # J, on the grid
+    internal: float  # J, on the grid
+    outflow_mass: float  # of the initial mass
+    outflow_energy: float  # of the initial energy
+    hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass
+    largest_speed: float  # m/s
+
+
+def totals(particles: Particles, index: Any = slice(None)) -> Totals:
+    """Sums over some particles, by default over all."""
+    mass = particles.mass[index]
+    velocity = particles.velocity[index]
+    momentum = mass[:, None] * velocity
+    return Totals(
+        mass=float(mass.sum()),
+        momentum=momentum.sum(axis=0),
+        kinetic=float(0.5 * (momentum * velocity).sum()),
+        internal=float((mass * particles.energy[index]).sum()),
+        momentum_scale=float(np.abs(momentum).sum()),
+    )
+
+
+def audit(
+    geometry: Any,
+    particles: Particles,
+    *,
+    time: float,
+    start: Totals,
+    ledger: Ledger,
+    impulse: np.ndarray,
+) -> Audit:
+    """Balance the present state, the ledger and the impulse of the faces against the start."""
+    living = np.flatnonzero(particles.alive)
+    now = totals(particles, living)
+    start_energy = start.kinetic + start.internal
+    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal
+    missing = now.momentum + ledger.momentum - impulse - start.momentum
+    gauge = start.momentum_scale or 1.0
+    return Audit(
+        time=time,
+        mass_error=abs(now.mass + ledger.mass - start.mass) / start.mass,
+        momentum_error=float(np.abs(missing * np.array(conserved_axes(geometry))).max()) / gauge,
+        energy_drift=(energy - start_energy) / start_energy if start_energy else 0.0,
+        kinetic=now.kinetic,
+        internal=now.internal,
+        outflow_mass=ledger.mass / start.mass,
+        outflow_energy=(ledger.kinetic + ledger.internal) / start_energy if start_energy else 0.0,
+        hottest_energy_share=_hottest_share(particles, living, now.internal),
+        largest_speed=float(
+            np.sqrt((particles.velocity[living] ** 2).sum(axis=1)).max(initial=0.0)
+        ),
+    )
+
+
+def _hottest_share(particles: Particles, living: np.ndarray, internal: float) -> float:
+    if internal <= 0.0:
+        return 0.0
+    order = living[np.argsort(particles.energy[living])[::-1]]
+    cumulated = np.cumsum(particles.mass[order])
+    hottest = order[: int(np.searchsorted(cumulated, HOTTEST_SHARE * cumulated[-1])) + 1]
+    return float((particles.mass[hottest] * particles.energy[hottest]).sum()) / internal

@@ -1,0 +1,24 @@
+"""Recoverable tensile floor: p >= -p_cut (1 - T*), zero when molten.
+
+Nothing is flagged for good: matter that is compressed again carries load again. A permanent flag on the instantaneous
+pressure of particles, whose scatter behind a shock is 5 to 30 GPa, would fail most of the material.
+"""
+
+from typing import NamedTuple
+
+from solver.failure import TensionEntry, pressure_floor
+from solver.jit import implements
+
+
+class RecoverableTension(NamedTuple):
+    """A tensile strength that shrinks with temperature."""
+
+    cutoff: float  # p_cut, Pa
+
+
+TENSION = TensionEntry("recoverable", RecoverableTension)
+
+
+@implements(pressure_floor, RecoverableTension)
+def _(tension, homologous):
+    return -tension.cutoff * (1.0 - homologous)

@@ -1,0 +1,21 @@
+"""No tensile limit: the thesis' choice; matter parts only where particles lose contact through the grid."""
+
+import math
+from typing import NamedTuple
+
+from solver.failure import TensionEntry, pressure_floor
+from solver.jit import implements
+
+
+class UnlimitedTension(NamedTuple):
+    """Tension without a floor."""
+
+    floor: float = -math.inf  # Pa
+
+
+TENSION = TensionEntry("unlimited", UnlimitedTension)
+
+
+@implements(pressure_floor, UnlimitedTension)
+def _(tension, homologous):
+    return tension.floor

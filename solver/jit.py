@@ -1,0 +1,95 @@
+"""The only file that imports numba: how physics becomes machine code.
+
+``device``      a function of scalars and small arrays, callable from kernels and from plain Python alike
+``generic``     a device function chosen by the *type* of its first argument, a parameter record
+``implements``  registers the text of a generic function for one record type
+``kernel``      a compiled loop over particles or nodes, cached on disk
+
+Choosing by type keeps kernels cacheable: a jitted function handed over as an argument, or a kernel made in a
+factory, would be compiled anew in every process. The cache directory carries a hash of the whole solver text,
+because numba's own cache sees edits in the kernel's file only and would keep returning old physics.
+
+Kernels are serial and free of the interpreter lock; threads are given to them from outside (``threads.py``). numba's
+own ``prange`` is not used: it loses writes through records (numba#5872), cannot be handed nested records, and took
+three times as long to compile (17 s against 5 s for the stress update, numba 0.68). What is left to keep: no raise
+(kernels write a status), and no reassociation, so that a NaN stays visible and sums keep their order.
+"""
+
+import functools
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding
+import numba
+from numba.extending import overload, register_jitable
+
+__all__ = ["device", "generic", "implements", "kernel", "software"]
+
+# Fused multiply-add is allowed; everything that could hide a NaN or reorder a sum is not.
+_FLOATING_POINT = {"contract"}
+_OPTIONS = {"fastmath": _FLOATING_POINT, "error_model": "numpy", "forceinline": True}
+
+
+def device(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that kernels may call and that stays a plain Python function outside."""
+    decorated: Callable[..., Any] = register_jitable(**_OPTIONS)(function)
+    return decorated
+
+
+def generic(declaration: Callable[..., Any]) -> Callable[..., Any]:
+    """A function whose text depends on the type of its first argument; ``implements`` adds the texts."""
+    texts: dict[type, Callable[..., Any]] = {}
+
+    @functools.wraps(declaration)
+    def dispatch(record: Any, *arguments: Any) -> Any:
+        return texts[type(record)](record, *arguments)
+
+    def choose(record: Any, *arguments: Any) -> Any:
+        return texts.get(getattr(record, "instance_class", type(None)))
+
+    overload(dispatch, strict=False, jit_options=_OPTIONS)(choose)
+    dispatch.texts = texts  # type: ignore[attr-defined]
+    return dispatch
+
+
+def implements(function: Any, record: type) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Register the decorated function as the text of a generic function for one record type."""
+
+    def register(text: Callable[..., Any]) -> Callable[..., Any]:
+        function.texts[record] = text
+        return text
+
+    return register
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """A compiled loop: cached on disk, free of the interpreter lock, IEEE division."""
+    return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FLOATING_POINT)(
+        function
+    )
+
+
+def software() -> dict[str, str]:
+    """What compiled the kernels, for provenance."""
+    return {"numba": numba.__version__, "cpu": llvmlite.binding.get_host_cpu_name()}
+
+
+def _cache_directory() -> Path:
+    root = os.environ.get("WHIPPLE_KERNEL_CACHE") or Path.home() / ".cache" / "whipple"
+    return Path(root) / f"kernels-{_fingerprint()}"
+
+
+def _fingerprint() -> str:
+    digest = hashlib.sha256()
+    folder = Path(__file__).parent
+    for file in sorted(folder.rglob("*.py")):
+        digest.update(file.relative_to(folder).as_posix().encode())
+        digest.update(file.read_bytes())
+    digest.update("/".join(software().values()).encode())
+    return digest.hexdigest()[:16]
+
+
+numba.config.CACHE_DIR = str(_cache_directory())

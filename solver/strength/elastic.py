@@ -1,0 +1,25 @@
+"""Elastic: no yield surface."""
+
+from typing import NamedTuple
+
+from solver.jit import implements
+from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+
+
+class Elastic(NamedTuple):
+    """Matter that never yields; melting still takes its strength."""
+
+    limit: float = 1e300  # Pa; finite, so that zero times it is zero
+
+
+STRENGTH = StrengthEntry("elastic", Elastic)
+
+
+@implements(hardening, Elastic)
+def _(strength, plastic_strain):
+    return strength.limit
+
+
+@implements(rate_and_heat, Elastic)
+def _(strength, strain_rate, homologous):
+    return solid(homologous)

@@ -1,0 +1,38 @@
+"""Johnson-Cook: hardening, rate and temperature.
+
+sigma_y = (A + B eps^n) (1 + C ln(rate / reference_rate)) (1 - T*^m): Johnson and Cook (1983); Ma (2005), Eq. 2-20.
+The rate is not taken below the reference rate, where the logarithm was never fitted.
+"""
+
+import math
+from typing import NamedTuple
+
+from solver.jit import implements
+from solver.strength import StrengthEntry, hardening, rate_and_heat
+
+
+class JohnsonCook(NamedTuple):
+    """Parameters of the Johnson-Cook yield stress."""
+
+    A: float  # Pa
+    B: float  # Pa
+    n: float
+    C: float
+    m: float
+    reference_rate: float  # 1/s
+
+
+STRENGTH = StrengthEntry("johnson_cook", JohnsonCook)
+
+
+@implements(hardening, JohnsonCook)
+def _(strength, plastic_strain):
+    return strength.A + strength.B * plastic_strain**strength.n
+
+
+@implements(rate_and_heat, JohnsonCook)
+def _(strength, strain_rate, homologous):
+    rate = 1.0 + strength.C * math.log(max(strain_rate / strength.reference_rate, 1.0))
+    if homologous <= 0.0:
+        return rate
+    return rate * (1.0 - homologous**strength.m)

@@ -1,0 +1,26 @@
+"""Isotropic linear hardening: a yield stress that grows with plastic strain, until melting."""
+
+from typing import NamedTuple
+
+from solver.jit import implements
+from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+
+
+class LinearHardening(NamedTuple):
+    """Parameters of sigma_y = yield_stress + hardening_modulus eps_p."""
+
+    yield_stress: float  # Pa
+    hardening_modulus: float  # Pa
+
+
+STRENGTH = StrengthEntry("linear_hardening", LinearHardening)
+
+
+@implements(hardening, LinearHardening)
+def _(strength, plastic_strain):
+    return strength.yield_stress + strength.hardening_modulus * plastic_strain
+
+
+@implements(rate_and_heat, LinearHardening)
+def _(strength, strain_rate, homologous):
+    return solid(homologous)

@@ -1,0 +1,25 @@
+"""Elastic, perfectly plastic: a constant yield stress until melting."""
+
+from typing import NamedTuple
+
+from solver.jit import implements
+from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+
+
+class PerfectlyPlastic(NamedTuple):
+    """Parameters of perfect plasticity."""
+
+    yield_stress: float  # Pa
+
+
+STRENGTH = StrengthEntry("perfectly_plastic", PerfectlyPlastic)
+
+
+@implements(hardening, PerfectlyPlastic)
+def _(strength, plastic_strain):
+    return strength.yield_stress
+
+
+@implements(rate_and_heat, PerfectlyPlastic)
+def _(strength, strain_rate, homologous):
+    return solid(homologous)

@@ -1,0 +1,48 @@
+"""Threads over kernels that are free of the interpreter lock.
+
+Work is cut so that no two shares touch the same memory and no sum depends on the cut: one thread and many give the
+same bits. With one thread kernels are called directly; in a sweep each run has one, because two threads on a machine
+whose other core is busy ran six times slower than one.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+
+
+class Team:
+    """A fixed number of threads that run shares of the same kernel."""
+
+    def __init__(self, threads: int | None = None):
+        self.threads = threads or int(os.environ.get("WHIPPLE_THREADS", "1"))
+        self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
+
+    def run(self, call: Callable[..., Any], shares: Sequence[Any]) -> None:
+        """``call(share)`` for each share, at once where there are threads; returns when all are done."""
+        if self._pool is None or len(shares) == 1:
+            for share in shares:
+                call(share)
+            return
+        for future in [self._pool.submit(call, share) for share in shares]:
+            future.result()
+
+    def ranges(self, count: int, grain: int = 1) -> list[tuple[int, int]]:
+        """0..count cut into one range a thread, at multiples of the grain."""
+        pieces = max(1, min(self.threads, count // grain))
+        edges = [round(piece * count / pieces / grain) * grain for piece in range(pieces)] + [count]
+        return list(zip(edges[:-1], edges[1:], strict=True))
+
+    def balanced(self, load: np.ndarray, index: np.ndarray) -> list[np.ndarray]:
+        """The places in ``index`` dealt out so that each thread has about the same sum of ``load``."""
+        if self.threads == 1:
+            return [index]
+        shares: list[list[int]] = [[] for _ in range(self.threads)]
+        sums = [0] * self.threads
+        for place in index[np.argsort(-load[index], kind="stable")]:
+            lightest = sums.index(min(sums))
+            shares[lightest].append(int(place))
+            sums[lightest] += int(load[place])
+        return [np.array(share, dtype=np.int64) for share in shares if share]

@@ -1,0 +1,1 @@
+"""Questions and answers: scenarios, sweeps, measurements, laws, cubes, reports, validation cases."""

@@ -1,0 +1,38 @@
+"""A file appears whole or not at all: written beside its place, to the disk, then named."""
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+READABLE_BY_ALL = 0o644  # mkstemp makes private files; results are for others too
+
+
+def write_atomically(path: Path, fill: Callable[[Path], object]) -> Path:
+    """Let ``fill`` write a temporary file beside ``path``, sync it, and give it its name."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        fill(temporary)
+        temporary.chmod(READABLE_BY_ALL)
+        _to_disk(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    _to_disk(path.parent)
+    return path
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a text file atomically, as UTF-8."""
+    return write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def _to_disk(path: Path) -> None:
+    """fsync a file, or a folder (its list of names)."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,304 @@
+"""What a sweep's runs say, as columns of the cube: names and values, one kind a function.
+
+Names, dimensions and units are declared in :mod:`studies.variables`; here are the values alone.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from studies.catalogue import Catalogue, Observed
+from studies.layout import Cell, Layout, floats, labels, shared
+from studies.parameters import Parameter
+from studies.variables import NUMBERS, STATES, Quantity, SchemaError, Vocabulary, variable_name
+
+RUN_FLAGS = ("under_resolved",)
+HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
+HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
+FLAG_BITS = 31  # of a signed 32-bit integer
+
+Column = tuple[str, Any]  # the name of a variable and its values
+
+
+@dataclass(frozen=True)
+class Mask:
+    """Flags of each cell as bits, and what each bit means."""
+
+    values: np.ndarray  # int32
+    meanings: tuple[str, ...]
+
+
+def all_columns(layout: Layout, words: Vocabulary, catalogue: Catalogue) -> Iterator[Column]:
+    """Every column of a cube."""
+    yield from of_parameters(layout, words)
+    yield from of_runs(layout)
+    yield from of_numbers(layout)
+    for quantity in words.quantities.values():
+        yield from of_quantity(layout, quantity, words)
+        yield from of_history(layout, quantity.name)
+        yield from of_laws(layout, quantity.name, catalogue)
+    yield from of_observations(layout, words, catalogue)
+
+
+# ---- parameters and runs -------------------------------------------------------------------------
+
+
+def of_parameters(layout: Layout, words: Vocabulary) -> Iterator[Column]:
+    """Coordinates of the axes, and each other parameter: a scalar where all runs share it."""
+    axes = {axis.name: axis for axis in layout.axes}
+    for name, parameter in words.parameters.items():
+        if name in axes:
+            yield variable_name(name), _column(parameter, _axis_values(axes[name], layout))
+            continue
+        values = [cell.run.parameters.get(name) for cell in layout.cells]
+        if any(value is not None for value in values):
+            yield variable_name(name), _compact(_column(parameter, values), layout)
+
+
+def _axis_values(axis: Any, layout: Layout) -> Sequence[Any]:
+    return axis.values if layout.grid else [cell.coordinates[axis.name] for cell in layout.cells]
+
+
+def _column(parameter: Parameter, values: Iterable[Any]) -> np.ndarray:
+    return labels(values) if parameter.unit is None else floats(values)
+
+
+def _compact(values: np.ndarray, layout: Layout) -> np.ndarray:
+    """Values by cell: a scalar where all are equal, an array over the axes otherwise."""
+    if shared(list(values)):
+        return np.array(values[0], values.dtype)
+    filled = np.empty(layout.shape, values.dtype)
+    for cell, value in zip(layout.cells, values, strict=True):
+        filled[cell.index] = value
+    return filled
+
+
+def of_runs(layout: Layout) -> Iterator[Column]:
+    """Identity, state, reason, flags and cost of each run."""
+    if not layout.grid:
+        yield "run", np.arange(layout.shape[0], dtype=np.int32)
+    yield "run_id", layout.texts(lambda cell: cell.run.id)
+    yield "run_state", layout.integers(lambda cell: STATES.index(cell.state), np.int8)
+    yield "run_reason", layout.texts(lambda cell: cell.reason)
+    yield "run_failure", layout.texts(lambda cell: getattr(cell.result, "failure", None))
+    yield "run_flags", _mask(layout, RUN_FLAGS, lambda cell: getattr(cell.result, "flags", ()))
+    yield "stop_reason", layout.texts(lambda cell: getattr(cell.result, "stop", None))
+    yield "solver_seconds", layout.numbers(lambda cell: cell.provenance.get("seconds"))
+    diameters = floats(getattr(cell.shot, "projectile_diameter", None) for cell in layout.cells)
+    if np.isfinite(diameters).any():
+        yield "equivalent_diameter", _compact(diameters, layout)
+
+
+def _mask(layout: Layout, declared: Sequence[str], pick: Callable[[Cell], Iterable[str]]) -> Mask:
+    """Bits in the order of the declared flags; CF wants at least one meaning."""
+    found = {flag for cell in layout.cells for flag in pick(cell)}
+    meanings = (*declared, *sorted(found - set(declared))) or ("flagged",)
+    if len(meanings) > FLAG_BITS:
+        raise SchemaError(
+            f"{len(meanings)} different flags do not fit into {FLAG_BITS} bits: {meanings}"
+        )
+    bit = {flag: 1 << place for place, flag in enumerate(meanings)}
+    return Mask(
+        layout.integers(lambda cell: sum(bit[flag] for flag in set(pick(cell))), np.int32), meanings
+    )
+
+
+def of_numbers(layout: Layout) -> Iterator[Column]:
+    """The audit; a number that is not declared stays out: see :func:`undeclared`."""
+    for variable in NUMBERS:
+        name = variable.name.removeprefix("audit_")
+        if any(name in cell.numbers for cell in layout.cells):
+            yield variable.name, layout.numbers(lambda cell, name=name: cell.numbers.get(name))
+
+
+def undeclared(layout: Layout) -> list[str]:
+    """Names of numbers that runs carry and no one has declared."""
+    declared = {variable.name.removeprefix("audit_") for variable in NUMBERS}
+    return sorted({name for cell in layout.cells for name in cell.numbers} - declared)
+
+
+# ---- measurements --------------------------------------------------------------------------------
+
+
+def of_quantity(layout: Layout, quantity: Quantity, words: Vocabulary) -> Iterator[Column]:
+    """Value, uncertainty and its parts, and flags of one quantity."""
+    name = quantity.name
+
+    def field(cell: Cell, key: str) -> Any:
+        return getattr(cell.measurements.get(name), key, None)
+
+    yield name, layout.numbers(lambda cell: field(cell, "value"))
+    yield f"{name}_uncertainty", layout.numbers(lambda cell: field(cell, "uncertainty"))
+    yield f"{name}_flags", _mask(layout, quantity.flags, lambda cell: field(cell, "flags") or ())
+    for part in words.parts.get(name, ()):
+        yield (
+            f"{name}_uncertainty_{part}",
+            layout.numbers(lambda cell, part=part: (field(cell, "parts") or {}).get(part)),
+        )
+
+
+def of_history(layout: Layout, quantity: str) -> Iterator[Column]:
+    """Growth of a quantity, thinned evenly and padded with NaN to one length for all quantities."""
+    samples = _samples(layout)
+    if not any(_history(cell, quantity, "time") for cell in layout.cells):
+        return
+    for key, name in (("value", "history"), ("time", "history_time")):
+        yield (
+            f"{quantity}_{name}",
+            layout.numbers(
+                lambda cell, key=key: _padded(_history(cell, quantity, key), samples), samples
+            ),
+        )
+
+
+def _history(cell: Cell, quantity: str, key: str) -> Sequence[float | None]:
+    found = getattr(cell.measurements.get(quantity), "history", None) or {}
+    return found.get(key, ())
+
+
+def _samples(layout: Layout) -> int:
+    lengths = (
+        len(_history(cell, name, "time")) for cell in layout.cells for name in cell.measurements
+    )
+    allowed = max(8, HISTORY_VALUES // max(1, len(layout.cells)))
+    return min(max(lengths, default=0), HISTORY_SAMPLES, allowed)
+
+
+def _padded(values: Sequence[float | None], samples: int) -> np.ndarray:
+    """``samples`` of the values, first and last among them."""
+    known = floats(values)
+    if len(known) > samples:
+        known = known[np.linspace(0, len(known) - 1, samples).round().astype(int)]
+    return np.pad(known, (0, samples - len(known)), constant_values=np.nan)
+
+
+# ---- laws and observations -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class LawChoice:
+    """A law with one of its stated variants: one label of the law dimension."""
+
+    law: Any  # studies.laws.Law
+    variant: str
+
+    @property
+    def label(self) -> str:
+        return f"{self.law.name}/{self.variant}" if self.variant else self.law.name
+
+
+@dataclass(frozen=True)
+class NoAnswer:
+    """What a law says that cannot be asked."""
+
+    reason: str
+    value: float = np.nan
+    in_range: bool = False
+
+
+LAW_WORDS: Mapping[str, Callable[[Any], str]] = {
+    "name": lambda law: law.name,
+    "title": lambda law: law.title,
+    "equation": lambda law: law.equation,
+    "source": lambda law: law.source,
+    "range": lambda law: law.range.words,
+    "confidence": lambda law: f"equation: {law.confidence}; range: {law.range.confidence}",
+}
+
+
+def of_laws(layout: Layout, quantity: str, catalogue: Catalogue) -> Iterator[Column]:
+    """What each law, with each of its variants, answers for each run; and the laws' own words."""
+    choices = _choices(layout, quantity, catalogue)
+    if not choices:
+        return
+    answers = {
+        cell.index: [_answer(choice, cell.shot) for choice in choices] for cell in layout.cells
+    }
+    size = len(choices)
+    yield f"{quantity}_law", labels(choice.label for choice in choices)
+    yield (
+        f"{quantity}_by_law",
+        layout.numbers(lambda cell: [a.value for a in answers[cell.index]], size),
+    )
+    yield (
+        f"{quantity}_by_law_in_range",
+        layout.integers(lambda cell: [a.in_range for a in answers[cell.index]], np.int8, size),
+    )
+    yield (
+        f"{quantity}_by_law_reason",
+        layout.texts(lambda cell: [a.reason for a in answers[cell.index]], size),
+    )
+    yield f"{quantity}_law_variant", labels(choice.variant for choice in choices)
+    for key, words in LAW_WORDS.items():
+        yield f"{quantity}_law_{key}", labels(words(choice.law) for choice in choices)
+
+
+def _choices(layout: Layout, quantity: str, catalogue: Catalogue) -> list[LawChoice]:
+    """Each law of a quantity with each variant that it states for a run or an observed shot."""
+    shots = [cell.shot for cell in layout.cells] + [seen.shot for seen in catalogue.observations]
+    return [
+        LawChoice(law, variant)
+        for law in catalogue.laws
+        if law.quantity == quantity
+        for variant in _variants(law, shots)
+    ]
+
+
+def _variants(law: Any, shots: Iterable[Any]) -> list[str]:
+    """In the order in which they are first stated."""
+    return list(
+        dict.fromkeys(
+            variant for shot in shots if shot is not None for variant in law.variants(shot)
+        )
+    )
+
+
+def _answer(choice: LawChoice, shot: Any | None) -> Any:
+    if shot is None:
+        return NoAnswer("this run does not describe one shot")
+    if choice.variant not in choice.law.variants(shot):
+        return NoAnswer(f"{choice.variant} is not stated for this material")
+    return choice.law.evaluate(shot, choice.variant)
+
+
+def of_observations(layout: Layout, words: Vocabulary, catalogue: Catalogue) -> Iterator[Column]:
+    """The shots that the sweep brought, and what the laws answer for each."""
+    seen = catalogue.observations
+    if not seen:
+        return
+    yield "observation", np.arange(len(seen), dtype=np.int32)
+    yield "observation_source", labels(shot.source for shot in seen)
+    yield (
+        "observation_equivalent_diameter",
+        floats(getattr(one.shot, "projectile_diameter", None) for one in seen),
+    )
+    for name, parameter in words.parameters.items():
+        values = [one.parameters.get(name) for one in seen]
+        if any(value is not None for value in values):
+            yield f"observation_{variable_name(name)}", _column(parameter, values)
+    for quantity in words.quantities:
+        if any(one.quantity == quantity for one in seen):
+            yield from _observed(seen, quantity, _choices(layout, quantity, catalogue))
+
+
+def _observed(
+    seen: Sequence[Observed], quantity: str, choices: Sequence[LawChoice]
+) -> Iterator[Column]:
+    mine = [one if one.quantity == quantity else None for one in seen]
+    yield f"{quantity}_observed", floats(one.value if one else None for one in mine)
+    yield (
+        f"{quantity}_observed_uncertainty",
+        floats(one.uncertainty if one else None for one in mine),
+    )
+    if choices:
+        answers = [[_answer(choice, one.shot) for choice in choices] for one in seen]
+        yield (
+            f"{quantity}_by_law_at_observation",
+            np.array([[answer.value for answer in row] for row in answers], float),
+        )
+        yield (
+            f"{quantity}_by_law_at_observation_in_range",
+            np.array([[answer.in_range for answer in row] for row in answers], np.int8),
+        )

@@ -1,0 +1,353 @@
+"""Simulation, laws and observations side by side: residuals and their statistics.
+
+A residual is "subject minus reference". The reference is the simulation, and where the sweep
+brought observed shots the observation as well. Each law is judged twice: wherever it answers, and
+inside the range that its source states. A figure over no points is ``n = 0``, never a number.
+"""
+
+import itertools
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from studies.variables import STATES
+
+Scope = Literal["where it answers", "inside its range"]
+Reference = Literal["simulation", "observation"]
+
+ONLY_SIMULATION = (
+    "The reference of every residual here is a simulation, not an experiment: "
+    "no observed shots were given. A small residual says that a law and this simulation agree, and nothing about nature."
+)
+WITH_OBSERVATIONS = (
+    "Residuals are given against the simulation and against the observed shots "
+    "that the sweep brought. Only those against observations say how well a law or the simulation describes nature."
+)
+SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
+
+Place = Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """The largest residual, with its sign, and where it is."""
+
+    value: float
+    at: Place  # axis or parameter -> value
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Residuals of one subject over some points."""
+
+    n: int
+    bias: float | None = None  # mean, in the unit of the quantity
+    rms: float | None = None
+    largest: Extreme | None = None
+    relative_bias: float | None = None  # of residual / reference
+    relative_rms: float | None = None
+    relative_largest: Extreme | None = None
+
+
+@dataclass(frozen=True)
+class Residual:
+    """How one subject differs from one reference."""
+
+    quantity: str
+    unit: str
+    subject: str  # label of a law, or "simulation"
+    title: str  # the same for people
+    reference: Reference
+    everywhere: Statistics  # where the subject answers
+    in_range: Statistics | None  # inside the law's range; None for the simulation
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """An observed shot with what the simulation gives for it."""
+
+    observation: int
+    quantity: str
+    unit: str
+    source: str
+    at: Place
+    diameter: float | None  # of the equivalent sphere, m
+    value: float
+    uncertainty: float | None
+    simulation: float | None
+    simulation_uncertainty: float | None
+    how: str  # how the simulation was brought to the shot's parameters, or why it could not be
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Everything that a report says about agreement."""
+
+    statement: str
+    residuals: tuple[Residual, ...]
+    sightings: tuple[Sighting, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain objects for the report's twin."""
+        return {
+            "statement": self.statement,
+            "residuals": [asdict(residual) for residual in self.residuals],
+            "observations": [asdict(sighting) for sighting in self.sightings],
+        }
+
+
+def compare(dataset: xr.Dataset) -> Comparison:
+    """Compare the simulation of a cube with its laws, and both with its observations."""
+    quantities = str(dataset.attrs["quantities"]).split()
+    sightings = tuple(sighting for name in quantities for sighting in _sightings(dataset, name))
+    residuals = [
+        *_against_simulation(dataset, quantities),
+        *_against_observations(dataset, sightings),
+    ]
+    return Comparison(
+        statement=WITH_OBSERVATIONS if sightings else ONLY_SIMULATION,
+        residuals=tuple(residuals),
+        sightings=sightings,
+    )
+
+
+def simulated(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """A measured variable where the run succeeded; NaN elsewhere."""
+    return dataset[name].where(dataset.run_state == STATES.index("succeeded"))
+
+
+def statistics(subject: np.ndarray, reference: np.ndarray, places: Sequence[Place]) -> Statistics:
+    """Statistics of ``subject - reference``, arrays (points,), where both are numbers."""
+    known = np.flatnonzero(np.isfinite(subject) & np.isfinite(reference))
+    if not len(known):
+        return Statistics(0)
+    residual = (subject - reference)[known]
+    relative = residual / reference[known]
+    return Statistics(
+        n=len(known),
+        bias=float(residual.mean()),
+        rms=_rms(residual),
+        largest=_largest(residual, known, places),
+        relative_bias=float(relative.mean()),
+        relative_rms=_rms(relative),
+        relative_largest=_largest(relative, known, places),
+    )
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _largest(values: np.ndarray, known: np.ndarray, places: Sequence[Place]) -> Extreme:
+    where = int(np.argmax(np.abs(values)))
+    return Extreme(float(values[where]), places[known[where]])
+
+
+# ---- against the simulation ----------------------------------------------------------------------
+
+
+def _against_simulation(dataset: xr.Dataset, quantities: Sequence[str]) -> Iterator[Residual]:
+    places = places_of(dataset)
+    for name in quantities:
+        if f"{name}_by_law" in dataset:
+            laws, inside = dataset[f"{name}_by_law"], dataset[f"{name}_by_law_in_range"]
+            reference = simulated(dataset, name).values.ravel()
+            yield from _of_laws(dataset, name, "simulation", laws, inside, reference, places)
+
+
+def _of_laws(
+    dataset: xr.Dataset,
+    name: str,
+    reference: Reference,
+    laws: xr.DataArray,
+    inside: xr.DataArray,
+    values: np.ndarray,
+    places: Sequence[Place],
+) -> Iterator[Residual]:
+    for number, label in enumerate(dataset[f"{name}_law"].values):
+        answer = laws.values[..., number].ravel()
+        in_range = inside.values[..., number].ravel() == 1
+        yield Residual(
+            quantity=name,
+            unit=dataset[name].attrs["units"],
+            subject=str(label),
+            title=_title(dataset, name, number),
+            reference=reference,
+            everywhere=statistics(answer, values, places),
+            in_range=statistics(np.where(in_range, answer, np.nan), values, places),
+        )
+
+
+def _title(dataset: xr.Dataset, name: str, number: int) -> str:
+    """A law and its variant, in words."""
+    title, variant = (
+        str(dataset[f"{name}_law_{key}"].values[number]) for key in ("title", "variant")
+    )
+    return f"{title}, {variant}" if variant else title
+
+
+def places_of(dataset: xr.Dataset) -> list[dict[str, float | str]]:
+    """The axis values of each cell, in the order in which ``values.ravel()`` has them."""
+    axes = axes_of(dataset)
+    grid = np.broadcast_arrays(
+        *(dataset[axis].broadcast_like(dataset.run_state).values for axis in axes)
+    )
+    columns = [array.ravel() for array in grid]
+    return [
+        {axis: plain(column[cell]) for axis, column in zip(axes, columns, strict=True)}
+        for cell in range(dataset.run_state.size)
+    ]
+
+
+def axes_of(dataset: xr.Dataset) -> list[str]:
+    """Names of the axes of the sweep, dimensions or not."""
+    return str(dataset.attrs["axes"]).split()
+
+
+def plain(value: Any) -> float | str:
+    """A coordinate's value as a float or a text of Python's own."""
+    return str(value) if isinstance(value, str) else float(value)
+
+
+# ---- against observations ------------------------------------------------------------------------
+
+
+def _against_observations(dataset: xr.Dataset, sightings: Sequence[Sighting]) -> Iterator[Residual]:
+    for name in dict.fromkeys(sighting.quantity for sighting in sightings):
+        mine = [sighting for sighting in sightings if sighting.quantity == name]
+        places = [sighting.at for sighting in mine]
+        seen = np.array([sighting.value for sighting in mine])
+        gained = np.array([_nan(sighting.simulation) for sighting in mine])
+        yield Residual(
+            name,
+            dataset[name].attrs["units"],
+            "simulation",
+            "simulation",
+            "observation",
+            everywhere=statistics(gained, seen, places),
+            in_range=None,
+        )
+        if f"{name}_by_law_at_observation" in dataset:
+            rows = [sighting.observation for sighting in mine]
+            laws = dataset[f"{name}_by_law_at_observation"].isel(observation=rows)
+            inside = dataset[f"{name}_by_law_at_observation_in_range"].isel(observation=rows)
+            yield from _of_laws(dataset, name, "observation", laws, inside, seen, places)
+
+
+def _sightings(dataset: xr.Dataset, name: str) -> Iterator[Sighting]:
+    if f"{name}_observed" not in dataset:
+        return
+    for row in range(dataset.sizes["observation"]):
+        shot = dataset.isel(observation=row)
+        value = float(shot[f"{name}_observed"])
+        if math.isfinite(value):
+            at = _parameters_of(shot)
+            simulation, uncertainty, how = bring_to(dataset, name, at)
+            yield Sighting(
+                observation=row,
+                quantity=name,
+                unit=dataset[name].attrs["units"],
+                source=str(shot.observation_source.item()),
+                at=at,
+                diameter=_none(float(shot.observation_equivalent_diameter)),
+                value=value,
+                uncertainty=_none(float(shot[f"{name}_observed_uncertainty"])),
+                simulation=_none(simulation),
+                simulation_uncertainty=_none(uncertainty),
+                how=how,
+            )
+
+
+def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:
+    """What the shot states of itself, by parameter."""
+    known = json.loads(shot.attrs["vocabulary"])["parameters"]
+    names = {f"observation_{name}".replace(".", "_"): name for name in known}
+    found = {
+        name.removeprefix("observation_"): plain(shot[name].item())
+        for name in names
+        if name in shot
+    }
+    return {name: value for name, value in found.items() if value == value and value != ""}
+
+
+def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, str]:
+    """The simulated value and uncertainty at parameters off the grid, and how it was found.
+
+    Linear between the neighbouring runs of a grid; the same axis values, along a zip. Never beyond
+    the axes.
+    """
+    axes = axes_of(dataset)
+    absent = [axis for axis in axes if axis not in at]
+    if absent:
+        return math.nan, math.nan, f"the shot does not state {', '.join(absent)}"
+    try:
+        corners = _corners(dataset, axes, at)
+    except LookupError as error:
+        return math.nan, math.nan, str(error.args[0])
+    value = _weighted(simulated(dataset, name), corners)
+    uncertainty = _weighted(simulated(dataset, f"{name}_uncertainty"), corners)
+    if math.isnan(value):
+        return value, math.nan, "a neighbouring run has no value"
+    return (
+        value,
+        uncertainty,
+        "computed" if len(corners) == 1 else "linear between neighbouring runs",
+    )
+
+
+Corner = tuple[float, dict[str, int]]  # weight, and the place of a run
+
+
+def _corners(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> list[Corner]:
+    if "run" in dataset.dims:
+        return [(1.0, {"run": _run_at(dataset, axes, at)})]
+    sides = [_sides(dataset[axis].values, axis, at[axis]) for axis in axes]
+    return [
+        (
+            math.prod(weight for weight, _ in corner),
+            {axis: place for axis, (_, place) in zip(axes, corner, strict=True)},
+        )
+        for corner in itertools.product(*sides)
+    ]
+
+
+def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[float, int]]:
+    """One value of an axis, or the two around it, with weights; LookupError outside the axis."""
+    for place, value in enumerate(values):
+        if _same(value, wanted):
+            return [(1.0, place)]
+    if isinstance(wanted, str) or not values.min() < wanted < values.max():
+        raise LookupError(f"outside the axis {axis}")
+    above = int(np.searchsorted(values, wanted))
+    share = float((wanted - values[above - 1]) / (values[above] - values[above - 1]))
+    return [(1.0 - share, above - 1), (share, above)]
+
+
+def _run_at(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> int:
+    for run, place in enumerate(places_of(dataset)):
+        if all(_same(place[axis], at[axis]) for axis in axes):
+            return run
+    raise LookupError("no run has these parameters")
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, str) or isinstance(other, str):
+        return str(one) == str(other)
+    return math.isclose(one, other, rel_tol=SAME)
+
+
+def _weighted(array: xr.DataArray, corners: Sequence[Corner]) -> float:
+    return float(sum(weight * float(array.isel(place)) for weight, place in corners))
+
+
+def _none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _nan(value: float | None) -> float:
+    return math.nan if value is None else value

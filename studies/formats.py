@@ -1,0 +1,136 @@
+"""How numbers are printed: one table of display units and one function for each kind of number.
+
+Files and programs have SI; only people get millimetres. A report prints every number through
+:func:`printed`.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+NONE = "–"
+NARROW_SPACE = "\u202f"
+MINUS = "\u2212"
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+@dataclass(frozen=True)
+class Display:
+    """The unit in which people read a quantity."""
+
+    factor: float  # from SI
+    unit: str
+
+
+DISPLAYS = {
+    "m": Display(1e3, "mm"),
+    "m s-1": Display(1e-3, "km/s"),
+    "s": Display(1e6, "µs"),
+    "Pa": Display(1e-6, "MPa"),
+    "1": Display(1.0, ""),
+}
+
+
+def display_of(unit: str | None) -> Display:
+    """The display unit of an SI unit; the SI unit itself where none is listed."""
+    return DISPLAYS.get(unit or "1", Display(1.0, unit or ""))
+
+
+def with_unit(label: str, unit: str | None) -> str:
+    """A heading: "speed (km/s)"."""
+    name = display_of(unit).unit
+    return f"{label} ({name})" if name else label
+
+
+def decimals(value: float, places: int) -> str:
+    """A number with fixed decimals and a proper minus.
+
+    >>> decimals(-1.256, 2)
+    '−1.26'
+    """
+    text = f"{value:.{places}f}"
+    return (text.removeprefix("-") if float(text) == 0 else text).replace("-", MINUS)
+
+
+def signed(value: float, places: int) -> str:
+    """A number that shows its sign: residuals.
+
+    >>> signed(0.123, 1)
+    '+0.1'
+    """
+    text = decimals(value, places)
+    return text if text.startswith(MINUS) or float(text) == 0 else f"+{text}"
+
+
+def digits(value: float, significant: int = 3) -> str:
+    """A number with significant digits; powers of ten where it is very small or large.
+
+    >>> digits(0.01234), digits(3.1e-14), digits(182345.0), digits(0.0), digits(12.0)
+    ('0.0123', '3.1·10⁻¹⁴', '182\u202f345', '0', '12')
+    """
+    if value == 0:
+        return "0"
+    if value == int(value) and abs(value) < 1e7:
+        return f"{int(value):,}".replace(",", NARROW_SPACE).replace("-", MINUS)
+    if 1e-3 <= abs(value) < 1e6:
+        return f"{float(f'{value:.{significant}g}'):.12g}".replace("-", MINUS)
+    mantissa, exponent = f"{value:.{significant - 1}e}".split("e")
+    power = str(int(exponent)).translate(SUPERSCRIPTS)
+    return f"{float(mantissa):g}·10{power}".replace("-", MINUS)
+
+
+def of_length(value: float) -> str:
+    """Metres as millimetres."""
+    return decimals(value * 1e3, 2)
+
+
+def of_length_residual(value: float) -> str:
+    """Metres as millimetres with a sign."""
+    return signed(value * 1e3, 2)
+
+
+def of_share(value: float) -> str:
+    """A fraction in per cent, two significant digits."""
+    return f"{digits(value * 100, 2)}{NARROW_SPACE}%"
+
+
+def of_share_residual(value: float) -> str:
+    """A fraction in per cent with a sign."""
+    return f"{signed(value * 100, 1)}{NARROW_SPACE}%"
+
+
+# Kinds of numbers that a report prints, by the word that a template uses.
+KINDS: dict[str, Callable[[float], str]] = {
+    "count": digits,
+    "length": of_length,
+    "length_residual": of_length_residual,
+    "ratio": lambda value: decimals(value, 3),
+    "ratio_residual": lambda value: signed(value, 3),
+    "share": of_share,
+    "share_residual": of_share_residual,
+    "share_spread": lambda value: f"{decimals(value * 100, 1)}{NARROW_SPACE}%",
+    "seconds": lambda value: decimals(value, 1),
+    "plain": digits,
+}
+
+
+def kind_of(unit: str, *, residual: bool = False) -> str:
+    """The kind of number for a measured quantity of a unit."""
+    kind = {"m": "length", "1": "ratio"}.get(unit, "plain")
+    return f"{kind}_residual" if residual and kind != "plain" else kind
+
+
+def printed(value: float | None, kind: str) -> str:
+    """A number as a report prints it; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return NONE
+    return KINDS[kind](value)
+
+
+def printed_in(value: float | bool | None, unit: str | None) -> str:
+    """A number of any SI unit in its display unit, with four significant digits."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if value is None or not math.isfinite(value):
+        return NONE
+    return digits(float(f"{value * display_of(unit).factor:.12g}"), 4)

@@ -1,0 +1,167 @@
+"""Published laws: a formula for something that is measured on a shot, with source, units and range.
+
+How to add one: one file here, named after the law, that offers ``LAW``. Write the bare formula as a
+public function on arrays in SI, with a doctest that reproduces a published number; then the ``Law``
+around it: equation as published, source, and a range whose limits say what is checked and how sure
+it is. ``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit.
+
+A law answers outside its range too, flagged with the reasons; where it is meaningless it answers
+NaN with the reason. Its band is the smallest to the largest answer over its stated variants.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from solver.registry import entries
+from solver.units import Metre, MetrePerSecond
+from studies.laws._range import Limit, Range
+from studies.materials import Material
+from studies.nearest import nearest_cure
+from studies.quantities import refusal
+
+__all__ = [
+    "Law",
+    "LawValue",
+    "Limit",
+    "Range",
+    "Shot",
+    "answering",
+    "load",
+    "names",
+    "shot_from",
+    "shot_of",
+]
+
+ONE_FORM = ("",)  # the variants of a law that leaves no constant open
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What a law may ask of a shot: normal impact of a compact projectile on a plate or a block."""
+
+    speed: MetrePerSecond
+    projectile_diameter: Metre  # of the sphere with the projectile's volume
+    plate_thickness: Metre | None  # None for a target without a back face
+    projectile: Material
+    target: Material
+
+    @property
+    def thickness_ratio(self) -> float:
+        """t/d; NaN without a plate."""
+        if self.plate_thickness is None:
+            return math.nan
+        return self.plate_thickness / self.projectile_diameter
+
+
+@dataclass(frozen=True)
+class LawValue:
+    """What a law answers for one shot."""
+
+    value: Metre  # NaN where the law is meaningless
+    in_range: bool  # within every limit that can be checked
+    reason: str  # why it is out of range, or meaningless; empty otherwise
+
+
+@dataclass(frozen=True, kw_only=True)
+class Law:
+    """A published formula for a measured quantity."""
+
+    name: str
+    title: str
+    quantity: Literal["hole_diameter", "crater_depth", "crater_diameter"]
+    equation: str  # as published, with its units
+    source: str
+    confidence: str  # of the equation and its constants: a word of studies.materials.CONFIDENCES
+    range: Range
+    ratio: Callable[[Shot, str], float]  # value over projectile diameter, of a shot and a variant
+    variants: Callable[[Shot], Sequence[str]] = lambda shot: ONE_FORM
+    meaningless: Callable[[Shot, str], str] = lambda shot, variant: ""  # the reason, or ""
+
+    def evaluate(self, shot: Shot, variant: str = "") -> LawValue:
+        """The law's answer for one shot, with one of its variants."""
+        reason = self.meaningless(shot, variant)
+        if reason:
+            return LawValue(math.nan, False, reason)
+        value = float(self.ratio(shot, variant)) * shot.projectile_diameter
+        reasons = self.range.reasons(shot)
+        return LawValue(value, not reasons, "; ".join(reasons))
+
+    def band(self, shot: Shot) -> tuple[float, float]:
+        """Smallest and largest answer over the stated variants; NaN where there is none."""
+        values = [self.evaluate(shot, variant).value for variant in self.variants(shot)]
+        finite = [value for value in values if not math.isnan(value)]
+        return (min(finite), max(finite)) if finite else (math.nan, math.nan)
+
+    def describe(self) -> dict[str, Any]:
+        """The law as plain values, for a catalogue."""
+        return {
+            "name": self.name,
+            "title": self.title,
+            "quantity": self.quantity,
+            "equation": self.equation,
+            "source": self.source,
+            "confidence": self.confidence,
+            "range": self.range.describe(),
+        }
+
+
+def narrower_than_projectile(ratio: Callable[[Shot, str], float]) -> Callable[[Shot, str], str]:
+    """For the laws of holes that fall below D/d = 1 at low speed: there they mean nothing."""
+
+    def reason(shot: Shot, variant: str) -> str:
+        value = ratio(shot, variant)
+        if value >= 1.0:
+            return ""
+        return (
+            f"D/d = {value:.3g} is narrower than the projectile: no physical meaning at this speed"
+        )
+
+    return reason
+
+
+def names() -> list[str]:
+    """All laws, sorted."""
+    return list(entries(__name__, "LAW"))
+
+
+def load(name: str) -> Law:
+    """The law of a name; raises InvalidInput with the nearest one."""
+    known: Mapping[str, Law] = entries(__name__, "LAW")
+    if name not in known:
+        raise refusal("law", name, "a law that ships", nearest_cure(name, known))
+    return known[name]
+
+
+def answering(quantity: str) -> list[Law]:
+    """The laws for one measured quantity, in the order of their names."""
+    return [law for law in map(load, names()) if law.quantity == quantity]
+
+
+def shot_of(run: Any) -> Shot:
+    """The shot that a run (``studies.run.Run``) computes."""
+    materials = {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
+    return shot_from(run.parameters, materials)
+
+
+def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material]) -> Shot:
+    """The shot of a scenario's parameters (SI) and its materials by role.
+
+    KeyError where speed, projectile_diameter, projectile or target are missing.
+    """
+    return Shot(
+        speed=parameters["speed"],
+        projectile_diameter=_equivalent_diameter(parameters),
+        plate_thickness=parameters.get("plate_thickness"),
+        projectile=materials["projectile"],
+        target=materials["target"],
+    )
+
+
+def _equivalent_diameter(parameters: Mapping[str, Any]) -> float:
+    """Diameter of the sphere of equal volume: pi/6 d_eq^3 = pi/4 d^2 L of a cylinder."""
+    diameter = parameters["projectile_diameter"]
+    if parameters.get("projectile_shape") != "cylinder":
+        return diameter
+    return (1.5 * diameter**2 * parameters["projectile_length"]) ** (1.0 / 3.0)

@@ -1,0 +1,130 @@
+"""The range of a law: limits, each with words, confidence, and a check where one is possible."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from studies.laws import Shot
+
+ROUND_OFF = (
+    1e-9  # relative: a speed of exactly the limit, reached through a unit conversion, is inside
+)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One limit of a law's range."""
+
+    words: str  # "like on like"
+    confidence: str  # a word of studies.materials.CONFIDENCES
+    outside: Callable[["Shot"], str] | None = field(default=None, repr=False)  # the reason, or ""
+
+    @property
+    def machine_checked(self) -> bool:
+        """Whether a shot is checked against this limit, or only the reader is told."""
+        return self.outside is not None
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where a law may be believed."""
+
+    limits: tuple[Limit, ...]
+
+    @property
+    def words(self) -> str:
+        """All limits as one text."""
+        return "; ".join(_words(limit) for limit in self.limits)
+
+    @property
+    def confidence(self) -> str:
+        """The confidence of the limits, each word once."""
+        return ", ".join(dict.fromkeys(limit.confidence for limit in self.limits))
+
+    def reasons(self, shot: "Shot") -> list[str]:
+        """Why a shot lies outside; empty inside."""
+        found = [limit.outside(shot) for limit in self.limits if limit.outside is not None]
+        return [reason for reason in found if reason]
+
+    def describe(self) -> list[dict[str, Any]]:
+        """The limits as plain values, for a catalogue."""
+        return [
+            {
+                "words": limit.words,
+                "confidence": limit.confidence,
+                "machine_checked": limit.machine_checked,
+            }
+            for limit in self.limits
+        ]
+
+
+def like_on_like(confidence: str) -> Limit:
+    """Projectile and target of the same family of materials."""
+
+    def outside(shot: "Shot") -> str:
+        projectile, target = shot.projectile.family, shot.target.family
+        return "" if projectile == target else f"{projectile} on {target} is not like on like"
+
+    return Limit("like on like", confidence, outside)
+
+
+def family(name: str, confidence: str) -> Limit:
+    """A target of one family of materials."""
+
+    def outside(shot: "Shot") -> str:
+        given = shot.target.family
+        return "" if given == name else f"calibrated on {name}, the target is {given}"
+
+    return Limit(f"{name} target", confidence, outside)
+
+
+def speed(minimum: float, maximum: float, confidence: str) -> Limit:
+    """Impact speed in km/s."""
+    return between("v", lambda shot: shot.speed / 1e3, (minimum, maximum), "km/s", confidence)
+
+
+def thickness_ratio(minimum: float, maximum: float, confidence: str) -> Limit:
+    """Plate thickness over projectile diameter."""
+    return between("t/d", lambda shot: shot.thickness_ratio, (minimum, maximum), "", confidence)
+
+
+def between(
+    symbol: str,
+    of: Callable[["Shot"], float],
+    bounds: tuple[float, float],
+    unit: str,
+    confidence: str,
+) -> Limit:
+    """A number of the shot between two bounds, inclusive; an infinite bound is none."""
+    low, high = bounds
+    unit = f" {unit}" if unit else ""
+
+    def outside(shot: "Shot") -> str:
+        value = of(shot)
+        if value < low * (1.0 - ROUND_OFF):
+            return f"{symbol} = {value:.3g}{unit} is below {low:g}{unit}"
+        if value > high * (1.0 + ROUND_OFF):
+            return f"{symbol} = {value:.3g}{unit} is above {high:g}{unit}"
+        return "" if math.isfinite(value) else f"{symbol} is not defined for this shot"
+
+    return Limit(_interval(symbol, low, high, unit), confidence, outside)
+
+
+def stated(words: str, confidence: str) -> Limit:
+    """A limit that no number of the shot can check."""
+    return Limit(words, confidence)
+
+
+def _interval(symbol: str, low: float, high: float, unit: str) -> str:
+    below = f"{low:g} <= " if low > 0.0 else ""
+    above = f" <= {high:g}" if math.isfinite(high) else ""
+    if above:
+        return f"{below}{symbol}{above}{unit}"
+    return f"{symbol} >= {low:g}{unit}"
+
+
+def _words(limit: Limit) -> str:
+    checked = "checked" if limit.machine_checked else "not checked"
+    return f"{limit.words} ({limit.confidence}, {checked})"

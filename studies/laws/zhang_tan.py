@@ -1,0 +1,65 @@
+"""Hole in a thin plate, Zhang and Tan (1989)."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from studies.laws import Law, Range, Shot
+from studies.laws._range import Limit, like_on_like
+
+
+def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike) -> NDArray:
+    """Hole diameter over projectile diameter; speed in m/s, thickness over diameter; broadcasts.
+
+    D/d = 1.66 (v - 1)^0.5 (t/d)^0.5 with v in km/s: Ma (2005), Eq. 1-4; NaN below 1 km/s. At 6 km/s
+    and t/d = 0.25:
+
+    >>> float(hole_ratio(6000.0, 0.25).round(3))
+    1.856
+    """
+    excess = np.asarray(speed) / 1e3 - 1.0
+    return 1.66 * np.sqrt(np.where(excess < 0.0, np.nan, excess) * np.asarray(thickness_ratio))
+
+
+def smallest_speed(thickness_ratio: float) -> float:
+    """The speed, in m/s, at which the hole is as wide as the projectile: D/d = 1.
+
+    1.66^2 (v - 1) t/d = 1 gives v = 1 + 1 / (1.66^2 t/d) km/s:
+
+    >>> round(smallest_speed(0.25) / 1e3, 2)
+    2.45
+    """
+    return 1e3 * (1.0 + 1.0 / (1.66**2 * thickness_ratio))
+
+
+def _ratio(shot: Shot, variant: str) -> float:
+    return float(hole_ratio(shot.speed, shot.thickness_ratio))
+
+
+def _too_slow(shot: Shot, variant: str = "") -> str:
+    limit = smallest_speed(shot.thickness_ratio)
+    if shot.speed >= limit:
+        return ""
+    return (
+        f"v = {shot.speed / 1e3:.3g} km/s is below {limit / 1e3:.3g} km/s, where D/d falls below 1"
+    )
+
+
+LAW = Law(
+    name="zhang_tan",
+    title="Zhang and Tan",
+    quantity="hole_diameter",
+    equation="D/d = 1.66 (v - 1)^0.5 (t/d)^0.5, v in km/s",
+    source=(
+        "Ma (2005), Eq. 1-4: Zhang Deliang and Tan Qingming (1989), after Zhang and Huang (2000), "
+        "Introduction to hypervelocity impact dynamics"
+    ),
+    confidence="read",
+    range=Range(
+        (
+            like_on_like("read"),
+            Limit("v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1", "computed", _too_slow),
+        )
+    ),
+    ratio=_ratio,
+    meaningless=_too_slow,
+)

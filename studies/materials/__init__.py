@@ -1,0 +1,86 @@
+"""Materials: constants of matter as data, each number with unit, source and confidence.
+
+How to add one: a TOML file in this folder, named after the material; nothing else. Copy the nearest
+one and change every number together with its source. Each number is ``{value, unit, source,
+confidence}``; the words of ``confidence`` are in ``schema.CONFIDENCES``. Where a model goes without
+a number that it could have (no melting, no limit in tension), write ``value = "none"`` and the
+source of that choice. ``yield_stresses`` lists the published values that a law may be evaluated
+with. ``tests/contracts/test_materials.py`` finds the file and asks for a source of every number,
+for plausible elastic constants, and for a bulk modulus near rho0 c0^2.
+
+A user's material is the same schema, in a file or inline in a sweep.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from studies.materials.reader import read_document, read_file, read_toml
+from studies.materials.schema import (
+    CONFIDENCES,
+    Elastic,
+    JohnsonCook,
+    LinearHardening,
+    Material,
+    MieGrueneisen,
+    NoYield,
+    PerfectlyPlastic,
+    Quantity,
+    Tension,
+    Thermal,
+    YieldStress,
+    simulated,
+)
+from studies.nearest import nearest_cure
+from studies.quantities import refusal
+
+__all__ = [
+    "CONFIDENCES",
+    "Elastic",
+    "JohnsonCook",
+    "LinearHardening",
+    "Material",
+    "MieGrueneisen",
+    "NoYield",
+    "PerfectlyPlastic",
+    "Quantity",
+    "Tension",
+    "Thermal",
+    "YieldStress",
+    "load",
+    "names",
+    "read_document",
+    "read_file",
+    "simulated",
+]
+
+
+def names() -> list[str]:
+    """The materials that ship, sorted."""
+    folder = files(__package__)
+    return sorted(
+        file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml")
+    )
+
+
+def load(source: str | Path | Mapping[str, Any]) -> Material:
+    """A material: one that ships by its name, a TOML file by its path, or a document.
+
+    Raises InvalidInput: with the nearest name, or with every finding in the document.
+    """
+    if isinstance(source, Path):
+        return read_file(source)
+    if isinstance(source, Mapping):
+        return read_document(source)
+    if source not in names():
+        raise refusal("material", source, "a material that ships", nearest_cure(source, names()))
+    return _shipped(source)
+
+
+@cache
+def _shipped(name: str) -> Material:
+    file = f"{name}.toml"
+    text = files(__package__).joinpath(file).read_text(encoding="utf-8")
+    return read_document(read_toml(text, file), name=name, path=f"{file}:")

@@ -1,0 +1,220 @@
+"""A material document (TOML file, or the same schema inline) becomes a checked ``Material``."""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+from studies.errors import Finding, InvalidInput
+from studies.materials.schema import (
+    CONFIDENCES,
+    SECTIONS,
+    Material,
+    Quantity,
+    Scalars,
+    YieldStress,
+    record_of,
+)
+from studies.nearest import nearest_cure, shown
+from studies.parameters import Parameter, declared, join, missing, parse_value
+from studies.quantities import convert, exact_number, refusal, round_quantity
+
+NUMBER = "{value = ..., unit = ..., source = ..., confidence = ...}"
+NUMBER_KEYS = ("value", "unit", "source", "confidence")
+WORDS = ("name", "title", "family")
+LONGEST_TEXT = 200  # characters of a title
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
+
+
+def read_toml(text: str, file: str) -> dict[str, Any]:
+    """A TOML text with exact decimals; raises InvalidInput that names the file."""
+    try:
+        return tomllib.loads(text, parse_float=Decimal)
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise refusal(file, str(error), "a TOML document", "correct the line named") from None
+
+
+def read_file(file: Path) -> Material:
+    """The material of a TOML file; every finding names the file and the key."""
+    return read_document(
+        read_toml(file.read_text(encoding="utf-8"), file.name), path=f"{file.name}:"
+    )
+
+
+def read_document(document: Any, *, name: str | None = None, path: str = "") -> Material:
+    """The material of a document; ``name`` where the document stands under a name of its own.
+
+    ``path`` goes before each key in a finding. Raises InvalidInput with every finding.
+    """
+    if not isinstance(document, Mapping):
+        raise refusal(
+            path or "material", document, "a material: keys and values", f"each number as {NUMBER}"
+        )
+    return _Reading(document, name, path).material()
+
+
+class _Reading:
+    """One document being read: what was found right, and what was found wrong."""
+
+    def __init__(self, document: Mapping[str, Any], name: str | None, path: str):
+        self.document = dict(document) if name is None else {"name": name, **document}
+        self.name = name
+        self.path = path
+        self.findings: list[Finding] = []
+        self.sources: dict[str, Quantity] = {}
+
+    def material(self) -> Material:
+        """The whole document."""
+        self._refuse_unknown(
+            self.document, (*WORDS, *declared(Scalars), *SECTIONS, "yield_stresses"), ""
+        )
+        words: dict[str, Any] = {word: self._word(word) for word in WORDS}
+        scalars: dict[str, Any] = self._record(Scalars, self.document, "")
+        sections: dict[str, Any] = {section: self._section(section) for section in SECTIONS}
+        yields = self._yield_stresses()
+        if self.findings:
+            raise InvalidInput(self.findings)
+        return Material(**words, **scalars, **sections, yield_stresses=yields, sources=self.sources)
+
+    def _at(self, key: str) -> str:
+        return f"{self.path} {key}" if self.path.endswith(":") else join(self.path, key)
+
+    def _find(self, error: InvalidInput) -> None:
+        self.findings.extend(error.findings)
+
+    def _refuse_unknown(self, given: Mapping[str, Any], known: tuple[str, ...], path: str) -> None:
+        for key in given:
+            if key not in known:
+                where = self._at(join(path, key))
+                cure = nearest_cure(key, known)
+                self.findings.append(Finding(where, shown(key), "a key of a material", cure))
+
+    def _word(self, word: str) -> str:
+        given = self.document.get(word)
+        limit = "a name of letters, digits, - and _" if word == "name" else "a text"
+        right = isinstance(given, str) and 0 < len(given.strip()) <= LONGEST_TEXT
+        if right and word == "name":
+            right = _NAME.fullmatch(str(given)) is not None
+            if self.name not in (None, given):
+                right, limit = False, f"{self.name}, under which it stands"
+        if not right:
+            cure = f"give the material a {word}"
+            self.findings.append(Finding(self._at(word), shown(given), limit, cure))
+        return str(given).strip()
+
+    def _section(self, section: str) -> Any:
+        """One section's record; None where it was refused."""
+        given = self.document.get(section)
+        if not isinstance(given, Mapping):
+            limit = f"the section {section!r}"
+            cure = f"give {section} with its numbers, each as {NUMBER}"
+            self.findings.append(Finding(self._at(section), shown(given), limit, cure))
+            return None
+        try:
+            record = record_of(section, given.get("kind"), self._at(section))
+        except InvalidInput as error:
+            self._find(error)
+            return None
+        kind = ("kind",) if hasattr(record, "kind") else ()
+        self._refuse_unknown(given, (*kind, *declared(record)), section)
+        before = len(self.findings)
+        values = self._record(record, given, section)
+        return record(**values) if len(self.findings) == before else None
+
+    def _record(self, record: type, given: Mapping[str, Any], path: str) -> dict[str, float | None]:
+        """The numbers of one record by field name; a field with a default may be left out."""
+        values: dict[str, float | None] = {}
+        for parameter in declared(record).values():
+            if parameter.name in given:
+                values[parameter.name] = self._number(parameter, given, join(path, parameter.name))
+            elif parameter.required:
+                self.findings.append(missing(parameter, self._at(path) if path else self.path))
+        return values
+
+    def _number(self, parameter: Parameter, given: Mapping[str, Any], path: str) -> float | None:
+        """One number with its source, noted; None where it was refused, or where it is "none"."""
+        try:
+            quantity = _quantity(parameter, given[parameter.name], self._at(path))
+        except InvalidInput as error:
+            self._find(error)
+            return None
+        self.sources[path] = quantity
+        return quantity.value
+
+    def _yield_stresses(self) -> tuple[YieldStress, ...]:
+        given = self.document.get("yield_stresses", [])
+        if not isinstance(given, list):
+            limit, cure = (
+                "a list of yield stresses",
+                f"write [[yield_stresses]] with label and {NUMBER}",
+            )
+            self.findings.append(Finding(self._at("yield_stresses"), shown(given), limit, cure))
+            return ()
+        read = [self._yield_stress(one, index) for index, one in enumerate(given)]
+        return tuple(one for one in read if one is not None)
+
+    def _yield_stress(self, given: Any, index: int) -> YieldStress | None:
+        where = self._at(f"yield_stresses[{index}]")
+        try:
+            label = _label(given, where)
+            if f"yield_stresses.{label}" in self.sources:
+                raise refusal(f"{where}.label", label, "each label once", "give it another label")
+            numbers = {key: value for key, value in given.items() if key != "label"}
+            quantity = _quantity(declared(YieldStress)["value"], numbers, where)
+        except InvalidInput as error:
+            self._find(error)
+            return None
+        assert quantity.value is not None
+        self.sources[f"yield_stresses.{label}"] = quantity
+        return YieldStress(label, quantity.value)
+
+
+def _label(given: Any, where: str) -> str:
+    label = given.get("label") if isinstance(given, Mapping) else None
+    if not isinstance(label, str) or not label.strip():
+        raise refusal(f"{where}.label", label, "a short label", "write label = 'Y = 240 MPa'")
+    return label.strip()
+
+
+def _quantity(parameter: Parameter, given: Any, where: str) -> Quantity:
+    """A number of a material file, checked, in SI; raises InvalidInput with every finding."""
+    if not isinstance(given, Mapping):
+        raise refusal(where, given, "a number with unit and source", f"write {NUMBER}")
+    findings = [
+        Finding(join(where, key), shown(key), "a key of a number", nearest_cure(key, NUMBER_KEYS))
+        for key in given
+        if key not in NUMBER_KEYS
+    ]
+    source, confidence = given.get("source"), given.get("confidence", "user")
+    if not isinstance(source, str) or not source.strip():
+        findings.append(
+            Finding(f"{where}.source", shown(source), "a citation", "say where it comes from")
+        )
+    if not isinstance(confidence, str) or confidence not in CONFIDENCES:
+        limit, cure = "one of " + ", ".join(CONFIDENCES), nearest_cure(confidence, CONFIDENCES)
+        findings.append(Finding(f"{where}.confidence", shown(confidence), limit, cure))
+    value = None
+    try:
+        value = _value(parameter, given, where)
+    except InvalidInput as error:
+        findings.extend(error.findings)
+    if findings:
+        raise InvalidInput(findings)
+    return Quantity(value, parameter.unit or "1", str(source).strip(), str(confidence))
+
+
+def _value(parameter: Parameter, given: Mapping[str, Any], where: str) -> float | None:
+    if given.get("value") == "none" and parameter.optional:
+        return None
+    number = exact_number(given.get("value"), f"{where}.value")
+    unit = given.get("unit", "1")
+    if unit != parameter.unit:
+        if not isinstance(unit, str) or unit in ("", "1") or parameter.unit == "1":
+            limit = f"a unit of {parameter.meaning}: {parameter.unit}"
+            raise refusal(f"{where}.unit", unit, limit, f"write unit = {parameter.unit!r}")
+        number = convert(number, unit, parameter.unit or "1", where)
+    value = parse_value(parameter, round_quantity(number), where, si=True)
+    assert isinstance(value, float)
+    return value

@@ -1,0 +1,52 @@
+"""Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
+
+How to add one: a module here that offers a ``Measurement`` as ``MEASUREMENT``; a module whose name starts with an underscore is
+shared by several. A measurement looks at a ``View``: particles in cylindrical coordinates about the line of flight, mass
+per radian, with the numbers of the set-up; it does not know whether the model was a body of revolution or a quarter in
+three dimensions. Contract tests give it states with a known answer (a drilled disc, a scooped half space) and shuffle
+the particles. ``version`` grows when the definition changes: a stored state is then read again, not solved again.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from solver.registry import entries
+
+# A shift of the plate against the grid by part of a cell moved prototype holes by 0.9, 0.3 and 0.2 mm at cells of 1, 0.5
+# and 0.25 mm: about one cell is what a single run cannot tell.
+RESOLUTION_IN_CELLS = 1.0
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A measurement at one time."""
+
+    value: float  # NaN where the flags say why there is none
+    parts: Mapping[str, float] = field(
+        default_factory=dict
+    )  # of its standard uncertainty, same unit
+    flags: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """What can be measured: its name, unit, meaning and how."""
+
+    name: str
+    title: str
+    unit: str
+    meaning: str
+    version: int
+    read: Callable[[Any], Reading]  # of a View
+
+
+def names() -> list[str]:
+    """All measurements, sorted."""
+    return list(entries(__name__, "MEASUREMENT"))
+
+
+def load(name: str) -> Measurement:
+    """The measurement of a name; KeyError for an unknown one."""
+    measurement: Measurement = entries(__name__, "MEASUREMENT")[name]
+    return measurement

@@ -1,0 +1,41 @@
+"""The widest cylinder that passes: the smallest clearance of the plate."""
+
+import math
+
+import numpy as np
+
+from studies.measurements import Measurement, Reading
+from studies.measurements._view import View, azimuthal_spread, contained, equal_area_diameter
+
+
+def innermost(seen: View, keep: np.ndarray) -> Reading:
+    """Equal-area diameter of the innermost particle edges of kept matter in each sector."""
+    radii = np.array(
+        [
+            np.min(seen.radius[keep & (seen.sector == sector)], initial=math.inf)
+            for sector in range(seen.sectors)
+        ]
+    )
+    radii = radii - 0.5 * seen.radial_width
+    if (radii < seen.cell).any():  # plate still stands on the axis
+        return Reading(math.nan, flags=("not_perforated",))
+    if not np.isfinite(radii).all() or not contained(seen, radii):
+        return Reading(math.nan, flags=("not_contained",))
+    return Reading(
+        equal_area_diameter(radii),
+        {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
+    )
+
+
+def _read(seen: View) -> Reading:
+    return innermost(seen, seen.attached_target)
+
+
+MEASUREMENT = Measurement(
+    name="hole_diameter_clear",
+    title="Smallest clear diameter",
+    unit="m",
+    meaning="equal-area diameter of the innermost particle edges of the plate that is connected to the rim",
+    version=1,
+    read=_read,
+)

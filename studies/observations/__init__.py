@@ -1,0 +1,198 @@
+"""Observations: measured shots, published or the user's own, with uncertainty and source.
+
+How to add published ones: a CSV file in this folder, with the columns that ``read_observations``
+asks for and a source in every row.
+
+A table has one row a shot: ``quantity`` (what was measured: "hole_diameter"), ``value``,
+``uncertainty`` (may be empty), ``source``, and a column for each parameter that the shot states.
+The unit stands in the header, "speed [km/s]", or beside each number, "6 km/s".
+"""
+
+import csv
+import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from studies.errors import Finding, InvalidInput
+from studies.nearest import nearest_cure, shown
+from studies.parameters import Parameter, Value, find, parse_value
+from studies.quantities import is_number, readable, refusal
+
+MOST_ROWS = 10_000  # a table of shots; more is another kind of file
+OWN_COLUMNS = ("quantity", "value", "uncertainty", "source")
+NEEDED_COLUMNS = ("quantity", "value", "source")
+
+_HEADER = re.compile(r"\s*([\w.]+)\s*(?:\[\s*([^\[\]]+?)\s*\])?\s*")
+_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One measured shot."""
+
+    quantity: str  # what was measured: "hole_diameter"
+    value: float  # SI
+    uncertainty: float | None  # SI; None where none is stated
+    source: str
+    parameters: Mapping[str, Value] = field(
+        default_factory=dict
+    )  # SI, by the names of the scenario
+
+    def document(self, known: "Known") -> dict[str, Any]:
+        """The shot as a row that ``read_observations`` reads as itself."""
+        unit = known.quantities[self.quantity]
+        row: dict[str, Any] = {
+            name: written(value, known.parameters[name].unit)
+            for name, value in self.parameters.items()
+        }
+        row |= {"quantity": self.quantity, "value": written(self.value, unit)}
+        if self.uncertainty is not None:
+            row["uncertainty"] = written(self.uncertainty, unit)
+        return row | {"source": self.source}
+
+
+@dataclass(frozen=True)
+class Known:
+    """The words that a table may use."""
+
+    quantities: Mapping[str, str]  # what the scenario measures, with its SI unit
+    parameters: Mapping[str, Parameter]
+    materials: Collection[str] = ()  # names of materials; empty: any
+
+
+def written(value: Value, unit: str | None) -> Any:
+    """A value as a person writes it: a quantity with its unit, anything else as it is."""
+    if unit is None or unit == "1" or value is None:
+        return value
+    return readable(float(value), unit)
+
+
+def read_observations(
+    given: object, known: Known, path: str = "observations"
+) -> tuple[Observation, ...]:
+    """The shots of a CSV text, or of a list of mappings; raises InvalidInput naming each row."""
+    rows = list(_rows(given, path))
+    if not rows:
+        raise refusal(path, "no shot", "at least one row", "leave observations out")
+    if len(rows) > MOST_ROWS:
+        raise refusal(path, f"{len(rows)} rows", f"at most {MOST_ROWS} rows", "split the table")
+    read: list[Observation] = []
+    findings: list[Finding] = []
+    for where, row in rows:
+        try:
+            read.append(_observation(row, known, where))
+        except InvalidInput as error:
+            findings.extend(error.findings)
+    if findings:
+        raise InvalidInput(findings)
+    return tuple(read)
+
+
+def _rows(given: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Each row with where it stands: by line in a text, by position in a list."""
+    if isinstance(given, str):
+        yield from _rows_of_text(given, path)
+    elif isinstance(given, list | tuple):
+        for number, row in enumerate(given):
+            if not isinstance(row, Mapping):
+                raise refusal(f"{path}[{number}]", row, "a mapping", "write speed: 6 km/s, ...")
+            yield f"{path}[{number}]", row
+    else:
+        raise refusal(path, given, "CSV text or a list of shots", "see the columns in the manual")
+
+
+def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The lines of a CSV text; empty ones and those that begin with # are passed over."""
+    header: list[str] | None = None
+    reader = csv.reader(text.splitlines(), skipinitialspace=True, strict=True)
+    for cells in _cells(reader, path):
+        where = f"{path}, line {reader.line_num}"
+        if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
+            continue
+        if header is None:
+            header = cells
+        elif len(cells) != len(header):
+            limit = f"{len(header)} cells, as in the header"
+            raise refusal(where, f"{len(cells)} cells", limit, "quote a text that has a comma")
+        else:
+            yield where, dict(zip(header, cells, strict=True))
+    if header is None:
+        raise refusal(path, "no header", "a header and a row a shot", "leave observations out")
+
+
+def _cells(reader: Any, path: str) -> Iterator[list[str]]:
+    try:
+        yield from reader
+    except csv.Error as error:
+        where = f"{path}, line {reader.line_num}"
+        raise refusal(where, str(error), "CSV text", "correct this line") from None
+
+
+def _observation(row: Mapping[str, Any], known: Known, where: str) -> Observation:
+    """One row; raises InvalidInput with every finding in it."""
+    findings: list[Finding] = []
+    cells: dict[str, Any] = {}
+    for header, given in row.items():
+        try:
+            name, cell = _cell(header, given, where)
+            if name not in OWN_COLUMNS:
+                cell = _parameter(name, cell, known, where)
+            cells[name] = cell
+        except InvalidInput as error:
+            findings.extend(error.findings)
+    findings.extend(
+        Finding(
+            f"{where}: {name}", "nothing", f"a column {name!r}", f"give the {name} of each shot"
+        )
+        for name in NEEDED_COLUMNS
+        if cells.get(name) in (None, "")
+    )
+    if findings:
+        raise InvalidInput(findings)
+    return _checked(cells, known, where)
+
+
+def _cell(header: object, given: Any, where: str) -> tuple[str, Any]:
+    """Name of the column, and the cell with the unit of the column beside a bare number."""
+    match = _HEADER.fullmatch(header) if isinstance(header, str) else None
+    if match is None:
+        raise refusal(f"{where}: {shown(header)}", header, "name [unit]", "write 'speed [km/s]'")
+    name, unit = match[1], match[2]
+    cell = given.strip() if isinstance(given, str) else given
+    bare = is_number(cell) or (isinstance(cell, str) and _NUMBER.fullmatch(cell))
+    return name, f"{cell} {unit}" if bare and unit not in (None, "1", "-") else cell
+
+
+def _parameter(name: str, cell: Any, known: Known, where: str) -> Value:
+    """A parameter of the shot; an empty cell states nothing."""
+    parameter = find(known.parameters, name, f"{where}:")
+    if cell in (None, ""):
+        return None
+    return parse_value(parameter, cell, f"{where}: {name}", materials=known.materials)
+
+
+def _checked(cells: Mapping[str, Any], known: Known, where: str) -> Observation:
+    quantity, source = cells["quantity"], cells["source"]
+    if quantity not in known.quantities:
+        cure = nearest_cure(quantity, known.quantities)
+        raise refusal(f"{where}: quantity", quantity, "what the scenario measures", cure)
+    if not isinstance(source, str):
+        raise refusal(f"{where}: source", source, "a text", "say where the shot is published")
+    unit = known.quantities[quantity]
+    uncertainty = cells.get("uncertainty")
+    return Observation(
+        quantity,
+        _size("value", cells["value"], unit, where),
+        None if uncertainty in (None, "") else _size("uncertainty", uncertainty, unit, where),
+        source,
+        {n: v for n, v in cells.items() if n not in OWN_COLUMNS and v is not None},
+    )
+
+
+def _size(name: str, cell: Any, unit: str, where: str) -> float:
+    """A measured size: zero or more."""
+    size = Parameter(name=name, kind="quantity", unit=unit, meaning=name, minimum=0.0)
+    value = parse_value(size, cell, f"{where}: {name}")
+    assert isinstance(value, float)
+    return value

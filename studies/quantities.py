@@ -1,0 +1,266 @@
+"""Units at the door: "6 km/s" becomes an exact SI number, or a finding that says how to write it.
+
+Only here does a unit other than SI exist, and only here is pint imported, at the first value that
+has a unit, so that a process that never parses one never pays for it. Numbers stay exact decimals
+until ``round_quantity`` makes the float: "2.4 mm" and "0.0024 m" are the same run.
+"""
+
+import re
+from decimal import Decimal, DecimalException
+from functools import cache, lru_cache
+from numbers import Rational, Real
+from typing import Any
+
+from studies.errors import Finding, InvalidInput
+from studies.nearest import shown
+
+SIGNIFICANT_DIGITS = (
+    12  # more than any input is known to, fewer than a float holds: a stable identity
+)
+LARGEST_EXPONENT = (
+    200  # decimal exponent beyond which no quantity of this field lies; keeps floats finite
+)
+LONGEST_TEXT = 80  # characters; a longer "number" is a mistake or an attack
+
+# One number (underscores, commas, expressions are refused), then a unit.
+_QUANTITY = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((?:1?/|[A-Za-z°µμΩ(]).*)?\s*", re.DOTALL
+)
+_WORD = re.compile(r"([A-Za-z°µμΩ]+)(?:(?:\*\*|\^)?([+-]?\d))?")
+_SUPERSCRIPTS = str.maketrans(
+    {"²": "2", "³": "3", "⁻": "-", "¹": "1", "−": "-", "·": "*", "⋅": "*"}
+)
+
+# What a person calls the dimension of each SI unit, and the units that they are likely to mean.
+_DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "m": ("length", ("mm", "m")),
+    "s": ("time", ("us", "s")),
+    "kg": ("mass", ("g", "kg")),
+    "K": ("temperature", ("K", "degC")),
+    "Pa": ("pressure or stress", ("MPa", "GPa")),
+    "J": ("energy", ("J", "kJ")),
+    "N s": ("momentum", ("N s",)),
+    "s-1": ("rate", ("1/s",)),
+    "m s-1": ("speed", ("km/s", "m/s")),
+    "kg m-3": ("density", ("g/cm3", "kg/m3")),
+    "J kg-1": ("specific energy", ("kJ/kg", "J/kg")),
+    "J kg-1 K-1": ("heat capacity", ("J/(kg K)",)),
+    "rad": ("angle", ("deg", "rad")),
+    "degree": ("angle", ("deg", "rad")),
+}
+
+# The unit in which a size is easiest to read: (SI size from which on, its factor to SI, its name).
+_READABLE: dict[str, tuple[tuple[float, float, str], ...]] = {
+    "m": ((1.0, 1.0, "m"), (1e-4, 1e-3, "mm"), (0.0, 1e-6, "um")),
+    "s": ((1.0, 1.0, "s"), (1e-3, 1e-3, "ms"), (1e-7, 1e-6, "us"), (0.0, 1e-9, "ns")),
+    "Pa": ((1e9, 1e9, "GPa"), (1e5, 1e6, "MPa"), (0.0, 1.0, "Pa")),
+    "m s-1": ((1e3, 1e3, "km/s"), (0.0, 1.0, "m/s")),
+}
+
+
+class WrongDimension(Exception):
+    """A unit of another dimension than the one asked for."""
+
+
+def round_quantity(value: float | Decimal) -> float:
+    """A quantity at 12 significant digits: what is used, hashed and stored; zero has no sign.
+
+    >>> round_quantity(0.1 + 0.2)
+    0.3
+    """
+    return float(format(value, f".{SIGNIFICANT_DIGITS}g")) + 0.0
+
+
+def readable(value: float, unit: str) -> str:
+    """An SI value as a person writes it, and as ``parse_quantity`` reads it.
+
+    >>> readable(6000.0, "m s-1"), readable(0.002, "m"), readable(0.5, "1")
+    ('6 km/s', '2 mm', '0.5')
+    """
+    if unit == "1":
+        return f"{value:.12g}"
+    for smallest, factor, name in _READABLE.get(unit, ()):
+        if abs(value) >= smallest:
+            return f"{round_quantity(value / factor):.12g} {name}"
+    return f"{value:.12g} {unit}"
+
+
+def parse_quantity(given: object, unit: str, field: str) -> Decimal:
+    """A quantity given as text with its unit, as an exact number of the SI ``unit``.
+
+    Raises InvalidInput: not a text, no unit, unknown unit, another dimension, not finite.
+
+    >>> parse_quantity("6.1 km/s", "m s-1", "speed")
+    Decimal('6100')
+    """
+    if unit == "1":
+        return exact_number(given, field)
+    if is_number(given):
+        raise refusal(field, given, _allowed(unit), _cure_for_bare_number(shown(given), unit))
+    number, unit_text = _split(given, unit, field)
+    if not unit_text:
+        raise refusal(field, given, _allowed(unit), _cure_for_bare_number(number, unit))
+    return convert(_decimal(number, given, field), unit_text, unit, field)
+
+
+def convert(number: Decimal, unit_text: str, unit: str, field: str) -> Decimal:
+    """A number in any unit, as an exact number of the SI ``unit``; raises InvalidInput."""
+    given = f"{number} {unit_text}"
+    if len(unit_text) > LONGEST_TEXT:
+        raise refusal(field, given, _allowed(unit), _cure(unit))
+    try:
+        factor, offset = _conversion(unit_text, unit)
+    except WrongDimension:
+        raise refusal(field, given, _allowed(unit), _cure(unit)) from None
+    except ValueError:
+        limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
+        raise refusal(field, given, limit, _cure(unit)) from None
+    return _bounded(number * factor + offset, given, field)
+
+
+def exact_number(given: object, field: str) -> Decimal:
+    """A plain number, given as a number or as text, exactly; raises InvalidInput.
+
+    >>> exact_number(0.31, "n")
+    Decimal('0.31')
+    """
+    if isinstance(given, str):
+        match = _QUANTITY.fullmatch(given[: LONGEST_TEXT + 1])
+        if match is None or len(given) > LONGEST_TEXT or match[2]:
+            raise refusal(field, given, "a plain number without unit", "write a number such as 0.5")
+        return _decimal(match[1], given, field)
+    if not is_number(given):
+        raise refusal(field, given, "a plain number", "write a number such as 0.5")
+    return _decimal(_digits(given), given, field)
+
+
+def is_number(given: object) -> bool:
+    """Whether a value is a number; true and false are not."""
+    return isinstance(given, Real | Decimal) and not isinstance(given, bool)
+
+
+def dimension_of(unit: str) -> str:
+    """What a person calls the dimension of an SI unit: "speed" for "m s-1".
+
+    >>> dimension_of("m s-1"), dimension_of("1")
+    ('speed', 'plain number')
+    """
+    if unit == "1":
+        return "plain number"
+    return _DIMENSIONS[unit][0] if unit in _DIMENSIONS else f"quantity in {unit}"
+
+
+def base_unit(unit_text: str, field: str) -> str:
+    """The SI unit, of those with a name here, that a unit converts to; raises InvalidInput."""
+    for unit in _DIMENSIONS:
+        if len(unit_text) <= LONGEST_TEXT and _same_dimension(unit_text, unit):
+            return unit
+    raise refusal(
+        field, unit_text, "a unit of a measured quantity", "write a unit such as mm or km/s"
+    )
+
+
+def refusal(field: str, given: object, limit: str, cure: str) -> InvalidInput:
+    """The error of one finding."""
+    return InvalidInput([Finding(field, shown(given), limit, cure)])
+
+
+def _split(given: object, unit: str, field: str) -> tuple[str, str]:
+    """Number text and unit text of a quantity."""
+    if not isinstance(given, str) or len(given) > LONGEST_TEXT:
+        raise refusal(field, given, _allowed(unit), _cure(unit))
+    match = _QUANTITY.fullmatch(given)
+    if match is None:
+        raise refusal(field, given, _allowed(unit), _cure(unit))
+    return match[1], (match[2] or "").strip()
+
+
+def _digits(given: Any) -> str:
+    """A number as decimal text; a float as the shortest text that reads back as itself."""
+    if isinstance(given, Decimal | Rational):
+        return str(given) if abs(given) < 10**LARGEST_EXPONENT else "inf"
+    return repr(float(given))
+
+
+def _decimal(text: str, given: object, field: str) -> Decimal:
+    try:
+        return _bounded(Decimal(text), given, field)
+    except DecimalException:
+        raise refusal(field, given, "a finite number", "write a number such as 0.5") from None
+
+
+def _bounded(number: Decimal, given: object, field: str) -> Decimal:
+    if not number.is_finite() or (number and abs(number.adjusted()) > LARGEST_EXPONENT):
+        raise refusal(field, given, "a finite number", "write a number of ordinary size")
+    return number
+
+
+def _allowed(unit: str) -> str:
+    return f"a {dimension_of(unit)} with its unit"
+
+
+def _sample_units(unit: str) -> tuple[str, ...]:
+    return _DIMENSIONS[unit][1] if unit in _DIMENSIONS else (unit,)
+
+
+def _cure(unit: str) -> str:
+    return f"write for example '1 {_sample_units(unit)[0]}'"
+
+
+def _cure_for_bare_number(number: str, unit: str) -> str:
+    return "write " + " or ".join(f"'{number} {sample}'" for sample in _sample_units(unit))
+
+
+@lru_cache(maxsize=4096)  # user text: bounded, and far more than the units of one sweep
+def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
+    """Factor and offset from a unit to an SI unit; the offset is zero but for degC.
+
+    Raises WrongDimension, or ValueError where the text is no unit.
+    """
+    import pint
+
+    registry = _registry()
+    try:
+        given_unit = registry.parse_units(_expression(unit_text))
+        target_unit = registry.parse_units(_expression(unit))
+        zero = registry.Quantity(Decimal(0), given_unit).to(target_unit).magnitude
+        one = registry.Quantity(Decimal(1), given_unit).to(target_unit).magnitude
+    except pint.DimensionalityError as error:
+        raise WrongDimension(str(error)) from error
+    except Exception as error:  # what pint raises for a text that is no unit has no common base
+        raise ValueError(f"{unit_text!r} is not a unit") from error
+    return Decimal(one - zero).normalize(), Decimal(zero).normalize()
+
+
+def _same_dimension(unit_text: str, unit: str) -> bool:
+    try:
+        _conversion(unit_text, unit)
+    except (WrongDimension, ValueError):
+        return False
+    return True
+
+
+def _expression(unit_text: str) -> str:
+    """A unit, UDUNITS spelling included ("kg m-3"), in the spelling of pint; raises ValueError.
+
+    >>> _expression("J/(kg K)"), _expression("m s-1"), _expression("g/cm³")
+    ('J/(kg*K)', 'm*s**-1', 'g/cm**3')
+    """
+    text = re.sub(r"\s*([*/()])\s*", r"\1", unit_text.translate(_SUPERSCRIPTS).strip())
+    if text.startswith(("1/", "/")):
+        return "1/" + _expression(text.partition("/")[2])
+    if not re.fullmatch(rf"(?:{_WORD.pattern}|(?<!\*)\*(?!\*)|[/() ])+", text):
+        raise ValueError(f"{unit_text!r} is not a unit")
+    return _WORD.sub(_pint_power, text).replace(" ", "*").replace(")(", ")*(")
+
+
+def _pint_power(match: re.Match[str]) -> str:
+    return f"{match[1]}**{match[2]}" if match[2] else match[1]
+
+
+@cache
+def _registry() -> Any:
+    """The one unit registry of the process, computing in decimals."""
+    import pint
+
+    return pint.UnitRegistry(non_int_type=Decimal)

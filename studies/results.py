@@ -1,0 +1,74 @@
+"""What a run leaves: measurements with uncertainty and history, balances, flags, provenance. Plain data, JSON both ways."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A number read off the state of a run."""
+
+    value: float | None  # None where the flags say why
+    uncertainty: float | None  # standard, the root of the sum of the squares of the parts
+    parts: Mapping[str, float]  # resolution, azimuth, growth: same unit as the value
+    flags: tuple[str, ...]
+    history: Mapping[str, list[float | None]]  # time (s) and value
+    version: int  # of the definition
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a run is."""
+
+    time: float  # simulated, s
+    end_time: float  # cap, s
+    step: int
+    fraction: float  # 0..1 of the cap; a run may end earlier
+    eta_seconds: float | None
+    measured: Mapping[str, float]
+
+    def as_json(self) -> dict[str, Any]:
+        """As plain objects."""
+        return dataclasses.asdict(self)
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """The outcome of a run: succeeded, or failed by the solver's own verdict."""
+
+    run_id: str
+    state: str  # "succeeded" or "failed"
+    reason: str | None = None  # of a failure, in words
+    failure: str | None = None  # of a failure, its kind
+    measurements: Mapping[str, Measured] = field(default_factory=dict)
+    flags: tuple[str, ...] = ()
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    stop: str = ""  # "settled", "end_time"
+    provenance: Mapping[str, str | float] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """As plain objects that JSON can hold: no NaN."""
+        plain: dict[str, Any] = _plain(dataclasses.asdict(self))
+        return plain
+
+    @staticmethod
+    def from_json(plain: Mapping[str, Any]) -> "RunResult":
+        """The result that ``as_json`` wrote."""
+        measured = {
+            name: Measured(**{**value, "flags": tuple(value["flags"])})
+            for name, value in plain["measurements"].items()
+        }
+        return RunResult(**{**plain, "measurements": measured, "flags": tuple(plain["flags"])})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

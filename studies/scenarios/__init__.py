@@ -1,0 +1,73 @@
+"""Scenarios: a physical set-up with parameters, made into a ``Problem`` for the solver.
+
+How to add one: a module here that offers a ``Scenario`` as ``SCENARIO``; modules whose name starts with an underscore
+are shared by several. Its parameters are a frozen dataclass: annotations give the units, metadata the meaning and the
+bounds, and so the API, the checks at the door, the cube and the documentation follow. Nothing here is heavy to import:
+``build`` alone reaches for the solver, in the process that runs it. The contract tests build it at its corners, weigh its
+bodies and audit ten steps.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from solver.registry import entries
+from studies.errors import Finding
+from studies.nearest import nearest_cure
+from studies.quantities import refusal
+
+if TYPE_CHECKING:
+    from solver.problem import Problem
+    from studies.materials import Material
+
+Materials = Mapping[str, "Material"]  # by the name of the parameter that names it: "target"
+
+
+@dataclass(frozen=True)
+class Size:
+    """How much work a run is expected to be, before it is run."""
+
+    particles: int
+    steps: int
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What an observer needs to know about a problem to read numbers off its states."""
+
+    problem: "Problem"
+    target: str  # name of the body that is measured
+    projectile_diameter: float  # m
+    thickness: float  # of the target along the line of flight, m
+    radius: float  # of the target, m: half its width where it is square
+    sector: float  # angle that the model covers about the line of flight, rad
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A physical set-up: its parameters, what is measured on it, and how it becomes a problem."""
+
+    name: str
+    title: str
+    description: str
+    parameters: type  # frozen dataclass, keyword-only
+    materials: tuple[str, ...]  # parameters that name a material
+    measurements: tuple[str, ...]  # quantities read off its runs
+    settles: tuple[str, ...]  # the measurements that must stop growing before a run may end early
+    check: Callable[[Any, Materials], list[Finding]]  # what no single field can tell
+    build: Callable[[Any, Materials], Setting]
+    estimate: Callable[[Any, Materials], Size]
+    cells: Callable[[Any], dict[str, float]]  # cells_per_diameter, cells_per_thickness
+
+
+def names() -> list[str]:
+    """All scenarios, sorted."""
+    return list(entries(__name__, "SCENARIO"))
+
+
+def load(name: object) -> Scenario:
+    """The scenario of a name; raises InvalidInput with the nearest one."""
+    known: Mapping[str, Scenario] = entries(__name__, "SCENARIO")
+    if not isinstance(name, str) or name not in known:
+        raise refusal("scenario", name, "one of " + ", ".join(known), nearest_cure(name, known))
+    return known[name]

@@ -1,0 +1,397 @@
+"""What the impact scenarios share: parameters, matter, lattices, faces and the size of the work.
+
+The original surface of the target is z = 0, its body stands at z > 0, and the projectile flies towards +z and touches
+it at time zero. Lattices have two particles per cell and direction, stretched by a few per cent where needed so that
+lengths are exact; the masses of a body are scaled to the analytic mass, from which a lattice sphere differs by 2 to 4 %.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+from solver.units import Dimensionless, Metre, MetrePerSecond, Second
+from studies.errors import Finding
+from studies.parameters import MaterialName
+from studies.scenarios import Materials, Setting, Size
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from solver.problem import Body, Face, Matter
+    from studies.materials import Material
+
+PARTICLES_PER_CELL = 2  # along each direction
+UPRANGE, DOWNRANGE = 2.5, 5.0  # grid in front of and behind the target, in projectile diameters
+BEYOND_EDGE = 0.5  # grid outside a free edge, in projectile diameters
+
+# Growth of a hole or crater is over within the time a signal needs for many diameters; the cap and the window scale with
+# the diameter, as everything does in a rate-independent material. 60 us and 5 us at 8 mm: prototypes of copper plates
+# crept for 30 us and longer on coarse grids.
+CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m
+WINDOW_PER_DIAMETER = 5e-6 / 8e-3  # s/m
+
+SECTORS = {"axisymmetric": 1.0, "quarter": math.pi / 2.0, "half": math.pi}
+
+
+def described(meaning: str, minimum: float, maximum: float, **default: Any) -> Any:
+    """A field with its meaning and bounds (SI)."""
+    return field(**default, metadata={"meaning": meaning, "minimum": minimum, "maximum": maximum})
+
+
+def explained(meaning: str, **default: Any) -> Any:
+    """A field that is not a number, with its meaning."""
+    return field(**default, metadata={"meaning": meaning})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Impact:
+    """Parameters of every normal impact."""
+
+    speed: MetrePerSecond = described("impact speed, normal to the target", 100.0, 2e4)
+    projectile_diameter: Metre = described("diameter of the projectile", 1e-5, 1.0)
+    projectile: MaterialName = explained("material of the projectile")
+    target: MaterialName = explained("material of the target")
+    projectile_shape: Literal["sphere", "cylinder"] = explained(
+        "shape of the projectile; a cylinder flies along its axis", default="sphere"
+    )
+    projectile_length: Metre | None = described(
+        "length of a cylinder; a sphere has none", 1e-5, 1.0, default=None
+    )
+    geometry: Literal["axisymmetric", "quarter", "half"] = explained(
+        "body of revolution, or a quarter or half of a square target in three dimensions",
+        default="axisymmetric",
+    )
+    cells_per_diameter: Dimensionless = described(
+        "grid cells across the projectile's diameter", 2.0, 512.0, default=32.0
+    )
+    edges: Literal["fixed", "free"] = explained("what holds the target's rim", default="fixed")
+    end_time: Second | None = described(
+        "latest end of the run; by default 7.5 ms per metre of diameter, 60 us at 8 mm",
+        1e-9,
+        1.0,
+        default=None,
+    )
+    stop: Literal["settled", "end_time"] = explained(
+        "end once the measurement has settled, or at end_time only", default="settled"
+    )
+    settled_growth: Dimensionless = described(
+        "relative growth within settled_window that counts as settled", 0.0, 0.5, default=0.005
+    )
+    settled_window: Second | None = described(
+        "time over which growth is judged; by default 5 us at 8 mm, in proportion to the diameter",
+        1e-9,
+        1.0,
+        default=None,
+    )
+    eos_form: Literal["hugoniot", "cubic"] = explained(
+        "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it",
+        default="hugoniot",
+    )
+    thermal_softening: bool = explained(
+        "whether temperature softens and melting takes all strength", default=True
+    )
+    tension: Literal["recoverable", "unlimited"] = explained(
+        "tensile floor at the spall strength, shrinking with temperature, or none",
+        default="recoverable",
+    )
+    viscosity_linear: Dimensionless = described(
+        "linear artificial viscosity", 0.0, 2.0, default=0.06
+    )
+    viscosity_quadratic: Dimensionless = described(
+        "quadratic artificial viscosity", 0.0, 10.0, default=1.5
+    )
+    courant: Dimensionless = described(
+        "part of a cell that a signal may cross in a step", 0.01, 0.9, default=0.4
+    )
+    fixed_dt: Second | None = described(
+        "constant time step instead of the stable one, for comparisons", 1e-15, 1e-3, default=None
+    )
+
+
+def spacing(given: Impact) -> float:
+    """Size of a cell, m."""
+    return given.projectile_diameter / given.cells_per_diameter
+
+
+def end_time(given: Impact) -> float:
+    """Latest end of a run, s."""
+    return given.end_time or CAP_PER_DIAMETER * given.projectile_diameter
+
+
+def settled_window(given: Impact) -> float:
+    """Time over which growth is judged, s."""
+    return given.settled_window or WINDOW_PER_DIAMETER * given.projectile_diameter
+
+
+def check_projectile(given: Impact) -> list[Finding]:
+    """A cylinder has a length and a sphere has none."""
+    if given.projectile_shape == "cylinder" and given.projectile_length is None:
+        return [
+            Finding(
+                "projectile_length",
+                "nothing",
+                "the length of the cylinder",
+                "give projectile_length",
+            )
+        ]
+    if given.projectile_shape == "sphere" and given.projectile_length is not None:
+        return [
+            Finding(
+                "projectile_length",
+                f"{given.projectile_length:g} m",
+                "no length for a sphere",
+                "leave projectile_length out, or set projectile_shape to cylinder",
+            )
+        ]
+    return []
+
+
+def size(given: Impact, *, thickness: float, radius: float) -> Size:
+    """Particles from volumes, and steps from the stable step of the undisturbed state."""
+    lattice = spacing(given) / PARTICLES_PER_CELL
+    length = given.projectile_length or 2.0 / 3.0 * given.projectile_diameter
+    round_area = math.pi / 4.0 * given.projectile_diameter**2
+    if given.geometry == "axisymmetric":
+        half_plane = math.pi / 8.0 * given.projectile_diameter**2  # of a sphere
+        if given.projectile_length:
+            half_plane = 0.5 * given.projectile_diameter * given.projectile_length
+        particles = (radius * thickness + half_plane) / lattice**2
+    else:
+        parts = 4 if given.geometry == "quarter" else 2
+        particles = ((2.0 * radius) ** 2 * thickness + round_area * length) / parts / lattice**3
+    # Half of the impact speed on top of 5 km/s of sound: the mean over runs of copper at 2 to 7 km/s.
+    step = given.fixed_dt or given.courant * spacing(given) / (5000.0 + 0.5 * given.speed)
+    return Size(particles=round(particles), steps=round(end_time(given) / step))
+
+
+def assemble(given: Impact, materials: Materials, *, thickness: float, radius: float) -> Setting:
+    """The problem of a projectile in front of a plate or block."""
+    import numpy as np
+
+    from solver.problem import ArtificialViscosity, Problem
+
+    geometry, faces = _grid(given, thickness, radius)
+    axis = _flight_axis(given)
+    velocity = np.zeros(3)
+    velocity[axis] = given.speed
+    lattice = np.full(3, spacing(given) / PARTICLES_PER_CELL)
+    bodies = (
+        _body(
+            "projectile",
+            given,
+            materials["projectile"],
+            geometry,
+            _projectile(given, lattice),
+            velocity,
+        ),
+        _body(
+            "target",
+            given,
+            materials["target"],
+            geometry,
+            _target(given, lattice, thickness, radius),
+            np.zeros(3),
+        ),
+    )
+    problem = Problem(
+        geometry=geometry,
+        bodies=bodies,
+        faces=faces,
+        end_time=end_time(given),
+        viscosity=ArtificialViscosity(given.viscosity_linear, given.viscosity_quadratic),
+        courant=given.courant,
+        fixed_dt=given.fixed_dt,
+    )
+    return Setting(
+        problem=problem,
+        target="target",
+        projectile_diameter=given.projectile_diameter,
+        thickness=thickness,
+        radius=radius,
+        sector=SECTORS[given.geometry],
+    )
+
+
+@dataclass(frozen=True)
+class _Lattice:
+    """Points of a body before they have mass."""
+
+    position: "np.ndarray"  # (n, 3) m
+    spacing: tuple[float, float, float]  # m
+    volume: float  # analytic volume of the modelled part, m3 (m3 per radian in axisymmetry)
+
+
+def _flight_axis(given: Impact) -> int:
+    return 1 if given.geometry == "axisymmetric" else 2
+
+
+def _grid(
+    given: Impact, thickness: float, radius: float
+) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+    from solver.geometry import grid
+    from solver.geometry.axisymmetric import Axisymmetric
+    from solver.geometry.cartesian3d import Cartesian3D
+    from solver.problem import Face
+
+    cell = spacing(given)
+    beyond = 0.0 if given.edges == "fixed" else BEYOND_EDGE * given.projectile_diameter
+    across = math.ceil((radius + beyond) / cell - 1e-9)
+    before = math.ceil(UPRANGE * given.projectile_diameter / cell)
+    before = max(before, math.ceil((_length(given) + 2.0 * cell) / cell))
+    behind = math.ceil((thickness + DOWNRANGE * given.projectile_diameter) / cell)
+    rim = Face.FIXED if given.edges == "fixed" else Face.FREE
+    free = (Face.FREE, Face.FREE)
+    inner_to_rim = (Face.SYMMETRIC, rim)
+    if given.geometry == "axisymmetric":
+        geometry = grid(
+            Axisymmetric,
+            lower=(0.0, -before * cell, 0.0),
+            cells=(across, before + behind, 0),
+            spacing=cell,
+        )
+        return geometry, (inner_to_rim, free, free)
+    whole = given.geometry == "half"
+    geometry = grid(
+        Cartesian3D,
+        lower=(-across * cell if whole else 0.0, 0.0, -before * cell),
+        cells=(2 * across if whole else across, across, before + behind),
+        spacing=cell,
+    )
+    return geometry, ((rim, rim) if whole else inner_to_rim, inner_to_rim, free)
+
+
+def _length(given: Impact) -> float:
+    return given.projectile_length or given.projectile_diameter
+
+
+def _line(begin: float, end: float, step: float) -> tuple["np.ndarray", float]:
+    """Points in the middle of equal pieces that fill begin..end, and the piece nearest to ``step``."""
+    import numpy as np
+
+    pieces = max(1, round((end - begin) / step))
+    piece = (end - begin) / pieces
+    return begin + piece * (np.arange(pieces) + 0.5), piece
+
+
+def _points(*lines: "np.ndarray") -> "np.ndarray":
+    import numpy as np
+
+    return np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
+
+
+def _target(given: Impact, lattice: "np.ndarray", thickness: float, radius: float) -> _Lattice:
+    import numpy as np
+
+    across, step = _line(0.0, radius, float(lattice[0]))
+    along, layer = _line(0.0, thickness, float(lattice[0]))
+    if given.geometry == "axisymmetric":
+        points = _points(across, along, np.zeros(1))
+        return _Lattice(points, (step, layer, 0.0), 0.5 * radius**2 * thickness)
+    wide = np.concatenate([-across[::-1], across]) if given.geometry == "half" else across
+    parts = 2 if given.geometry == "half" else 1
+    return _Lattice(
+        _points(wide, across, along), (step, step, layer), parts * radius**2 * thickness
+    )
+
+
+def _projectile(given: Impact, lattice: "np.ndarray") -> _Lattice:
+    """Points around the projectile's own centre, so that a sphere is symmetric on any grid."""
+    import numpy as np
+
+    radius, length = 0.5 * given.projectile_diameter, _length(given)
+    across, step = _line(0.0, radius, float(lattice[0]))
+    along, layer = _line(-length, 0.0, float(lattice[0]))
+    whole = np.concatenate([-across[::-1], across])
+    if given.geometry == "axisymmetric":
+        points = _points(across, along, np.zeros(1))
+        from_axis, along_flight, spacings = points[:, 0], points[:, 1], (step, layer, 0.0)
+    else:
+        points = _points(whole if given.geometry == "half" else across, across, along)
+        from_axis, along_flight = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        spacings = (step, step, layer)
+    if given.projectile_shape == "sphere":
+        inside = from_axis**2 + (along_flight + radius) ** 2 < radius**2
+        volume = 4.0 / 3.0 * math.pi * radius**3
+    else:
+        inside = from_axis < radius
+        volume = math.pi * radius**2 * length
+    part = 1.0 if given.geometry == "axisymmetric" else SECTORS[given.geometry]
+    return _Lattice(points[inside], spacings, volume * part / (2.0 * math.pi))
+
+
+def _body(
+    name: str,
+    given: Impact,
+    material: "Material",
+    geometry: Any,
+    lattice: _Lattice,
+    velocity: "np.ndarray",
+) -> "Body":
+    import numpy as np
+
+    from solver.geometry import lattice_measure
+    from solver.problem import Body
+
+    volume = np.ones(lattice.position.shape[0]) * lattice_measure(
+        geometry, lattice.position.T, lattice.spacing
+    )
+    return Body(
+        name=name,
+        matter=_matter(given, material),
+        position=lattice.position,
+        velocity=velocity,
+        mass=volume * (material.density * lattice.volume / volume.sum()),
+        density=material.density,
+        spacing=lattice.spacing,
+    )
+
+
+def _matter(given: Impact, material: "Material") -> "Matter":
+    from solver.eos.mie_grueneisen import mie_grueneisen, mie_grueneisen_cubic
+    from solver.failure.recoverable import RecoverableTension
+    from solver.failure.unlimited import UnlimitedTension
+    from solver.problem import Matter
+
+    eos = {"hugoniot": mie_grueneisen, "cubic": mie_grueneisen_cubic}[given.eos_form](
+        density=material.density,
+        c0=material.eos.c0,
+        s=material.eos.s,
+        gamma0=material.eos.gamma0,
+        heat_capacity=material.thermal.heat_capacity,
+        temperature=material.thermal.room_temperature,
+    )
+    bears_any = given.tension == "unlimited" or material.tension.spall_strength is None
+    melt = material.thermal.melt_temperature if given.thermal_softening else None
+    return Matter(
+        eos=eos,
+        strength=_strength(material),
+        tension=UnlimitedTension()
+        if bears_any
+        else RecoverableTension(material.tension.spall_strength),
+        shear_modulus=material.elastic.shear_modulus,
+        room_temperature=material.thermal.room_temperature,
+        melt_temperature=math.inf if melt is None else melt,
+    )
+
+
+def _strength(material: "Material") -> Any:
+    from solver.strength.elastic import Elastic
+    from solver.strength.johnson_cook import JohnsonCook
+    from solver.strength.linear_hardening import LinearHardening
+    from solver.strength.perfectly_plastic import PerfectlyPlastic
+
+    given = material.strength
+    records = {
+        "elastic": lambda: Elastic(),
+        "perfectly-plastic": lambda: PerfectlyPlastic(given.yield_stress),
+        "linear-hardening": lambda: LinearHardening(given.yield_stress, given.hardening_modulus),
+        "johnson-cook": lambda: JohnsonCook(
+            given.A,
+            given.B,
+            given.n,
+            given.C,
+            math.inf if given.m is None else given.m,
+            given.reference_rate,
+        ),
+    }
+    return records[given.kind]()

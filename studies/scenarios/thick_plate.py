@@ -1,0 +1,80 @@
+"""A projectile craters a thick block: Ma (2005), section 3.2."""
+
+from dataclasses import dataclass
+
+from solver.units import Metre
+from studies.errors import Finding
+from studies.scenarios import Materials, Scenario, Setting, Size
+from studies.scenarios._impact import Impact, assemble, check_projectile, described, size, spacing
+
+# Semi-infinite means three crater depths (Gehring, in Cour-Palais 1987: attached spall below t = 3 p); a copper crater at
+# 7 km/s is 3.5 diameters deep and three wide on each side.
+DEPTH, RADIUS = 11.0, 10.0  # of the block, in projectile diameters
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThickPlate(Impact):
+    """Parameters of a crater."""
+
+    target_depth: Metre | None = described(
+        "thickness of the block; by default 11 diameters", 1e-5, 10.0, default=None
+    )
+    target_radius: Metre | None = described(
+        "radius of a round block, half the width of a square one; by default 10 diameters",
+        1e-5,
+        10.0,
+        default=None,
+    )
+
+
+def _depth(given: ThickPlate) -> float:
+    return given.target_depth or DEPTH * given.projectile_diameter
+
+
+def _radius(given: ThickPlate) -> float:
+    return given.target_radius or RADIUS * given.projectile_diameter
+
+
+def _check(given: ThickPlate, materials: Materials) -> list[Finding]:
+    findings = check_projectile(given)
+    for name, value in (("target_depth", _depth(given)), ("target_radius", _radius(given))):
+        if value < given.projectile_diameter:
+            findings.append(
+                Finding(
+                    name,
+                    f"{value:g} m",
+                    f"at least the projectile's diameter, {given.projectile_diameter:g} m",
+                    "enlarge the block, or use thin_plate",
+                )
+            )
+    return findings
+
+
+def _build(given: ThickPlate, materials: Materials) -> Setting:
+    return assemble(given, materials, thickness=_depth(given), radius=_radius(given))
+
+
+def _size(given: ThickPlate, materials: Materials) -> Size:
+    return size(given, thickness=_depth(given), radius=_radius(given))
+
+
+def _cells(given: ThickPlate) -> dict[str, float]:
+    return {
+        "cells_per_diameter": given.cells_per_diameter,
+        "cells_per_thickness": _depth(given) / spacing(given),
+    }
+
+
+SCENARIO = Scenario(
+    name="thick_plate",
+    title="Crater in a thick block",
+    description="A sphere or cylinder hits a block at right angles; the crater is measured.",
+    parameters=ThickPlate,
+    materials=("projectile", "target"),
+    measurements=("crater_depth", "crater_diameter", "crater_depth_over_diameter"),
+    settles=("crater_depth", "crater_diameter"),
+    check=_check,
+    build=_build,
+    estimate=_size,
+    cells=_cells,
+)

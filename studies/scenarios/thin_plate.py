@@ -1,0 +1,85 @@
+"""A projectile perforates a plate: Ma (2005), section 3.1.1."""
+
+from dataclasses import dataclass
+
+from solver.units import Metre
+from studies.errors import Finding
+from studies.scenarios import Materials, Scenario, Setting, Size
+from studies.scenarios._impact import Impact, assemble, check_projectile, described, size, spacing
+
+RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThinPlate(Impact):
+    """Parameters of a perforation."""
+
+    plate_thickness: Metre = described("thickness of the plate", 1e-6, 1.0)
+    plate_radius: Metre | None = described(
+        "radius of a round plate, half the width of a square one; by default 3.5 diameters",
+        1e-5,
+        10.0,
+        default=None,
+    )
+
+
+def _radius(given: ThinPlate) -> float:
+    return given.plate_radius or RADIUS * given.projectile_diameter
+
+
+def _check(given: ThinPlate, materials: Materials) -> list[Finding]:
+    findings = check_projectile(given)
+    if _radius(given) < given.projectile_diameter:
+        findings.append(
+            Finding(
+                "plate_radius",
+                f"{_radius(given):g} m",
+                f"at least the projectile's diameter, {given.projectile_diameter:g} m",
+                "enlarge the plate; 3.5 diameters is the default",
+            )
+        )
+    if given.plate_thickness < 0.5 * spacing(given):
+        findings.append(
+            Finding(
+                "plate_thickness",
+                f"{given.plate_thickness:g} m",
+                f"at least half a cell, {0.5 * spacing(given):g} m",
+                "raise the resolution (cells per diameter)",
+            )
+        )
+    return findings
+
+
+def _build(given: ThinPlate, materials: Materials) -> Setting:
+    return assemble(given, materials, thickness=given.plate_thickness, radius=_radius(given))
+
+
+def _size(given: ThinPlate, materials: Materials) -> Size:
+    return size(given, thickness=given.plate_thickness, radius=_radius(given))
+
+
+def _cells(given: ThinPlate) -> dict[str, float]:
+    return {
+        "cells_per_diameter": given.cells_per_diameter,
+        "cells_per_thickness": given.plate_thickness / spacing(given),
+    }
+
+
+SCENARIO = Scenario(
+    name="thin_plate",
+    title="Perforation of a plate",
+    description="A sphere or cylinder hits a plate at right angles; the hole is measured.",
+    parameters=ThinPlate,
+    materials=("projectile", "target"),
+    measurements=(
+        "hole_diameter",
+        "hole_diameter_clear",
+        "hole_diameter_midplane",
+        "hole_diameter_lip",
+    ),
+    settles=("hole_diameter",),
+    check=_check,
+    build=_build,
+    estimate=_size,
+    cells=_cells,
+)

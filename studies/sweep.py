@@ -1,0 +1,203 @@
+"""A sweep: a scenario, fixed parameters, axes to vary; checked, canonical, expanded into runs."""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from studies import materials as shipped
+from studies import run, scenarios
+from studies.axes import Axis
+from studies.errors import Finding, InvalidInput
+from studies.materials import Material
+from studies.observations import Known, Observation, written
+from studies.parameters import Parameter, Value, declared
+
+Combine = Literal["grid", "zip"]
+
+RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
+FINDINGS_SHOWN = 20  # of refused points; a wrong sweep is wrong at thousands of them
+
+
+@dataclass(frozen=True)
+class SweepLimits:
+    """How large a sweep may be; counted before anything is expanded."""
+
+    max_runs: int = 10_000
+    max_axes: int = 20
+    max_values: int = 1_000  # on one axis
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run of a sweep, in its place."""
+
+    index: tuple[int, ...]  # one number an axis (grid), or one number (zip)
+    coordinates: Mapping[str, Value]  # SI, by axis name
+    run: "run.Run"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """What a user asks: every value checked, in SI, at 12 significant digits."""
+
+    name: str
+    title: str
+    scenario: str
+    fixed: Mapping[str, Value]  # by parameter name or dotted material path
+    axes: tuple[Axis, ...]
+    combine: Combine
+    resolution: float | None  # cells per projectile diameter; None where it is fixed or an axis
+    materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
+    observations: tuple[Observation, ...] = ()
+
+    @staticmethod
+    def parse(document: Any, limits: SweepLimits | None = None) -> "Sweep":
+        """The sweep of a document; raises InvalidInput with everything that is wrong with it.
+
+        What depends on several parameters at once is checked by ``runs()``.
+        """
+        from studies.sweep_document import read_sweep
+
+        return read_sweep(document, limits or SweepLimits())
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The number of values on each axis (grid), or the number of runs (zip)."""
+        lengths = tuple(len(axis.values) for axis in self.axes)
+        return lengths if self.combine == "grid" else lengths[:1]
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return math.prod(self.shape)
+
+    def document(self) -> dict[str, Any]:
+        """The sweep as plain values that ``parse`` reads as itself; the order of axes counts."""
+        known = known_words(self.scenario, self.roles(), self.materials)
+        document: dict[str, Any] = {
+            "name": self.name,
+            "title": self.title,
+            "scenario": self.scenario,
+            "fixed": {
+                name: written(value, known.parameters[name].unit)
+                for name, value in self.fixed.items()
+            },
+            "axes": {a.name: [written(value, a.unit) for value in a.values] for a in self.axes},
+            "combine": self.combine,
+            "resolution": self.resolution,
+            "materials": {name: one.document() for name, one in self.materials.items()},
+            "observations": [one.document(known) for one in self.observations],
+        }
+        return {key: value for key, value in document.items() if value not in (None, {}, [])}
+
+    def runs(self) -> list[Point]:
+        """All runs, the last axis fastest; raises InvalidInput naming the refused points."""
+        points: list[Point] = []
+        findings: dict[Finding, str] = {}
+        for index, coordinates in self._places():
+            try:
+                points.append(Point(index, coordinates, self._run(coordinates)))
+            except InvalidInput as error:
+                place = _words(coordinates, self.axes)
+                findings |= {
+                    finding: place for finding in error.findings if finding not in findings
+                }
+            if len(findings) >= FINDINGS_SHOWN:
+                break
+        if findings:
+            raise InvalidInput(_placed(finding, place) for finding, place in findings.items())
+        return points
+
+    def roles(self) -> dict[str, tuple[str, ...]]:
+        """The names of the materials that each material parameter takes."""
+        scenario = scenarios.load(self.scenario)
+        varied = {axis.name: axis.values for axis in self.axes}
+        defaults = declared(scenario.parameters)
+        return {
+            role: tuple(
+                str(name)
+                for name in varied.get(role, (self.fixed.get(role, defaults[role].default),))
+            )
+            for role in scenario.materials
+        }
+
+    def material(self, name: str) -> Material:
+        """A material by name: the user's own, or one that ships."""
+        return self.materials[name] if name in self.materials else shipped.load(name)
+
+    def _places(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
+        """Index and coordinates of every run."""
+        names = [axis.name for axis in self.axes]
+        columns = [axis.values for axis in self.axes]
+        if self.combine == "zip":
+            for number, values in enumerate(zip(*columns, strict=True)):
+                yield (number,), dict(zip(names, values, strict=True))
+            return
+        indices = itertools.product(*(range(len(values)) for values in columns))
+        for index, values in zip(indices, itertools.product(*columns), strict=True):
+            yield index, dict(zip(names, values, strict=True))
+
+    def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
+        given = {**self.fixed, **coordinates}
+        if self.resolution is not None:
+            given[RESOLUTION] = self.resolution
+        parameters = {name: value for name, value in given.items() if "." not in name}
+        defaults = declared(scenarios.load(self.scenario).parameters)
+        materials = {
+            role: self.material(str(parameters.get(role, defaults[role].default)))
+            for role in scenarios.load(self.scenario).materials
+        }
+        for path, value in given.items():
+            role, dot, constant = path.partition(".")
+            if dot:
+                assert value is None or isinstance(value, float)
+                materials[role] = materials[role].with_value(constant, value)
+        return run.resolve(self.scenario, parameters, materials)
+
+
+def known_words(
+    scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]
+) -> Known:
+    """What a document of this scenario may name: parameters, constants of materials, quantities.
+
+    ``roles`` are the materials that each material parameter takes: a constant must belong to all.
+    """
+    scenario = scenarios.load(scenario_name)
+    parameters = declared(scenario.parameters)
+    for role, names in roles.items():
+        parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
+    quantities = {name: unit_of_quantity(name) for name in scenario.measurements}
+    return Known(quantities, parameters, sorted({*shipped.names(), *own}))
+
+
+def unit_of_quantity(name: str) -> str:
+    """The SI unit of a measured quantity: a length, or a plain ratio of two.
+
+    >>> unit_of_quantity("crater_depth"), unit_of_quantity("crater_depth_over_diameter")
+    ('m', '1')
+    """
+    return "1" if "_over_" in name else "m"
+
+
+def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
+    """The constants that all materials of a role have, by dotted path.
+
+    Where no material of the role is known, one finding says so; any constant is let through then.
+    """
+    known = [material.parameters() for material in candidates]
+    known = known or [
+        {k: v for n in shipped.names() for k, v in shipped.load(n).parameters().items()}
+    ]
+    shared = set.intersection(*(set(constants) for constants in known))
+    return {f"{role}.{path}": known[0][path] for path in known[0] if path in shared}
+
+
+def _words(coordinates: Mapping[str, Value], axes: tuple[Axis, ...]) -> str:
+    """The coordinates of a point in words: "speed = 6 km/s, plate_thickness = 2 mm"."""
+    return ", ".join(f"{a.name} = {written(coordinates[a.name], a.unit)}" for a in axes)
+
+
+def _placed(finding: Finding, place: str) -> Finding:
+    return Finding(finding.field, f"{finding.value} (at {place})", finding.limit, finding.cure)

@@ -1,0 +1,306 @@
+"""The document of a sweep (YAML or JSON) becomes a checked ``Sweep``, or a list of all findings."""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+
+from studies import materials as shipped
+from studies import scenarios
+from studies.axes import Axis, AxisReader, repeated
+from studies.errors import Finding, InvalidInput
+from studies.materials import Material, read_document
+from studies.nearest import nearest_cure, shown
+from studies.observations import Known, Observation, read_observations, written
+from studies.parameters import Value, declared, find, missing, parse_given, parse_value
+from studies.quantities import refusal
+from studies.sweep import RESOLUTION, Combine, Sweep, SweepLimits, known_words
+
+KEYS = (
+    "name",
+    "title",
+    "scenario",
+    "fixed",
+    "axes",
+    "combine",
+    "resolution",
+    "materials",
+    "observations",
+)
+COMBINATIONS: tuple[Combine, ...] = ("grid", "zip")
+LONGEST_NAME = 200  # characters of a sweep's name or title
+
+Read = TypeVar("Read")
+Instead = TypeVar("Instead")
+
+
+def read_sweep(document: Any, limits: SweepLimits) -> Sweep:
+    """The sweep of a document; raises InvalidInput with every finding."""
+    if not isinstance(document, Mapping):
+        raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
+    return _Reading(document, limits).sweep()
+
+
+def read_sweep_file(file: Path) -> dict[str, Any]:
+    """The document of a YAML file, with the observations of the CSV file that it may name.
+
+    Raises InvalidInput naming the file: unreadable, not YAML, not a mapping.
+    """
+    document = read_yaml(_text_of(file, str(file)), str(file))
+    named = document.get("observations")
+    if isinstance(named, str) and "\n" not in named.strip():
+        beside = file.parent / named.strip()
+        document["observations"] = _text_of(beside, "observations")
+    return document
+
+
+def read_yaml(text: str, source: str) -> dict[str, Any]:
+    """A YAML (or JSON) text as a mapping; raises InvalidInput naming line and column."""
+    try:
+        document = yaml.load(text, _StrictLoader)
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        found = " ".join(str(error).split()) or type(error).__name__
+        raise InvalidInput([Finding(source, found, "YAML", "correct the line named")]) from None
+    if not isinstance(document, dict):
+        raise refusal(source, document, "a mapping with scenario and axes", "see the examples")
+    return document
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """Plain values only, and each key once: the second of two equal keys would win in silence."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+        for key, (key_node, _) in zip(keys, node.value, strict=True):
+            if isinstance(key, str) and keys.count(key) > 1 and key != "<<":
+                problem = f"the key {key!r} stands twice"
+                raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
+        return super().construct_mapping(node, deep)
+
+
+def _text_of(file: Path, name: str) -> str:
+    try:
+        return file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidInput(
+            [Finding(name, str(file), "a text file that can be read", str(error))]
+        ) from None
+
+
+class _Reading:
+    """One document being read: what was found right, and what was found wrong."""
+
+    def __init__(self, document: Mapping[str, Any], limits: SweepLimits):
+        self.document = document
+        self.limits = limits
+        self.findings: list[Finding] = []
+
+    def sweep(self) -> Sweep:
+        """The whole document, in the order in which one part needs another."""
+        self._refuse_unknown_keys()
+        combine = self._attempt(self._combine, COMBINATIONS[0])
+        own = self._materials()
+        scenario = self._attempt(lambda: scenarios.load(self._scenario_name()), None)
+        if scenario is None:
+            raise InvalidInput(self.findings)
+        self.record = declared(scenario.parameters)
+        self.given_fixed = self._mapping("fixed")
+        self.given_axes = self._mapping("axes")
+        known = known_words(scenario.name, self._roles(scenario.materials, own), own)
+        fixed = self._fixed(known)
+        axes = self._axes(known, combine)
+        resolution = self._attempt(self._resolution, None)
+        self._check_completeness()
+        observations = self._attempt(lambda: self._observations(known), ())
+        name = self._attempt(lambda: self._word("name", scenario.name), "")
+        title = self._attempt(lambda: self._word("title", name), "")
+        if self.findings:
+            raise InvalidInput(self.findings)
+        return Sweep(
+            name=name,
+            title=title,
+            scenario=scenario.name,
+            fixed=fixed,
+            axes=axes,
+            combine=combine,
+            resolution=resolution,
+            materials=own,
+            observations=observations,
+        )
+
+    def _attempt(self, part: Callable[[], Read], instead: Instead) -> Read | Instead:
+        """A part of the document; where it is refused, the findings are kept."""
+        try:
+            return part()
+        except InvalidInput as error:
+            self.findings.extend(error.findings)
+            return instead
+
+    def _refuse_unknown_keys(self) -> None:
+        for key in self.document:
+            if key not in KEYS:
+                cure = nearest_cure(key, KEYS)
+                self.findings.append(Finding(str(key), shown(key), "a key of a sweep", cure))
+
+    def _word(self, key: str, default: str) -> str:
+        given = self.document.get(key, default)
+        if not isinstance(given, str) or not 0 < len(given.strip()) <= LONGEST_NAME:
+            limit = f"a text of at most {LONGEST_NAME} characters"
+            raise refusal(key, given, limit, "write a text, or leave it out")
+        return given.strip()
+
+    def _scenario_name(self) -> str:
+        given = self.document.get("scenario")
+        if not isinstance(given, str):
+            cure = nearest_cure(given, scenarios.names())
+            raise refusal("scenario", given, "the name of a scenario", cure)
+        return given
+
+    def _combine(self) -> Combine:
+        given = self.document.get("combine", COMBINATIONS[0])
+        for one in COMBINATIONS:
+            if given == one:
+                return one
+        raise refusal("combine", given, "grid or zip", nearest_cure(given, COMBINATIONS))
+
+    def _mapping(self, key: str) -> Mapping[str, Any]:
+        given = self.document.get(key)
+        if given is None:
+            return {}
+        if not isinstance(given, Mapping):
+            finding = Finding(
+                key, shown(given), "names and values", f"write {key}: {{name: value}}"
+            )
+            self.findings.append(finding)
+            return {}
+        return given
+
+    def _materials(self) -> dict[str, Material]:
+        """The user's own materials that were found right."""
+        own: dict[str, Material] = {}
+        for name, document in self._mapping("materials").items():
+            material = self._attempt(partial(_own_material, name, document), None)
+            if material is not None:
+                own[name] = material
+        return own
+
+    def _roles(
+        self, roles: tuple[str, ...], own: Mapping[str, Material]
+    ) -> dict[str, tuple[str, ...]]:
+        """The known materials that each material parameter takes; refused names are found later."""
+        names = {*shipped.names(), *own}
+        return {role: tuple(n for n in self._named(role) if n in names) for role in roles}
+
+    def _named(self, role: str) -> list[str]:
+        given = self.given_axes.get(role)
+        if isinstance(given, list | tuple):
+            return [name for name in given if isinstance(name, str)]
+        name = self.given_fixed.get(role, self.record[role].default)
+        return [name] if isinstance(name, str) else []
+
+    def _fixed(self, known: Known) -> dict[str, Value]:
+        values, findings = parse_given(
+            known.parameters, self.given_fixed, "fixed", materials=known.materials
+        )
+        self.findings.extend(findings)
+        return values
+
+    def _axes(self, known: Known, combine: Combine) -> tuple[Axis, ...]:
+        """All axes, and the number of runs that they make."""
+        if not self.given_axes:
+            limit, cure = "at least one axis", "give an axis; one value is enough: speed: [6 km/s]"
+            self.findings.append(Finding("axes", "nothing", limit, cure))
+        if len(self.given_axes) > self.limits.max_axes:
+            limit = f"at most {self.limits.max_axes} axes"
+            count = f"{len(self.given_axes)} axes"
+            self.findings.append(Finding("axes", count, limit, "split the sweep"))
+            return ()
+        reader = AxisReader(self.limits.max_values, known.materials)
+        read = [
+            self._attempt(partial(self._axis, reader, known, name, given), None)
+            for name, given in self.given_axes.items()
+        ]
+        axes = tuple(axis for axis in read if axis is not None)
+        if len(axes) == len(self.given_axes) > 0:
+            self._check_combination(axes, combine)
+        return axes
+
+    def _axis(self, reader: AxisReader, known: Known, name: str, given: Any) -> Axis:
+        where = f"axes.{name}"
+        if name == "resolution" and name not in known.parameters:
+            cure = f"the axis is called {RESOLUTION!r}"
+            raise refusal(where, name, "a name of a parameter", cure)
+        parameter = find(known.parameters, name, "axes")
+        if name in self.given_fixed:
+            cure = "take it from fixed or from axes"
+            raise refusal(where, f"{name} twice", "a parameter that is fixed or varied", cure)
+        return reader.read(parameter, name, given, where)
+
+    def _check_combination(self, axes: tuple[Axis, ...], combine: Combine) -> None:
+        lengths = {axis.name: len(axis.values) for axis in axes}
+        if combine == "zip" and len(set(lengths.values())) > 1:
+            counts = ", ".join(f"{name}: {length}" for name, length in lengths.items())
+            limit = "axes of equal length where combine is zip"
+            self.findings.append(Finding("axes", counts, limit, "make them equal, or use grid"))
+            return
+        size = max(lengths.values()) if combine == "zip" else math.prod(lengths.values())
+        if size > self.limits.max_runs:
+            limit = f"at most {self.limits.max_runs} runs"
+            self.findings.append(Finding("axes", f"{size} runs", limit, "take fewer values"))
+            return
+        self._refuse_repetition(axes, combine)
+
+    def _refuse_repetition(self, axes: tuple[Axis, ...], combine: Combine) -> None:
+        """A value twice on an axis of a grid, or a point twice in a zip, would be one run twice."""
+        if combine == "zip":
+            rows = tuple(zip(*(axis.values for axis in axes), strict=True))
+            texts = {"axes": [str(row) for row in repeated(rows)]}
+        else:
+            texts = {
+                f"axes.{axis.name}": [str(written(v, axis.unit)) for v in repeated(axis.values)]
+                for axis in axes
+            }
+        for where, twice in texts.items():
+            for text in twice:
+                self.findings.append(Finding(where, text, "each value once", "leave it out"))
+
+    def _resolution(self) -> float | None:
+        given = self.document.get("resolution")
+        if given is None:
+            return None
+        if RESOLUTION not in self.record:
+            limit = "a scenario with cells per diameter"
+            raise refusal("resolution", given, limit, "leave it out")
+        for part in ("fixed", "axes"):
+            if RESOLUTION in self._mapping(part):
+                limit = f"resolution, or {RESOLUTION} under {part}"
+                raise refusal("resolution", given, limit, "give one of the two")
+        value = parse_value(self.record[RESOLUTION], given, "resolution")
+        return None if value is None else float(value)
+
+    def _check_completeness(self) -> None:
+        """Every parameter without a default is fixed, varied, or the resolution."""
+        given = {*self.given_fixed, *self.given_axes}
+        if self.document.get("resolution") is not None:
+            given.add(RESOLUTION)
+        for parameter in self.record.values():
+            if parameter.required and parameter.name not in given:
+                finding = missing(parameter, "fixed")
+                if parameter.name == RESOLUTION:
+                    cure = "give the cells per projectile diameter: resolution: 16"
+                    finding = Finding("resolution", "nothing", finding.limit, cure)
+                self.findings.append(finding)
+
+    def _observations(self, known: Known) -> tuple[Observation, ...]:
+        given = self.document.get("observations")
+        return () if given is None else read_observations(given, known)
+
+
+def _own_material(name: Any, document: Any) -> Material:
+    if name in shipped.names():
+        limit = "a name that no shipped material has"
+        raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
+    return read_document(document, name=str(name), path=f"materials.{name}")

@@ -1,0 +1,322 @@
+"""What a cube may hold: every variable once, with name, dimensions, unit and meaning.
+
+A name in braces stands for a word of the sweep: ``{quantity}`` for each measured quantity
+(``hole_diameter``), ``{part}`` for each part of its uncertainty. The dimension ``*`` stands for the
+axes of the sweep. ``cube.build`` makes nothing that is not declared here, and ``cube.validate``
+refuses anything else.
+
+How to add one: a number of the audit is one line of ``NUMBERS``; a quantity comes from its
+measurement, a parameter from its scenario, and neither needs an edit here.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from solver.errors import WhippleError
+from studies.parameters import Parameter
+
+SCHEMA_VERSION = 1
+AXES = "*"
+
+Kind = Literal["number", "integer", "text", "flag", "mask"]
+
+# States of a run; the cube stores the position. "other" keeps its word in the reason.
+STATES = (
+    "succeeded",
+    "failed",
+    "crashed",
+    "timed_out",
+    "out_of_memory",
+    "cancelled",
+    "running",
+    "pending",
+    "missing",
+    "other",
+)
+
+
+class SchemaError(WhippleError):
+    """A cube holds a variable that is not declared, or not as declared."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the cube: its name, what it varies along, its unit and its meaning."""
+
+    name: str
+    dims: tuple[str, ...]
+    unit: str | None  # UDUNITS; None for text and flags
+    meaning: str
+    kind: Kind = "number"
+
+    def attributes(self) -> dict[str, str]:
+        """What CF wants to see on the variable."""
+        units = {"units": self.unit} if self.unit is not None else {}
+        return {**units, "long_name": self.meaning}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that is measured on a run, as its measurement describes it."""
+
+    name: str  # "hole_diameter"
+    unit: str  # "m"
+    meaning: str
+    flags: tuple[str, ...] = ()  # words that it may carry: "not_perforated"
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """The words of one sweep, from which the names of its cube are made."""
+
+    axes: tuple[str, ...]  # dimensions: ("speed", "plate_thickness"), or ("run",) for a zip
+    quantities: Mapping[str, Quantity]
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # of each uncertainty
+
+
+def variable_name(parameter: str) -> str:
+    """A parameter's path as a CF name.
+
+    >>> variable_name("target.strength.A")
+    'target_strength_A'
+    """
+    return re.sub(r"\W", "_", parameter)
+
+
+RUN = (
+    Variable("run", ("run",), None, "number of the run", "integer"),
+    Variable("run_id", (AXES,), None, "content identity of the run", "text"),
+    Variable("run_state", (AXES,), None, "state of the run", "flag"),
+    Variable("run_reason", (AXES,), None, "why the run has no result", "text"),
+    Variable("run_failure", (AXES,), None, "kind of failure", "text"),
+    Variable("run_flags", (AXES,), None, "warnings about the run", "mask"),
+    Variable("stop_reason", (AXES,), None, "what ended the simulation", "text"),
+    Variable("solver_seconds", (AXES,), "s", "wall time of the run"),
+    Variable(
+        "equivalent_diameter",
+        (AXES,),
+        "m",
+        "diameter of the sphere with the projectile's volume, the d of D/d and p/d",
+    ),
+)
+
+QUANTITY = (
+    Variable("{quantity}", (AXES,), "{unit}", "{meaning}"),
+    Variable("{quantity}_uncertainty", (AXES,), "{unit}", "uncertainty of {quantity}"),
+    Variable("{quantity}_flags", (AXES,), None, "warnings about {quantity}", "mask"),
+    Variable("{quantity}_history", (AXES, "sample"), "{unit}", "{quantity} during the run"),
+    Variable("{quantity}_history_time", (AXES, "sample"), "s", "time of {quantity}_history"),
+)
+PART = Variable(
+    "{quantity}_uncertainty_{part}",
+    (AXES,),
+    "{unit}",
+    "part of the uncertainty of {quantity}: {part}",
+)
+
+LAW = (
+    Variable("{quantity}_law", ("{quantity}_law",), None, "law and variant", "text"),
+    Variable(
+        "{quantity}_by_law", (AXES, "{quantity}_law"), "{unit}", "{quantity} by published laws"
+    ),
+    Variable(
+        "{quantity}_by_law_in_range",
+        (AXES, "{quantity}_law"),
+        None,
+        "whether the law answers inside its stated range",
+        "flag",
+    ),
+    Variable(
+        "{quantity}_by_law_reason",
+        (AXES, "{quantity}_law"),
+        None,
+        "why the law is outside its range or has no answer",
+        "text",
+    ),
+    Variable("{quantity}_law_name", ("{quantity}_law",), None, "name of the law", "text"),
+    Variable(
+        "{quantity}_law_variant", ("{quantity}_law",), None, "stated choice of constant", "text"
+    ),
+    Variable("{quantity}_law_title", ("{quantity}_law",), None, "title of the law", "text"),
+    Variable("{quantity}_law_equation", ("{quantity}_law",), None, "equation as published", "text"),
+    Variable("{quantity}_law_source", ("{quantity}_law",), None, "source of the law", "text"),
+    Variable("{quantity}_law_range", ("{quantity}_law",), None, "range of validity", "text"),
+    Variable(
+        "{quantity}_law_confidence", ("{quantity}_law",), None, "how sure the form is", "text"
+    ),
+)
+
+OBSERVATION = (
+    Variable("observation", ("observation",), None, "number of the shot", "integer"),
+    Variable("observation_source", ("observation",), None, "where the shot is published", "text"),
+    Variable(
+        "observation_equivalent_diameter",
+        ("observation",),
+        "m",
+        "diameter of the sphere with the projectile's volume",
+    ),
+)
+OBSERVED = (
+    Variable("{quantity}_observed", ("observation",), "{unit}", "{meaning}, as observed"),
+    Variable(
+        "{quantity}_observed_uncertainty",
+        ("observation",),
+        "{unit}",
+        "uncertainty of {quantity}_observed, as stated",
+    ),
+    Variable(
+        "{quantity}_by_law_at_observation",
+        ("observation", "{quantity}_law"),
+        "{unit}",
+        "{quantity} by published laws for each shot",
+    ),
+    Variable(
+        "{quantity}_by_law_at_observation_in_range",
+        ("observation", "{quantity}_law"),
+        None,
+        "whether the law answers inside its stated range",
+        "flag",
+    ),
+)
+
+
+# What is measured, and its flags; a quantity that is not listed is named by its own words.
+MEASURED: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "hole_diameter": (
+        "diameter of the opening seen along the axis, where the areal density falls to half",
+        ("not_perforated",),
+    ),
+    "hole_diameter_clear": ("smallest clear diameter of the hole", ("not_perforated",)),
+    "hole_diameter_midplane": (
+        "diameter of the hole at the plate's mid-plane",
+        ("not_perforated",),
+    ),
+    "hole_diameter_lip": ("diameter of the hole at the lips", ("not_perforated",)),
+    "crater_depth": (
+        "depth of the crater from the original surface",
+        ("not_contained", "perforated"),
+    ),
+    "crater_diameter": (
+        "diameter of the crater at the original surface",
+        ("not_contained", "perforated"),
+    ),
+    "crater_depth_over_diameter": (
+        "depth of the crater over its diameter",
+        ("not_contained", "perforated"),
+    ),
+}
+
+
+def _number(name: str, unit: str, meaning: str) -> Variable:
+    return Variable(f"audit_{name}", (AXES,), unit, meaning)
+
+
+NUMBERS = (
+    _number("cells_per_diameter", "1", "grid cells along the projectile's diameter"),
+    _number("cells_per_thickness", "1", "grid cells through the target's thickness"),
+    _number("particles", "1", "particles of the simulation"),
+    _number("steps", "1", "time steps taken"),
+    _number("end_time", "s", "simulated time at the end"),
+    _number("energy_drift", "1", "energy lost or gained without account, over the initial energy"),
+    _number(
+        "momentum_error", "1", "momentum lost or gained without account, over the initial momentum"
+    ),
+    _number("mass_error", "1", "mass lost or gained without account, over the initial mass"),
+    _number("hottest_energy_share", "1", "share of internal energy in the hottest particles"),
+    _number("hottest_temperature", "K", "temperature of the hottest particle"),
+    _number("outflow_mass_fraction", "1", "mass that left the grid, over the initial mass"),
+    _number("outflow_energy_fraction", "1", "energy that left the grid, over the initial energy"),
+    _number(
+        "separated_mass_fraction",
+        "1",
+        "mass in numerically separated pieces, over the plate's mass",
+    ),
+    _number("tension_floors", "1", "uses of the tension floor"),
+)
+
+
+def schema(words: Vocabulary) -> dict[str, Variable]:
+    """Every variable that a cube with these words may hold, by name."""
+    return {variable.name: variable for variable in _declared(words)}
+
+
+def _declared(words: Vocabulary) -> Iterator[Variable]:
+    # A word of the sweep comes first, so that a fixed name always wins over it.
+    for parameter in words.parameters.values():
+        yield from _of_parameter(parameter, words)
+    for quantity in words.quantities.values():
+        yield from _of_quantity(quantity, words)
+    for variable in (*RUN, *OBSERVATION, *NUMBERS):
+        yield _filled(variable, {}, words)
+
+
+def _of_parameter(parameter: Parameter, words: Vocabulary) -> Iterator[Variable]:
+    name = variable_name(parameter.name)
+    kind: Kind = "text" if parameter.unit is None else "number"
+    dims = (name,) if name in words.axes else words.axes
+    yield Variable(name, dims, parameter.unit, parameter.meaning, kind)
+    yield Variable(
+        f"observation_{name}",
+        ("observation",),
+        parameter.unit,
+        f"{parameter.meaning} of the shot",
+        kind,
+    )
+
+
+def _of_quantity(quantity: Quantity, words: Vocabulary) -> Iterator[Variable]:
+    filling = {"quantity": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning}
+    for variable in (*QUANTITY, *LAW, *OBSERVED):
+        yield _filled(variable, filling, words)
+    for part in words.parts.get(quantity.name, ()):
+        yield _filled(PART, {**filling, "part": part}, words)
+
+
+def _filled(variable: Variable, filling: Mapping[str, str], words: Vocabulary) -> Variable:
+    """The variable with its braces and its dimension ``*`` replaced."""
+    return replace(
+        variable,
+        name=variable.name.format(**filling),
+        dims=tuple(_dims(variable.dims, filling, words)),
+        unit=variable.unit and variable.unit.format(**filling),
+        meaning=variable.meaning.format(**filling),
+    )
+
+
+def _dims(dims: Iterable[str], filling: Mapping[str, str], words: Vocabulary) -> Iterator[str]:
+    for dim in dims:
+        if dim == AXES:
+            yield from words.axes
+        else:
+            yield dim.format(**filling)
+
+
+def vocabulary_as_json(words: Vocabulary) -> dict[str, Any]:
+    """The words as plain objects: an attribute of the cube, so that it can be validated alone."""
+    return {
+        "axes": list(words.axes),
+        "quantities": {
+            q.name: [q.unit, q.meaning, list(q.flags)] for q in words.quantities.values()
+        },
+        "parameters": {p.name: [p.kind, p.unit, p.meaning] for p in words.parameters.values()},
+        "parts": {name: list(parts) for name, parts in words.parts.items()},
+    }
+
+
+def vocabulary_from_json(plain: Mapping[str, Any]) -> Vocabulary:
+    """The words that :func:`vocabulary_as_json` wrote."""
+    return Vocabulary(
+        axes=tuple(plain["axes"]),
+        quantities={
+            name: Quantity(name, unit, meaning, tuple(flags))
+            for name, (unit, meaning, flags) in plain["quantities"].items()
+        },
+        parameters={
+            name: Parameter(name=name, kind=kind, unit=unit, meaning=meaning)
+            for name, (kind, unit, meaning) in plain["parameters"].items()
+        },
+        parts={name: tuple(parts) for name, parts in plain["parts"].items()},
+    )

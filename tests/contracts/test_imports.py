@@ -1,0 +1,83 @@
+"""What may be loaded where: the import rules that only a running interpreter can show."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+HEAVY = ("numba", "llvmlite", "xarray", "netCDF4", "scipy", "pandas", "plotly", "distributed")
+NEVER_IN_THE_API_PROCESS = ("numba", "llvmlite", "xarray", "netCDF4")
+SOLVER_MAY_IMPORT = {"numpy", "scipy", "solver"}
+JIT_MAY_IMPORT = {*SOLVER_MAY_IMPORT, "numba", "llvmlite"}
+
+
+@pytest.mark.parametrize("module", ["solver", "studies", "service", "whipple"])
+def test_import__of_a_package_is_cheap(module: str) -> None:
+    assert not _loaded_by(f"import {module}", HEAVY)
+
+
+@pytest.mark.parametrize(
+    "module",
+    [
+        "service.app",
+        "studies.laws",
+        "studies.materials",
+        "studies.run",
+        "studies.scenarios",
+        "studies.sweep",
+    ],
+)
+def test_import__of_what_the_api_process_uses_loads_no_solver_and_no_datasets(module: str) -> None:
+    assert not _loaded_by(f"import {module}", NEVER_IN_THE_API_PROCESS)
+
+
+def test_import__of_the_worker_loads_neither_web_nor_store() -> None:
+    assert not _loaded_by("import service.worker", ("fastapi", "starlette", "sqlalchemy"))
+
+
+@pytest.mark.parametrize("catalogue", ["studies.scenarios", "studies.materials"])
+def test_catalogue__names_are_listed_without_the_solver(catalogue: str) -> None:
+    code = f"import {catalogue} as kind; assert kind.names()"
+    assert not _loaded_by(code, NEVER_IN_THE_API_PROCESS)
+
+
+@pytest.mark.parametrize(
+    "file", sorted((ROOT / "solver").rglob("*.py")), ids=lambda file: str(file.relative_to(ROOT))
+)
+def test_solver__imports_arrays_and_the_standard_library_only(file: Path) -> None:
+    allowed = JIT_MAY_IMPORT if file == ROOT / "solver" / "jit.py" else SOLVER_MAY_IMPORT
+    assert _imported_by(file) - set(sys.stdlib_module_names) <= allowed
+
+
+def test_whipple__offers_the_public_names_and_no_more() -> None:
+    import whipple
+
+    assert dir(whipple) == ["Client", "open_cube", "run_sweep"]
+    with pytest.raises(AttributeError, match="open_cube"):
+        whipple.open_qube  # noqa: B018
+
+
+def _loaded_by(code: str, suspects: tuple[str, ...]) -> set[str]:
+    """Which of the suspects a fresh interpreter has loaded after it ran the code."""
+    report = "; import sys; print('loaded', *sys.modules)"
+    answer = subprocess.run(
+        [sys.executable, "-c", code + report], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert answer.returncode == 0, answer.stderr
+    loaded = answer.stdout.splitlines()[-1].split()
+    return {suspect for suspect in suspects if suspect in loaded}
+
+
+def _imported_by(file: Path) -> set[str]:
+    """The top-level names that a file imports, at any depth of its text."""
+    names = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names.add(node.module.partition(".")[0])
+    return names

@@ -1,0 +1,116 @@
+"""A service without engine for tests: real store, real interface, and results by hand."""
+
+import hashlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fastapi.testclient import TestClient
+
+from service.app import open_service
+from service.jobs import Cause, Kind, Result, Stored
+from service.settings import Settings
+from service.store import Store
+
+ADDRESS = "http://127.0.0.1:8000"
+SWEEP: dict[str, Any] = {
+    "name": "two-speeds",
+    "scenario": "thin_plate",
+    "fixed": {
+        "projectile": "copper-ofhc",
+        "target": "copper-ofhc",
+        "projectile_diameter": "8 mm",
+        "plate_thickness": "2 mm",
+    },
+    "axes": {"speed": ["3 km/s", "6 km/s"]},
+    "resolution": 8,
+}
+FILES = {
+    "cube.nc": b"\x89HDF not really",
+    "report.html": b"<!doctype html><title>report</title>",
+    "report.json": b'{"report_version": 1}',
+}
+
+
+def sweep_of(**changes: Any) -> dict[str, Any]:
+    """The sweep of the tests with some of its words changed."""
+    return {**SWEEP, **changes}
+
+
+@dataclass
+class NoEngine:
+    """Computes nothing; says what it is told to say."""
+
+    alive: bool = True
+
+    def is_alive(self) -> bool:
+        return self.alive
+
+
+@dataclass(frozen=True)
+class Api:
+    """The interface, and what is behind it."""
+
+    http: TestClient
+    store: Store
+    settings: Settings
+    engine: NoEngine
+
+    def submit(self, **changes: Any) -> str:
+        """Submit the sweep of the tests and return its id."""
+        response = self.http.post("/v1/sweeps", json=sweep_of(**changes))
+        assert response.status_code == 202, response.text
+        return response.json()["id"]
+
+    def compute(self, *, failures: int = 0, publish: bool = True) -> None:
+        """Do what is in the queue: runs end well, the first few fail, publications are made."""
+        epoch = self.store.begin_epoch("tests")
+        while claims := self.store.claim(100, epoch):
+            for claim in claims:
+                if claim.kind is Kind.PUBLISH:
+                    if publish:
+                        self.store.publish(claim, self._files(claim.id), seconds=0.1)
+                elif failures > 0:
+                    failures -= 1
+                    words = "density = 3e4 at particle 17 of 'target'"
+                    self.store.fail(claim, Cause.ERROR, failure="ValueError", reason=words)
+                else:
+                    self.store.finish(claim, self._result(claim.id))
+
+    def _files(self, name: str) -> list[Stored]:
+        return [self._stored(f"{name}/{file}", content) for file, content in FILES.items()]
+
+    def _result(self, name: str) -> Result:
+        numbers = {"hole_diameter": {"value": 0.0148, "uncertainty": float("nan"), "flags": []}}
+        return Result(
+            file=self._stored(f"{name}/result.json", b"{}"),
+            succeeded=True,
+            reason=None,
+            failure=None,
+            summary={"measurements": numbers},
+            seconds=1.0,
+        )
+
+    def _stored(self, path: str, content: bytes) -> Stored:
+        file = self.settings.data / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content)
+        digest = hashlib.sha256(content).hexdigest()
+        return Stored(name=file.name, path=path, size=len(content), sha256=digest)
+
+
+@contextmanager
+def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
+    """A service without engine, its data in a folder."""
+    engine = NoEngine()
+
+    @contextmanager
+    def start(settings: Settings, store: Store) -> Iterator[NoEngine]:
+        yield engine
+
+    chosen = Settings(data=folder, workers=2, **settings)
+    with open_service(chosen, start) as app:
+        http = TestClient(app, base_url=ADDRESS, raise_server_exceptions=False)
+        yield Api(http, app.state.store, chosen, engine)

@@ -1,0 +1,253 @@
+"""Bad input gets a clear answer and stores nothing; every error is a problem document."""
+
+import json
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.service.api import SWEEP, Api, open_api, sweep_of
+
+from service.errors import pointer
+from service.routes.given import LONGEST_BODY
+
+JSON = {"Content-Type": "application/json"}
+YAML = {"Content-Type": "application/yaml"}
+FIXED: dict[str, Any] = SWEEP["fixed"]
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
+    with open_api(tmp_path_factory.mktemp("errors")) as opened:
+        yield opened
+
+
+def is_problem(response: Any, status: int) -> bool:
+    """Whether an answer is a problem document of this status."""
+    body = response.json()
+    return (
+        response.status_code == body["status"] == status
+        and response.headers["Content-Type"] == "application/problem+json"
+        and body["request_id"] == response.headers["X-Request-ID"]
+        and bool(body["title"])
+    )
+
+
+BAD = {
+    "unknown scenario": ({"scenario": "thin_plat"}, "/scenario", "thin_plate"),
+    "unknown material": (
+        {"fixed": {**FIXED, "target": "coper-ofhc"}},
+        "/fixed/target",
+        "copper-ofhc",
+    ),
+    "unknown parameter": ({"fixed": {**FIXED, "sped": "6 km/s"}}, "/fixed/sped", "speed"),
+    "unknown constant": (
+        {"fixed": {**FIXED, "target.strength.AA": "90 MPa"}},
+        "/fixed/target.strength.AA",
+        "target.strength.A",
+    ),
+    "bare number": ({"axes": {"speed": ["2 km/s", 6]}}, "/axes/speed/1", "6 km/s"),
+    "wrong unit": ({"axes": {"speed": ["2 km"]}}, "/axes/speed/0", ""),
+    "negative": ({"fixed": {**FIXED, "plate_thickness": "-2 mm"}}, "/fixed/plate_thickness", ""),
+    "empty axis": ({"axes": {"speed": []}}, "/axes/speed", ""),
+    "unknown key": ({"resolutions": 8}, "/resolutions", "resolution"),
+    "too many values": (
+        {"axes": {"speed": {"start": "1 km/s", "stop": "9 km/s", "step": "1 mm/s"}}},
+        "/axes/speed",
+        "",
+    ),
+    "too many runs": (
+        {
+            "axes": {
+                "speed": {"start": "1 km/s", "stop": "9 km/s", "step": "10 m/s"},
+                "projectile_diameter": {"start": "1 mm", "stop": "9 mm", "step": "10 um"},
+            },
+            "fixed": {k: v for k, v in FIXED.items() if k != "projectile_diameter"},
+        },
+        "/axes",
+        "",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_sweep__is_refused_with_field_value_limit_and_cure(api: Api, case: str) -> None:
+    changes, place, cure = BAD[case]
+    response = api.http.post("/v1/sweeps", json=sweep_of(**changes))
+    assert is_problem(response, 422), response.text
+    found = [error for error in response.json()["errors"] if error["pointer"] == place]
+    assert found, response.json()["errors"]
+    assert all(found[0][word] for word in ("field", "value", "limit", "cure"))
+    assert cure in found[0]["cure"]
+    assert api.http.get("/v1/sweeps").json()["items"] == []
+
+
+def test_sweep_over_the_cap__is_refused_with_the_number(api: Api) -> None:
+    response = api.http.post("/v1/sweeps", json=sweep_of(**BAD["too many runs"][0]))
+    texts = [error["value"] + error["limit"] for error in response.json()["errors"]]
+    assert any(str(801 * 801) in text and str(api.settings.max_runs) in text for text in texts)
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999", "-1e999", "1" * 5000])
+def test_number_that_is_none__is_refused(api: Api, number: str) -> None:
+    text = json.dumps(SWEEP).replace('"resolution": 8', f'"resolution": {number}')
+    assert is_problem(api.http.post("/v1/sweeps", content=text, headers=JSON), 422)
+
+
+def test_every_finding__is_told_not_only_the_first(api: Api) -> None:
+    response = api.http.post("/v1/sweeps", json=sweep_of(axes={"speed": [1, 2]}, resolution="x"))
+    assert len(response.json()["errors"]) == 3
+
+
+@pytest.mark.parametrize("path", ["/v1/sweeps", "/v1/sweeps/estimate"])
+def test_malformed_json__is_refused_with_line_and_column(api: Api, path: str) -> None:
+    response = api.http.post(path, content=b'{"name": "x",\n "axes": }', headers=JSON)
+    assert is_problem(response, 422)
+    assert response.json()["errors"][0]["value"] == "line 2, column 10"
+
+
+def test_malformed_yaml__is_refused_with_line_and_column(api: Api) -> None:
+    response = api.http.post("/v1/sweeps", content=b"name: x\naxes: [1, }", headers=YAML)
+    assert is_problem(response, 422)
+    assert "line 2, column 11" in response.json()["errors"][0]["value"]
+
+
+@pytest.mark.parametrize(
+    ("text", "headers"),
+    [
+        (b"", JSON),
+        (b"", YAML),
+        (b"[]", JSON),
+        (b"null", YAML),
+        (b"name: \xff", YAML),
+        (b'{"name": "a", "name": "b"}', JSON),
+        (b"name: a\nname: b", YAML),
+        (b"a: &a [1]\nb: *a", YAML),
+        (b"a: !!python/object/apply:os.system [ls]", YAML),
+        (b"[" * 100_000, JSON),
+        (b"[" * 10_000, YAML),
+        (b"[" * 500 + b"]" * 500, JSON),
+        (b"? [a, b]\n: c", YAML),
+        (b"\x00", YAML),
+    ],
+)
+def test_document_that_says_nothing_clear__is_refused(
+    api: Api, text: bytes, headers: dict[str, str]
+) -> None:
+    assert is_problem(api.http.post("/v1/sweeps", content=text, headers=headers), 422)
+
+
+def test_references__cannot_make_a_short_text_endless(api: Api) -> None:
+    layers = "".join(f"a{n + 1}: &a{n + 1} [{', '.join([f'*a{n}'] * 9)}]\n" for n in range(30))
+    response = api.http.post("/v1/sweeps", content="a0: &a0 [x]\n" + layers, headers=YAML)
+    assert is_problem(response, 422)
+
+
+def test_body_over_the_limit__is_a_413(api: Api) -> None:
+    response = api.http.post("/v1/sweeps", content=b"x" * (LONGEST_BODY + 1), headers=JSON)
+    assert is_problem(response, 413)
+
+
+def test_body_over_the_limit__is_a_413_without_a_declared_length_too(api: Api) -> None:
+    chunks = (b"x" * 1024 * 1024 for _ in range(5))
+    assert is_problem(api.http.post("/v1/sweeps", content=chunks, headers=JSON), 413)
+
+
+def test_other_media_type__is_a_415(api: Api) -> None:
+    headers = {"Content-Type": "text/plain"}
+    response = api.http.post("/v1/sweeps", content=json.dumps(SWEEP), headers=headers)
+    assert is_problem(response, 415)
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [
+        ("GET", "/nowhere", 404),
+        ("GET", "/v1/sweeps/nope", 404),
+        ("GET", "/v1/sweeps/nope/runs", 404),
+        ("GET", "/v1/sweeps/nope/cube.nc", 404),
+        ("POST", "/v1/sweeps/nope/cancel", 404),
+        ("POST", "/v1/sweeps/nope/retry", 404),
+        ("DELETE", "/v1/sweeps/nope", 404),
+        ("GET", "/v1/runs/nope", 404),
+        ("GET", "/v1/sweeps/..%2F..%2Fetc%2Fpasswd", 404),
+        ("GET", "/static/..%2Fapp.py", 404),
+        ("PUT", "/v1/sweeps", 405),
+        ("GET", "/v1/sweeps?limit=0", 422),
+        ("GET", "/v1/sweeps?state=nope", 422),
+        ("GET", "/v1/sweeps?cursor=nope", 422),
+        ("GET", f"/v1/sweeps?cursor={'9' * 40}", 422),
+        ("GET", "/?cursor=-1", 422),
+    ],
+)
+def test_wrong_address__is_a_problem(api: Api, method: str, path: str, status: int) -> None:
+    assert is_problem(api.http.request(method, path), status)
+
+
+def test_unforeseen_error__tells_its_text_to_the_log_only(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def break_down(*_: Any, **__: Any) -> None:
+        raise RuntimeError("secret path /etc/x")
+
+    monkeypatch.setattr(type(api.store), "sweeps", break_down)
+    response = api.http.get("/v1/sweeps")
+    assert is_problem(response, 500)
+    assert "secret" not in response.text
+
+
+def test_store_that_is_away__is_a_503_to_be_tried_again(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from service.jobs import StoreUnavailable
+
+    def be_away(*_: Any, **__: Any) -> None:
+        raise StoreUnavailable("the database is locked")
+
+    monkeypatch.setattr(type(api.store), "create_sweep", be_away)
+    response = api.http.post("/v1/sweeps", json=SWEEP)
+    assert is_problem(response, 503)
+    assert response.headers["Retry-After"]
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3)
+    ),
+    max_leaves=8,
+)
+
+
+@given(key=st.sampled_from([*SWEEP, "materials", "observations", "combine"]), value=VALUES)
+def test_any_value_of_a_known_key__is_accepted_or_refused(api: Api, key: str, value: Any) -> None:
+    text = json.dumps({**SWEEP, key: value})
+    response = api.http.post("/v1/sweeps/estimate", content=text, headers=JSON)
+    assert response.status_code in (200, 422), (key, value, response.text)
+
+
+@given(part=st.sampled_from(["fixed", "axes"]), name=st.text(max_size=12), value=VALUES)
+def test_any_name_and_value__is_accepted_or_refused(
+    api: Api, part: str, name: str, value: Any
+) -> None:
+    text = json.dumps({**SWEEP, part: {**SWEEP[part], name: value}})
+    response = api.http.post("/v1/sweeps/estimate", content=text, headers=JSON)
+    assert response.status_code in (200, 422), (part, name, value, response.text)
+
+
+@given(body=st.binary(max_size=200), headers=st.sampled_from([JSON, YAML]))
+def test_any_body__is_refused_without_a_failure(
+    api: Api, body: bytes, headers: dict[str, str]
+) -> None:
+    assert api.http.post("/v1/sweeps", content=body, headers=headers).status_code == 422
+
+
+def test_pointer__stops_where_the_document_ends() -> None:
+    document = {"axes": {"speed": [1], "a/b~": 2}}
+    assert pointer("axes.speed[7]", document) == "/axes/speed"
+    assert pointer("axes.a/b~", document) == "/axes/a~1b~0"
+    assert pointer("nothing", document) == ""
+    assert pointer("axes", None) == ""

@@ -1,0 +1,367 @@
+"""Invented sweeps, runs and laws: smooth numbers, so that cube and report are tested alone."""
+
+import hashlib
+import itertools
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from studies.catalogue import Catalogue, Observed
+from studies.layout import Outcome
+from studies.parameters import Parameter
+from studies.variables import Quantity
+
+DIAMETER = 0.008
+SPEEDS = (2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0)
+THICKNESSES = (0.002, 0.003, 0.004)
+SOUND_SPEED = 3940.0
+
+
+@dataclass(frozen=True)
+class Axis:
+    name: str
+    unit: str | None
+    values: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Run:
+    parameters: Mapping[str, Any]
+    scenario: str = "thin_plate"
+
+    @property
+    def id(self) -> str:
+        text = json.dumps([self.scenario, dict(self.parameters)], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@dataclass(frozen=True)
+class Point:
+    index: tuple[int, ...]
+    coordinates: Mapping[str, Any]
+    run: Run
+
+
+@dataclass(frozen=True)
+class Sweep:
+    axes: tuple[Axis, ...]
+    fixed: Mapping[str, Any] = field(
+        default_factory=lambda: {"projectile_diameter": DIAMETER, "projectile": "copper-ofhc"}
+    )
+    combine: str = "grid"
+    scenario: str = "thin_plate"
+    title: str = "Holes in copper plates"
+
+    def document(self) -> dict[str, Any]:
+        axes = {axis.name: list(axis.values) for axis in self.axes}
+        return {
+            "title": self.title,
+            "scenario": self.scenario,
+            "fixed": {
+                name: f"{1000 * v:g} mm" if isinstance(v, float) else v
+                for name, v in self.fixed.items()
+            },
+            "axes": axes,
+            "combine": self.combine,
+            "resolution": 32.0,
+        }
+
+    def runs(self) -> list[Point]:
+        places = [range(len(axis.values)) for axis in self.axes]
+        rows = itertools.product(*places) if self.combine == "grid" else zip(*places, strict=True)
+        return [self._point(number, index) for number, index in enumerate(rows)]
+
+    def _point(self, number: int, index: Sequence[int]) -> Point:
+        at = {axis.name: axis.values[place] for axis, place in zip(self.axes, index, strict=True)}
+        place = tuple(index) if self.combine == "grid" else (number,)
+        return Point(place, at, Run({**self.fixed, **at}, self.scenario))
+
+
+@dataclass(frozen=True)
+class Shot:
+    speed: float
+    projectile_diameter: float
+    plate_thickness: float | None
+
+
+@dataclass(frozen=True)
+class Range:
+    words: str
+    confidence: str = "memory"
+
+
+@dataclass(frozen=True)
+class LawValue:
+    value: float
+    in_range: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law of tests: a formula of speed and thickness, good above one speed and below another."""
+
+    name: str
+    quantity: str
+    formula: Any  # (shot, variant) -> D/d
+    labels: tuple[str, ...] = ("",)
+    valid: tuple[float, float] = (0.0, 1e9)
+    title: str = "a law of the tests"
+    equation: str = "D/d = f(v, t/d)"
+    source: str = "Nobody (1999), Eq. 1"
+    confidence: str = "read"
+
+    @property
+    def range(self) -> Range:
+        low, high = (bound / 1000 for bound in self.valid)
+        return Range(f"{low:g} to {high:g} km/s")
+
+    def variants(self, shot: Shot) -> tuple[str, ...]:
+        return self.labels
+
+    def evaluate(self, shot: Shot, variant: str) -> LawValue:
+        value = self.formula(shot, variant) * shot.projectile_diameter
+        inside = self.valid[0] <= shot.speed <= self.valid[1]
+        if math.isnan(value):
+            return LawValue(value, False, "below its physical limit")
+        return LawValue(value, inside, "" if inside else f"speed outside {self.range.words}")
+
+
+def _maiden(shot: Shot, variant: str) -> float:
+    ratio = (shot.plate_thickness or 0.0) / shot.projectile_diameter
+    return 0.45 * shot.speed / 1000 * ratio ** (2 / 3) + 0.90
+
+
+def _maiden_c(shot: Shot, variant: str) -> float:
+    ratio = (shot.plate_thickness or 0.0) / shot.projectile_diameter
+    return 2.40 * shot.speed / SOUND_SPEED * ratio ** (2 / 3) + 0.90
+
+
+def _zhang(shot: Shot, variant: str) -> float:
+    ratio = (shot.plate_thickness or 0.0) / shot.projectile_diameter
+    value = 1.66 * math.sqrt((shot.speed / 1000 - 1) * ratio)
+    return value if value >= 1 else math.nan
+
+
+def _strength(shot: Shot, variant: str) -> float:
+    stress = float(variant.split()[2]) * 1e6
+    return 1.68 * math.log(shot.speed / math.sqrt(stress / 8930)) - 1.91
+
+
+YIELDS = ("Y = 240 MPa", "Y = 157 MPa", "Y = 120 MPa", "Y = 90 MPa")
+HOLE_LAWS = (
+    Law(
+        "maiden_al", "hole_diameter", _maiden, valid=(2500.0, 5500.0), title="thesis 1-3, aluminium"
+    ),
+    Law("maiden_c", "hole_diameter", _maiden_c, title="general form with the sound speed"),
+    Law("zhang_tan", "hole_diameter", _zhang, title="thesis 1-4"),
+    Law(
+        "strength_ln",
+        "hole_diameter",
+        _strength,
+        labels=YIELDS,
+        valid=(0.0, 1.0),
+        title="thesis 1-5",
+    ),
+)
+CRATER_LAWS = (
+    Law("charters_summers", "crater_depth", lambda s, _: 2.28 * (s.speed / 3940) ** (2 / 3)),
+    Law(
+        "two_thirds",
+        "crater_depth",
+        lambda s, _: 0.431 * 8.93 ** (1 / 3) * (s.speed / 1e3) ** (2 / 3),
+    ),
+)
+PARAMETERS = {
+    name: Parameter(name=name, kind=kind, unit=unit, meaning=meaning)  # type: ignore[arg-type]
+    for name, kind, unit, meaning in (
+        ("speed", "quantity", "m s-1", "speed of impact"),
+        ("plate_thickness", "quantity", "m", "thickness of the plate"),
+        ("projectile_diameter", "quantity", "m", "diameter of the projectile"),
+        ("projectile", "material", None, "material of the projectile"),
+        ("target.strength.A", "quantity", "Pa", "initial yield stress"),
+    )
+}
+HOLES = {
+    "hole_diameter": Quantity(
+        "hole_diameter", "m", "opening seen along the axis", ("not_perforated",)
+    ),
+    "hole_diameter_clear": Quantity("hole_diameter_clear", "m", "smallest clear diameter"),
+}
+CRATERS = {
+    "crater_depth": Quantity(
+        "crater_depth", "m", "depth from the original surface", ("not_contained",)
+    ),
+    "crater_diameter": Quantity("crater_diameter", "m", "diameter at the original surface"),
+    "crater_depth_over_diameter": Quantity(
+        "crater_depth_over_diameter", "1", "depth over diameter"
+    ),
+}
+MATERIALS = {
+    "copper-ofhc": {
+        "title": "OFHC copper",
+        "numbers": {
+            "density": {
+                "value": 8930.0,
+                "unit": "kg m-3",
+                "source": "Marsh (1980)",
+                "confidence": "read",
+            },
+            "strength.A": {
+                "value": 90e6,
+                "unit": "Pa",
+                "source": "Johnson & Cook (1983)",
+                "confidence": "read",
+            },
+        },
+    }
+}
+
+
+def shot_of(run: Run) -> Shot:
+    p = run.parameters
+    return Shot(p.get("speed", 5000.0), p["projectile_diameter"], p.get("plate_thickness"))
+
+
+def catalogue(scenario: str = "thin_plate", observations: Sequence[Observed] = ()) -> Catalogue:
+    holes = scenario == "thin_plate"
+    return Catalogue(
+        title="Perforation of a thin plate" if holes else "Crater in a thick plate",
+        parameters=PARAMETERS,
+        quantities=HOLES if holes else CRATERS,
+        laws=HOLE_LAWS if holes else CRATER_LAWS,
+        shot_of=shot_of,
+        observations=observations,
+        materials=MATERIALS,
+    )
+
+
+@dataclass(frozen=True)
+class Measured:
+    value: float | None
+    uncertainty: float | None
+    parts: Mapping[str, float]
+    flags: tuple[str, ...]
+    history: Mapping[str, Sequence[float]]
+    version: int = 1
+
+
+@dataclass(frozen=True)
+class Result:
+    run_id: str
+    measurements: Mapping[str, Measured]
+    state: str = "succeeded"
+    reason: str | None = None
+    failure: str | None = None
+    flags: tuple[str, ...] = ()
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    stop: str = "converged"
+    provenance: Mapping[str, Any] = field(
+        default_factory=lambda: {
+            "whipple": "0.1.0",
+            "numba": "0.68.1",
+            "physics_version": 1,
+            "seconds": 4.2,
+        }
+    )
+
+
+def measured(value: float, *flags: str) -> Measured:
+    times = [2e-6 * step for step in range(21)]
+    grown = [value * (1 - math.exp(-time / 6e-6)) for time in times]
+    parts = {"growth": 0.01 * value, "resolution": 0.02 * value}
+    return Measured(
+        value, math.hypot(*parts.values()), parts, flags, {"time": times, "value": grown}
+    )
+
+
+def result(run: Run) -> Result:
+    """A hole a little wider than the law with the sound speed; a crater near a hemisphere."""
+    shot = shot_of(run)
+    wavy = 1 + 0.02 * math.sin(shot.speed / 700)
+    if run.scenario == "thin_plate":
+        hole = _maiden_c(shot, "") * DIAMETER * 1.04 * wavy
+        values = {"hole_diameter": measured(hole), "hole_diameter_clear": measured(0.94 * hole)}
+    else:
+        depth = 2.2 * (shot.speed / SOUND_SPEED) ** 0.6 * DIAMETER * wavy
+        values = {
+            "crater_depth": measured(depth),
+            "crater_diameter": measured(1.9 * depth),
+            "crater_depth_over_diameter": measured(1 / 1.9),
+        }
+    return Result(run.id, values, numbers=_numbers(shot))
+
+
+def _numbers(shot: Shot) -> dict[str, float]:
+    return {
+        "cells_per_diameter": 32.0,
+        "cells_per_thickness": 4000 * (shot.plate_thickness or 0.04),
+        "particles": 40960.0,
+        "steps": 3000.0 + shot.speed,
+        "end_time": 4e-5,
+        "energy_drift": -2e-3 * shot.speed / 7000,
+        "momentum_error": 3.1e-14,
+        "mass_error": 0.0,
+        "hottest_energy_share": 0.013,
+        "outflow_mass_fraction": 0.08,
+        "separated_mass_fraction": 0.21,
+        "tension_floors": 182345.0,
+    }
+
+
+def holes(**changes: Any) -> Sweep:
+    """Six speeds by three thicknesses."""
+    axes = (Axis("speed", "m s-1", SPEEDS), Axis("plate_thickness", "m", THICKNESSES))
+    return replace(Sweep(axes), **changes)
+
+
+def craters(**changes: Any) -> Sweep:
+    """Four speeds on a thick plate."""
+    axes = (Axis("speed", "m s-1", SPEEDS[2:]),)
+    return replace(Sweep(axes, scenario="thick_plate", title="Craters in copper"), **changes)
+
+
+def results(sweep: Sweep, **replaced: Any) -> dict[str, Any]:
+    """A result for each run."""
+    return {point.run.id: result(point.run) for point in sweep.runs()}
+
+
+def with_trouble(sweep: Sweep) -> dict[str, Any]:
+    """One run failed, one was cancelled, one is coarse and one did not perforate."""
+    known = results(sweep)
+    first, second, third, fourth = [point.run.id for point in sweep.runs()[:4]]
+    known[first] = Result(
+        first,
+        {},
+        state="failed",
+        failure="UnphysicalState",
+        reason="density = 3e4 at particle 17 of 'target', t = 1.2e-06 s, step 88",
+        stop="failed",
+    )
+    known[second] = Outcome("cancelled", "cancelled by its user")
+    known[third] = replace(known[third], flags=("under_resolved",))
+    known[fourth] = replace(
+        known[fourth],
+        measurements={
+            "hole_diameter": replace(measured(0.01, "not_perforated"), value=None, uncertainty=None)
+        },
+    )
+    return known
+
+
+def observed(
+    speed: float, thickness: float, value: float, uncertainty: float | None = 0.3e-3
+) -> Observed:
+    at = {"speed": speed, "plate_thickness": thickness, "projectile_diameter": DIAMETER}
+    shot = Shot(speed, DIAMETER, thickness)
+    return Observed(at, "hole_diameter", value, uncertainty, "Somebody (2001), Table 3", shot)
+
+
+SHOTS = (
+    observed(2600.0, 0.002, 12.4e-3),
+    observed(4000.0, 0.003, 17.9e-3),
+    observed(5930.0, 0.003, 22.4e-3, None),
+    observed(9000.0, 0.004, 30.1e-3),
+)

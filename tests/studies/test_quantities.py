@@ -1,0 +1,117 @@
+"""Units at the door: exact, finite, of the right dimension, or refused with a cure."""
+
+import subprocess
+import sys
+from decimal import Decimal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from studies.errors import InvalidInput
+from studies.quantities import base_unit, exact_number, parse_quantity, readable, round_quantity
+
+UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1"]
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("6 km/s", "m s-1", "6000"),
+        ("6km/s", "m s-1", "6000"),
+        ("6 km s^-1", "m s-1", "6000"),
+        ("6 km·s⁻¹", "m s-1", "6000"),
+        (" 2.4 mm ", "m", "0.0024"),
+        ("2.4e-3 m", "m", "0.0024"),
+        ("30 us", "s", "0.00003"),
+        ("30 µs", "s", "0.00003"),
+        ("100 MPa", "Pa", "1e8"),
+        ("8.93 g/cm3", "kg m-3", "8930"),
+        ("8930 kg m-3", "kg m-3", "8930"),
+        ("383 J/(kg K)", "J kg-1 K-1", "383"),
+        ("20 degC", "K", "293.15"),
+        ("1 1/s", "s-1", "1"),
+        (0.31, "1", "0.31"),
+        ("0.31", "1", "0.31"),
+    ],
+)
+def test_parse_quantity__is_exact(text: object, unit: str, value: str) -> None:
+    assert parse_quantity(text, unit, "field") == Decimal(value)
+
+
+@pytest.mark.parametrize(
+    ("given", "unit", "word"),
+    [
+        (6, "m s-1", "write '6 km/s' or '6 m/s'"),
+        ("6", "m s-1", "write '6 km/s' or '6 m/s'"),
+        ("2 kg", "m s-1", "speed"),
+        ("2 kg", "m", "length"),
+        ("2 furlong/moon", "m s-1", "not a known unit"),
+        ("2 M", "m", "length"),
+        ("6,1 km/s", "m s-1", "speed"),
+        ("nan m", "m", "length"),
+        ("inf m", "m", "length"),
+        ("1e999 m", "m", "finite"),
+        ("9**9**9 m", "m", "length"),
+        ("1 m**9**9", "m", "not a known unit"),
+        ("__import__('os')", "m", "length"),
+        ("1 m" + " " * 200, "m", "length"),
+        (float("nan"), "1", "finite"),
+        (float("inf"), "1", "finite"),
+        ("0.5 mm", "1", "plain number"),
+        (True, "1", "plain number"),
+        (True, "m", "length"),
+        (None, "m", "length"),
+        ([1], "m", "length"),
+        ({"value": 1}, "1", "plain number"),
+    ],
+)
+def test_parse_quantity__refuses_with_a_cure(given: object, unit: str, word: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        parse_quantity(given, unit, "fixed.speed")
+    (finding,) = caught.value.findings
+    assert finding.field == "fixed.speed"
+    assert word in str(finding)
+    assert finding.cure
+    assert len(finding.value) <= 60
+
+
+@pytest.mark.parametrize("unit", ["1", "m"])
+def test_parse_quantity__refuses_an_integer_too_long_to_print(unit: str) -> None:
+    with pytest.raises(InvalidInput):
+        parse_quantity(10**5000, unit, "field")
+
+
+@given(st.floats(1e-9, 1e15), st.sampled_from(UNITS))
+def test_readable__reads_back_as_the_same_quantity(value: float, unit: str) -> None:
+    value = round_quantity(value)
+    assert round_quantity(parse_quantity(readable(value, unit), unit, "field")) == value
+
+
+@given(st.integers(1, 10**6))
+def test_round_quantity__is_the_same_however_the_unit_is_written(number: int) -> None:
+    in_millimetres = parse_quantity(f"{number} um", "m", "field")
+    in_metres = parse_quantity(f"{number}e-6 m", "m", "field")
+    assert round_quantity(in_millimetres) == round_quantity(in_metres)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_round_quantity__rounds_once(value: float) -> None:
+    assert round_quantity(round_quantity(value)) == round_quantity(value)
+
+
+def test_round_quantity__gives_zero_no_sign() -> None:
+    assert str(round_quantity(-0.0)) == "0.0"
+
+
+def test_exact_number__keeps_the_decimals_of_a_float() -> None:
+    assert exact_number(0.1, "field") + exact_number(0.2, "field") == Decimal("0.3")
+
+
+def test_base_unit__finds_the_dimension_of_a_unit() -> None:
+    assert [base_unit(text, "field") for text in ("mm", "km/s", "us")] == ["m", "m s-1", "s"]
+
+
+def test_import__of_quantities_leaves_pint_for_the_first_unit() -> None:
+    code = "import studies.quantities, sys; assert 'pint' not in sys.modules"
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,410 @@
+"""Sweep documents: checked in one go, canonical, counted before they are expanded."""
+
+import contextlib
+import copy
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solver.units import Dimensionless, Metre, MetrePerSecond
+from studies import examples, materials
+from studies.axes import AxisReader
+from studies.errors import Finding, InvalidInput
+from studies.nearest import nearest_cure
+from studies.parameters import MaterialName, declared
+from studies.quantities import refusal
+from studies.sweep import Sweep, SweepLimits
+from studies.sweep_document import read_sweep_file, read_yaml
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateParameters:
+    """A small thin plate, so that these tests do not move when the real one does."""
+
+    speed: MetrePerSecond = field(metadata={"minimum": 100.0, "maximum": 20e3})
+    plate_thickness: Metre = field(metadata={"minimum": 1e-5, "maximum": 1.0})
+    projectile_diameter: Metre = field(metadata={"minimum": 1e-5, "maximum": 1.0})
+    projectile: MaterialName
+    target: MaterialName
+    shape: Literal["sphere", "cylinder"] = "sphere"
+    cells_per_diameter: Dimensionless = field(metadata={"minimum": 2.0, "maximum": 512.0})
+    fixed_dt: Metre | None = None
+    threads: int = field(default=1, metadata={"minimum": 1, "maximum": 64})
+    heating: bool = True
+
+
+PLATE = SimpleNamespace(
+    name="plate",
+    parameters=PlateParameters,
+    materials=("projectile", "target"),
+    measurements=("hole_diameter",),
+)
+
+
+def load(name: str) -> Any:
+    if name != "plate":
+        raise refusal("scenario", name, "a scenario", nearest_cure(name, ["plate"]))
+    return PLATE
+
+
+def resolve(scenario: str, parameters: Mapping[str, Any], given: Mapping[str, Any]) -> Any:
+    if parameters["plate_thickness"] > 10 * parameters["projectile_diameter"]:
+        raise InvalidInput([Finding("plate_thickness", "thick", "ten diameters", "use a block")])
+    resolved = {role: material.resolved() for role, material in given.items()}
+    return SimpleNamespace(scenario=scenario, parameters=parameters, materials=resolved)
+
+
+@pytest.fixture(autouse=True)
+def plate(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
+    """The small plate stands in for all scenarios, but where the shipped examples are read."""
+    if "example" not in request.fixturenames:
+        monkeypatch.setattr("studies.scenarios.load", load)
+        monkeypatch.setattr("studies.scenarios.names", lambda: ["plate"])
+        monkeypatch.setattr("studies.run.resolve", resolve)
+
+
+DOCUMENT: dict[str, Any] = {
+    "name": "holes",
+    "scenario": "plate",
+    "fixed": {
+        "projectile": "copper-ofhc",
+        "target": "copper-ofhc",
+        "projectile_diameter": "8 mm",
+        "target.strength.A": "100 MPa",
+    },
+    "axes": {
+        "speed": {"start": "2 km/s", "stop": "7 km/s", "step": "1 km/s"},
+        "plate_thickness": ["2 mm", "3 mm", "4 mm"],
+    },
+    "resolution": 32,
+}
+
+
+def changed(path: str, value: Any) -> dict[str, Any]:
+    """The document with one place set; a path is keys between slashes."""
+    document = copy.deepcopy(DOCUMENT)
+    *parents, last = path.split("/")
+    place = document
+    for parent in parents:
+        place = place[parent]
+    place[last] = value
+    return document
+
+
+def refused(document: Any, limits: SweepLimits | None = None) -> str:
+    with pytest.raises(InvalidInput) as caught:
+        Sweep.parse(document, limits)
+    for finding in caught.value.findings:
+        assert all((finding.field, finding.value, finding.limit, finding.cure))
+    return str(caught.value)
+
+
+def test_parse__gives_exact_values_in_si_with_the_stop() -> None:
+    sweep = Sweep.parse(DOCUMENT)
+    speed, thickness = sweep.axes
+    assert speed.values == (2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0)
+    assert (speed.unit, thickness.values) == ("m s-1", (0.002, 0.003, 0.004))
+    assert (sweep.shape, sweep.size, sweep.combine) == ((6, 3), 18, "grid")
+    assert sweep.fixed["target.strength.A"] == 100e6
+
+
+def test_range__of_tenths_has_no_round_off() -> None:
+    axis = {"start": "0.1 mm", "stop": "0.7 mm", "step": "0.1 mm"}
+    sweep = Sweep.parse(changed("axes/plate_thickness", axis))
+    assert sweep.axes[1].values == (1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4, 7e-4)
+
+
+@given(st.integers(10, 400), st.integers(1, 40), st.integers(0, 30))
+def test_range__equals_the_list_written_out(start: int, step: int, count: int) -> None:
+    parameter = declared(PlateParameters)["plate_thickness"]
+    stop = f"{start + step * count} um"
+    by_step = {"start": f"{start}e-3 mm", "stop": stop, "step": f"{step}e-6 m"}
+    by_list = [f"{start + step * number} um" for number in range(count + 1)]
+    reader = AxisReader(most_values=100, materials=())
+    first, second = (reader.read(parameter, "t", form, "t") for form in (by_step, by_list))
+    assert first == second
+
+
+def test_range__may_go_down() -> None:
+    axis = {"start": "7 km/s", "stop": "5 km/s", "step": "-1 km/s"}
+    assert Sweep.parse(changed("axes/speed", axis)).axes[0].values == (7e3, 6e3, 5e3)
+
+
+def test_range__of_whole_numbers_stays_whole() -> None:
+    document = changed("axes/threads", {"start": 1, "stop": 5, "step": 2})
+    assert Sweep.parse(document).axes[2].values == (1, 3, 5)
+
+
+def test_document__is_canonical_and_reads_as_itself() -> None:
+    sweep = Sweep.parse(DOCUMENT)
+    document = json.loads(json.dumps(sweep.document()))
+    assert Sweep.parse(document) == sweep
+    assert Sweep.parse(document).document() == document
+    assert document["axes"]["plate_thickness"] == ["2 mm", "3 mm", "4 mm"]
+
+
+def test_document__is_the_same_however_the_units_are_written() -> None:
+    other = changed("axes/plate_thickness", ["0.002 m", "3.0e-3 m", "4000 um"])
+    assert Sweep.parse(other).document() == Sweep.parse(DOCUMENT).document()
+
+
+def test_document__keeps_materials_and_observations() -> None:
+    document = changed(
+        "observations", "speed [km/s],quantity,value,source\n6,hole_diameter,19 mm,x"
+    )
+    copper = materials.load("copper-ofhc").document()
+    document["materials"] = {"my-copper": {**copper, "name": "my-copper"}}
+    document["fixed"]["target"] = "my-copper"
+    sweep = Sweep.parse(document)
+    again = Sweep.parse(json.loads(json.dumps(sweep.document())))
+    assert again == sweep
+    assert again.observations[0].value == 0.019
+
+
+def test_runs__of_a_grid_vary_the_last_axis_fastest() -> None:
+    points = Sweep.parse(DOCUMENT).runs()
+    assert len(points) == 18
+    assert points[1].index == (0, 1)
+    assert points[1].coordinates == {"speed": 2000.0, "plate_thickness": 0.003}
+
+
+def test_runs__carry_parameters_and_changed_materials() -> None:
+    run = Sweep.parse(DOCUMENT).runs()[0].run
+    assert run.parameters["cells_per_diameter"] == 32.0
+    assert run.materials["target"]["strength"]["A"] == 100e6
+    assert run.materials["projectile"]["strength"]["A"] == 90e6
+
+
+def test_runs__of_a_zip_pair_the_axes() -> None:
+    document = changed("axes/speed", ["2 km/s", "4 km/s", "2 km/s"])
+    document["combine"] = "zip"
+    sweep = Sweep.parse(document)
+    assert sweep.shape == (3,)
+    assert [point.index for point in sweep.runs()] == [(0,), (1,), (2,)]
+
+
+def test_runs__over_materials_and_their_constants() -> None:
+    document = changed("axes/target", ["copper-ofhc", "al-2024-t3"])
+    document["axes"]["target.strength.A"] = ["80 MPa", "90 MPa"]
+    del document["fixed"]["target"], document["fixed"]["target.strength.A"]
+    points = Sweep.parse(document).runs()
+    targets = [point.run.materials["target"] for point in points]
+    assert {target["name"] for target in targets} == {"copper-ofhc", "al-2024-t3"}
+    assert {target["strength"]["A"] for target in targets} == {80e6, 90e6}
+
+
+def test_runs__over_words_and_booleans() -> None:
+    document = changed("axes/shape", ["sphere", "cylinder"])
+    document["axes"]["heating"] = [True, False]
+    assert Sweep.parse(document).shape == (6, 3, 2, 2)
+
+
+def test_runs__name_the_points_that_are_refused() -> None:
+    sweep = Sweep.parse(changed("axes/plate_thickness", ["2 mm", "90 mm"]))
+    with pytest.raises(InvalidInput, match="plate_thickness = 90 mm") as caught:
+        sweep.runs()
+    assert len(caught.value.findings) == 1
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        ("scenario", "plates", ["scenario", "did you mean 'plate'"]),
+        ("scenario", None, ["scenario", "use one of: plate"]),
+        ("scenario", ["plate"], ["scenario"]),
+        ("axis", {}, ["axis", "did you mean 'axes'"]),
+        ("name", "", ["name"]),
+        ("name", 3, ["name"]),
+        ("combine", "grids", ["combine", "did you mean 'grid'"]),
+        ("combine", ["grid"], ["combine"]),
+        ("resolution", "32 mm", ["resolution", "plain number"]),
+        ("resolution", -1, ["resolution", "2 to 512"]),
+        ("resolution", True, ["resolution"]),
+        ("resolution", float("nan"), ["resolution", "finite"]),
+        ("resolution", None, ["resolution", "nothing"]),
+        ("fixed", 3, ["fixed"]),
+        ("fixed/target", "copper-ohfc", ["fixed.target", "did you mean 'copper-ofhc'"]),
+        ("fixed/target", 3, ["fixed.target"]),
+        ("fixed/shape", "spere", ["fixed.shape", "sphere"]),
+        ("fixed/heating", "yes", ["fixed.heating", "true or false"]),
+        ("fixed/threads", 1.5, ["fixed.threads", "whole number"]),
+        ("fixed/projectile_diameter", 8, ["fixed.projectile_diameter", "write '8 mm' or '8 m'"]),
+        ("fixed/projectile_diameter", "8 kg", ["fixed.projectile_diameter", "length"]),
+        ("fixed/projectile_diameter", "-8 mm", ["from 10 um to 1 m", "nearest allowed"]),
+        ("fixed/projectile_diameter", "nan mm", ["fixed.projectile_diameter"]),
+        ("fixed/projectile_diameter", None, ["fixed.projectile_diameter", "null"]),
+        ("fixed/target.strength.a", "1 MPa", ["did you mean 'target.strength.A'"]),
+        ("fixed/target.strength.A", "1 mm", ["fixed.target.strength.A", "pressure"]),
+        ("fixed/speed", "6 km/s", ["axes.speed", "fixed or varied"]),
+        ("fixed/cells_per_diameter", 8, ["resolution", "give one of the two"]),
+        ("axes", {}, ["axes", "at least one"]),
+        ("axes", None, ["axes", "at least one"]),
+        ("axes", [1], ["axes", "names and values"]),
+        ("axes/speed", [], ["axes.speed", "at least one value"]),
+        ("axes/speed", "6 km/s", ["axes.speed", "list"]),
+        ("axes/speed", [6, "7 km/s"], ["axes.speed[0]", "write '6 km/s'"]),
+        ("axes/speed", ["6 km/s", None], ["axes.speed[1]", "null"]),
+        ("axes/speed", ["6 km/s", "2 kg"], ["axes.speed[1]", "speed"]),
+        ("axes/speed", ["6 km/s", "6000 m/s"], ["axes.speed", "6 km/s", "once"]),
+        ("axes/sped", ["6 km/s"], ["axes.sped", "did you mean 'speed'"]),
+        ("axes/resolution", [8, 16], ["axes.resolution", "cells_per_diameter"]),
+        ("axes/fixed_dt", [None], ["axes.fixed_dt[0]"]),
+        ("axes/shape", {"start": "a"}, ["axes.shape", "list of values"]),
+        ("axes/projectile", {"start": "a"}, ["axes.projectile", "fixed or varied"]),
+        ("axes/speed", {"start": "2 km/s"}, ["axes.speed.stop", "axes.speed.step"]),
+        (
+            "axes/speed",
+            {"start": "2 km/s", "stop": "7 km/s", "stp": 1},
+            ["axes.speed.stp", "did you mean"],
+        ),
+        (
+            "axes/speed",
+            {"start": "2 km/s", "stop": "7 km/s", "step": "2 km/s"},
+            ["axes.speed.stop", "stop: 6 km/s or stop: 8 km/s"],
+        ),
+        (
+            "axes/speed",
+            {"start": "2 km/s", "stop": "7 km/s", "step": "-1 km/s"},
+            ["axes.speed.step", "leads from start to stop"],
+        ),
+        (
+            "axes/speed",
+            {"start": "2 km/s", "stop": "7 km/s", "step": "0 km/s"},
+            ["axes.speed.step"],
+        ),
+        (
+            "axes/speed",
+            {"start": "2 km/s", "stop": "90 km/s", "step": "1 km/s"},
+            ["axes.speed.stop", "20 km/s"],
+        ),
+        (
+            "axes/speed",
+            {"start": "2 km/s", "stop": "7 km/s", "step": "1e-9 km/s"},
+            ["axes.speed", "at most 1000 values"],
+        ),
+        ("materials", 3, ["materials"]),
+        ("materials", {"copper-ofhc": {}}, ["materials.copper-ofhc", "no shipped material"]),
+        ("materials", {"mine": {}}, ["materials.mine.density", "materials.mine.eos"]),
+        ("materials", {"mine": 3}, ["materials.mine"]),
+        ("observations", 3, ["observations"]),
+        ("observations", [{"speed": 6}], ["observations[0]: speed"]),
+    ],
+)
+def test_parse__names_field_value_limit_and_cure(path: str, value: Any, words: list[str]) -> None:
+    message = refused(changed(path, value))
+    assert all(word in message for word in words), message
+
+
+@pytest.mark.parametrize("document", [None, 3, [], "sweep", {}, {1: 2}, {"scenario": "plate"}])
+def test_parse__of_no_sweep_is_refused(document: Any) -> None:
+    refused(document)
+
+
+def test_parse__tells_everything_at_once() -> None:
+    document = changed("fixed/target", "copper-ohfc")
+    document["fixed"]["shap"] = "sphere"
+    document["axes"]["speed"] = [6]
+    document["combine"] = "product"
+    document["resolution"] = "fine"
+    message = refused(document)
+    assert all(
+        field in message
+        for field in ("fixed.target", "fixed.shap", "axes.speed[0]", "combine", "resolution")
+    )
+
+
+PLACES = ["fixed", "axes", "axes/speed", "axes/speed/start", "fixed/target", "fixed/shape"]
+PLACES += ["fixed/target.strength.A", "fixed/threads", "materials", "observations", "resolution"]
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda some: (
+        st.lists(some, max_size=3) | st.dictionaries(st.text(max_size=8), some, max_size=3)
+    ),
+    max_leaves=6,
+)
+
+
+@given(st.sampled_from(PLACES), ANYTHING)
+def test_parse__of_anything_anywhere_refuses_and_never_crashes(path: str, value: Any) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("studies.scenarios.load", load)
+        patch.setattr("studies.scenarios.names", lambda: ["plate"])
+        with contextlib.suppress(InvalidInput):
+            Sweep.parse(changed(path, value))
+
+
+def test_parse__names_every_missing_parameter() -> None:
+    document = changed("fixed", {})
+    document["axes"] = {"speed": ["6 km/s"]}
+    message = refused(document)
+    for name in ("plate_thickness", "projectile_diameter", "projectile", "target"):
+        assert f"fixed.{name}: nothing" in message
+
+
+def test_parse__of_a_zip_asks_for_equal_lengths_and_new_points() -> None:
+    document = changed("combine", "zip")
+    assert "speed: 6, plate_thickness: 3" in refused(document)
+    document["axes"] = {"speed": ["6 km/s"] * 2, "plate_thickness": ["2 mm"] * 2}
+    assert "once" in refused(document)
+
+
+def test_limits__are_counted_before_anything_is_expanded() -> None:
+    wide = {"start": "1 mm", "stop": "1000 mm", "step": "1 mm"}
+    document = changed("axes/plate_thickness", wide)
+    document["axes"]["speed"] = {"start": "1 km/s", "stop": "19 km/s", "step": "0.1 km/s"}
+    document["axes"]["threads"] = {"start": 1, "stop": 64, "step": 1}
+    assert "11584000 runs" in refused(document)
+    assert "at most 2 axes" in refused(document, SweepLimits(max_axes=2))
+    assert "at most 5 values" in refused(DOCUMENT, SweepLimits(max_values=5))
+    assert "at most 17 runs" in refused(DOCUMENT, SweepLimits(max_runs=17))
+    assert Sweep.parse(DOCUMENT, SweepLimits(max_runs=18)).size == 18
+
+
+def test_constant__must_belong_to_every_material_of_its_role() -> None:
+    document = changed("axes/target", ["copper-ofhc", "copper-thesis-plastic"])
+    del document["fixed"]["target"]
+    assert "fixed.target.strength.A" in refused(document)
+
+
+def test_read_yaml__refuses_a_key_that_stands_twice() -> None:
+    with pytest.raises(InvalidInput, match="'speed' stands twice"):
+        read_yaml("axes:\n  speed: [1]\n  speed: [2]\n", "sweep.yaml")
+
+
+@pytest.mark.parametrize(
+    "text", ["a: [1", "- 1", "", "a: !!python/object/apply:os.getcwd []", "[" * 5000, "\x00"]
+)
+def test_read_yaml__of_broken_text_names_the_file(text: str) -> None:
+    with pytest.raises(InvalidInput, match=r"sweep\.yaml"):
+        read_yaml(text, "sweep.yaml")
+
+
+def test_read_sweep_file__takes_observations_from_beside_it(tmp_path: Path) -> None:
+    (tmp_path / "shots.csv").write_text("quantity,value,source\nhole_diameter,19 mm,x\n")
+    file = tmp_path / "sweep.yaml"
+    file.write_text(json.dumps({**DOCUMENT, "observations": "shots.csv"}))
+    assert Sweep.parse(read_sweep_file(file)).observations[0].value == 0.019
+
+
+def test_read_sweep_file__names_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"none\.yaml"):
+        read_sweep_file(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize("example", examples.names())
+def test_example__makes_runs(example: str) -> None:
+    sweep = Sweep.parse(read_yaml(examples.text(example), example))
+    assert sweep.name == example
+    assert len(sweep.runs()) == sweep.size
+    assert Sweep.parse(sweep.document()) == sweep
+
+
+def test_examples__are_the_main_job_and_a_smoke_test() -> None:
+    assert {"holes", "craters", "smoke"} <= set(examples.names())

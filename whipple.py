@@ -1,0 +1,51 @@
+"""The public face of whipple, for notebooks and scripts: ``Client``, ``run_sweep``, ``open_cube``.
+
+>>> import whipple
+>>> folder = whipple.run_sweep("holes.yaml", "holes")  # doctest: +SKIP
+>>> whipple.open_cube(folder).hole_diameter  # doctest: +SKIP
+
+Nothing inside the project imports this module, and importing it loads nothing heavy.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray
+
+    from service.client import Client
+
+__all__ = ["Client", "open_cube", "run_sweep"]
+
+
+def run_sweep(document: Mapping[str, Any] | str | Path, out: str | Path) -> Path:
+    """Compute a sweep on this machine, without a server, and return the folder with its results.
+
+    ``document`` is a mapping or the path of a YAML file. The folder holds ``cube.nc``,
+    ``report.html`` and ``report.json``; called again with the same folder, it resumes.
+    """
+    from service.local import run_sweep
+
+    return Path(run_sweep(document, Path(out)))
+
+
+def open_cube(path: str | Path) -> "xarray.Dataset":
+    """Open the cube of a sweep: ``path`` is a ``cube.nc``, or a folder that holds one."""
+    import xarray
+
+    file = Path(path)
+    return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
+
+
+def __getattr__(name: str) -> Any:
+    """``Client`` is imported when it is first asked for."""
+    if name == "Client":
+        from service.client import Client
+
+        return Client
+    raise AttributeError(f"module 'whipple' has no attribute {name!r}; it offers {__all__}")
+
+
+def __dir__() -> list[str]:
+    return __all__
