@@ -3,12 +3,12 @@
 ::
 
     DIR/whipple.db
-    DIR/runs/<two digits>/<run id>/a<attempt>-<token>/     result.json, state, log.txt
-    DIR/sweeps/<sweep id>/a<attempt>-<token>/              cube.nc, report.html, report.json, log.txt
+    DIR/runs/<two digits>/<run id>/a<attempt>-<token>/   result.json, state.npz, log.txt
+    DIR/sweeps/<sweep id>/a<attempt>-<token>/            cube.nc, report.html, report.json, log.txt
 
-Each attempt writes into a folder of its own, so nothing is ever published in place: the row says which
-folder counts. Paths in rows are relative to DIR and made of ids that the service gave, never of words
-that a user wrote.
+Each attempt writes into a folder of its own, so nothing is ever published in place: the row says
+which folder counts. Paths in rows are relative to DIR and made of ids that the service gave, never
+of words that a user wrote.
 """
 
 import hashlib

@@ -6,6 +6,7 @@ Exit status: 0 all fine, 1 something went wrong, 2 the input is refused, 3 some 
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -15,12 +16,12 @@ from solver.errors import WhippleError
 from studies.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from service.client import Client, SweepStatus
+    from service.client import Client
     from service.settings import Settings
 
 FINE, WRONG, REFUSED, SOME_FAILED = 0, 1, 2, 3
 DEMO = ("holes", "craters")
-WARMUP = "from studies.run import warmup; warmup()"
+WARMUP = "from studies.run import warm_up; warm_up()"
 
 app = typer.Typer(
     name="whipple",
@@ -42,7 +43,9 @@ def main() -> NoReturn:
     try:
         app()
     except InvalidInput as error:
-        _print_findings(error)
+        from service.console import print_findings
+
+        print_findings(error)
         sys.exit(REFUSED)
     except WhippleError as error:
         print(f"whipple: {error}", file=sys.stderr)
@@ -58,23 +61,19 @@ def demo(out: Out = Path("demo")) -> None:
     folder = _folder(out)
     cold = _seconds_of(_compile_kernels)
     warm = _seconds_of(_compile_kernels)
-    print(f"kernels: ready after {cold:.1f} s; once they are on disk, {warm:.1f} s", flush=True)
-    begin, statuses = time.perf_counter(), []
-    for name in DEMO:
-        statuses.append(_compute(read_yaml(examples.text(name), name), folder / name))
+    print(f"kernels: ready after {cold:.1f} s, from disk after {warm:.1f} s", flush=True)
+    begin = time.perf_counter()
+    documents = {name: read_yaml(examples.text(name), name) for name in DEMO}
+    statuses = [_compute(document, name, folder / name) for name, document in documents.items()]
     sweeps = time.perf_counter() - begin
-    print(f"wall time: {sweeps + cold:.1f} s cold (kernels made), {sweeps + warm:.1f} s warm")
-    for name in DEMO:
-        print(f"look at {folder / name / 'report.html'}")
+    print(f"wall time: {sweeps + cold:.1f} s cold (as just now), {sweeps + warm:.1f} s warm")
     raise typer.Exit(max(statuses))
 
 
 @app.command()
 def sweep(file: SweepFile, out: Out) -> None:
     """Compute a sweep on this machine, without a service. Run again, it resumes."""
-    from studies.sweep_document import read_sweep_file
-
-    raise typer.Exit(_compute(read_sweep_file(file), _folder(out)))
+    raise typer.Exit(_compute(file, file.stem, _folder(out)))
 
 
 @app.command()
@@ -92,9 +91,11 @@ def serve(
 @app.command()
 def submit(file: SweepFile, url: Url = LOCAL) -> None:
     """Give a sweep to a service, and print its id."""
+    from service.console import print_sweep
+
     with _client(url) as client:
         handle = client.submit(file)
-        _print_status(handle.status())
+        print_sweep(handle.status())
         print(f"watch it with: whipple status {handle.id} --url {client.url}", file=sys.stderr)
 
 
@@ -104,9 +105,11 @@ def status(
     url: Url = LOCAL,
 ) -> None:
     """Show how far a sweep is, or all sweeps."""
+    from service.console import print_sweep
+
     with _client(url) as client:
         if id is not None:
-            _print_status(client.sweep(id).status())
+            print_sweep(client.sweep(id).status())
             return
         for one in client.sweeps():
             print(
@@ -125,8 +128,10 @@ def fetch(id: SweepId, out: Out, url: Url = LOCAL) -> None:
 @app.command()
 def cancel(id: SweepId, url: Url = LOCAL) -> None:
     """Stop a sweep. What was computed until now is published."""
+    from service.console import print_sweep
+
     with _client(url) as client:
-        _print_status(client.sweep(id).cancel())
+        print_sweep(client.sweep(id).cancel())
 
 
 @app.command()
@@ -143,9 +148,20 @@ def version() -> None:
     print(version())
 
 
-def _compute(document: dict[str, Any], folder: Path) -> int:
-    """Compute a sweep into a folder with a progress bar, and return the exit status."""
-    raise NotImplementedError
+def _compute(sweep: "Mapping[str, Any] | Path", name: str, folder: Path) -> int:
+    """Compute a sweep into a folder, say how it went, and return the exit status."""
+    from service.console import in_words, watching
+    from service.local import run_sweep
+
+    begin = time.perf_counter()
+    with watching(name) as tell:
+        finished = run_sweep(sweep, folder, progress=tell)
+    seconds = time.perf_counter() - begin
+    print(
+        f"{name}: {in_words(finished.counts)} in {seconds:.1f} s; look at {folder / 'report.html'}"
+    )
+    all_fine = finished.counts["succeeded"] == finished.sweep.planned
+    return FINE if all_fine else SOME_FAILED
 
 
 def _compile_kernels() -> None:
@@ -161,7 +177,7 @@ def _compile_kernels() -> None:
         raise WhippleError(f"the kernels cannot be compiled: {child.stderr.strip()}")
 
 
-def _seconds_of(work: Any) -> float:
+def _seconds_of(work: Callable[[], None]) -> float:
     begin = time.perf_counter()
     work()
     return time.perf_counter() - begin
@@ -203,22 +219,3 @@ def _settings(**given: Any) -> "Settings":
             )
             for one in error.errors()
         ) from None
-
-
-def _print_findings(error: InvalidInput) -> None:
-    print("whipple: the input is refused", file=sys.stderr)
-    for finding in error.findings:
-        print(f"  {finding.field}", file=sys.stderr)
-        for word in ("value", "limit", "cure"):
-            print(f"    {word:<6} {getattr(finding, word)}", file=sys.stderr)
-
-
-def _print_status(one: "SweepStatus") -> None:
-    counts = ", ".join(f"{count} {state}" for state, count in one.counts.items() if count)
-    print(f"{one.id}  {one.name}: {one.state}, {one.progress:.0%} ({counts})")
-    if one.reason:
-        print(f"  {one.reason}")
-    if one.eta_seconds is not None:
-        from service.console import duration
-
-        print(f"  {duration(one.eta_seconds)} left")

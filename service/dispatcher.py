@@ -1,7 +1,7 @@
 """Between the rows and the engine: claims, registers, tries again, stops, and compares the two.
 
-One thread. The row is the truth: what this object remembers is only which attempts it has given to the
-engine. Whatever is lost on the way is found by ``_reconcile``.
+One thread. The row is the truth: what this object remembers is only which attempts it has given to
+the engine. Whatever is lost on the way is found by ``_reconcile``.
 """
 
 import logging
@@ -16,7 +16,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, Protocol
 
-from service.artifacts import Artifacts, describe
+from service.artifacts import LOG, Artifacts, describe
 from service.execution import Ended, Message, Told
 from service.jobs import (
     Cause,
@@ -164,6 +164,8 @@ class Dispatcher:
         if cause is not None and may_try_again(cause, claim.crashes):
             counts = self._store.requeue(claim, cause, reason=reason)
         elif cause is not None:
+            folder = self._artifacts.relative(self._artifacts.attempt_directory(claim))
+            reason = f"{reason} (log: {folder}/{LOG})"
             counts = self._store.fail(claim, cause, failure=failure, reason=reason)
         log.log(
             logging.INFO if counts else logging.WARNING,
@@ -290,17 +292,7 @@ def _result(file: Stored, artifacts: Artifacts, seconds: float) -> Result:
         succeeded=answer["state"] == "succeeded",
         reason=answer["reason"],
         failure=answer["failure"],
-        summary=_finite(summary),
+        summary=summary,
         seconds=seconds or float(answer["provenance"].get("seconds", 0.0)),
     )
 
-
-def _finite(value: Any) -> Any:
-    """The same without NaN and infinity, which JSON does not have."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: _finite(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(one) for one in value]
-    return value

@@ -1,12 +1,13 @@
 """The engine: workers of Dask over TLS. The only file that imports ``distributed``.
 
-Dask is muscle: it is never given more than it has free slots, never retries, and may lose anything at
-any moment. A slot is a worker process with one thread, in which a supervisor watches one child.
+Dask is muscle: it is never given more than it has free slots, never retries, and may lose anything
+at any moment. A slot is a worker process with one thread; in it a supervisor watches one child.
 """
 
 import logging
 import threading
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
@@ -55,7 +56,7 @@ class Engine:
     def __init__(self, *, workers: int, scratch: Path, inbox: "SimpleQueue[Message | None]"):
         self._inbox = inbox
         self._futures: dict[str, distributed.Future] = {}
-        self._lock = threading.Lock()
+        self._changed = threading.Condition()  # guards the futures
         dask.config.set(CONFIGURATION)
         self._cluster = distributed.LocalCluster(
             n_workers=workers,
@@ -78,39 +79,37 @@ class Engine:
 
     def submit(self, ticket: Ticket) -> None:
         """Begin an attempt; ``Ended`` follows, whatever happens."""
-        future = self._client.submit(
-            _supervise, ticket, key=ticket.key, pure=False, retries=0, fifo_timeout="0 ms"
-        )
-        with self._lock:
+        future = self._client.submit(_supervise, ticket, key=ticket.key, pure=False, retries=0)
+        with self._changed:
             self._futures[ticket.key] = future
         future.add_done_callback(self._note_end)
 
     def stop(self, keys: list[str]) -> None:
-        """Ask for the end of attempts; one that has not begun yet does not hear it, so ask again."""
-        self._client.run(worker.stop, keys, wait=False, on_error="ignore")
+        """Ask for the end of attempts; one that has not begun does not hear it, so ask again."""
+        self._client.run(_stop, keys, wait=False, on_error="ignore")
 
     def close(self) -> None:
         """End every attempt, and the workers."""
-        try:
-            self._client.run(worker.stop, on_error="ignore")
-            distributed.wait(list(self._futures.values()), timeout=CLOSE_SECONDS)
-        except (TimeoutError, OSError, distributed.comm.CommClosedError):
-            pass  # whatever hangs is killed with its worker
+        with suppress(OSError, TimeoutError):  # a worker that does not answer is killed below
+            self._client.run(_stop, on_error="ignore")
+        with self._changed:
+            self._changed.wait_for(lambda: not self._futures, CLOSE_SECONDS)
         self._client.close(timeout=CLOSE_SECONDS)
         self._cluster.close(timeout=CLOSE_SECONDS)
 
     def _note_end(self, future: distributed.Future) -> None:
         """Called in a thread of the client when a future is done, failed, cancelled or lost."""
-        with self._lock:
-            self._futures.pop(future.key, None)
         try:
             ending = future.result(timeout=CLOSE_SECONDS)
         except BaseException as error:  # cancellation is no Exception here
-            ending = Ending(
-                Cause.LOST, type(error).__name__, f"the worker is lost: {error}", (), 0.0
-            )
-        self._inbox.put(Ended(future.key, ending))
+            reason = f"the worker is lost: {error}"
+            ending = Ending(Cause.LOST, type(error).__name__, reason, (), 0.0)
+        key = str(future.key)
+        self._inbox.put(Ended(key, ending))
         future.release()
+        with self._changed:
+            self._futures.pop(key, None)
+            self._changed.notify_all()
 
     def _hear(self, event: tuple[float, Mapping[str, Any]]) -> None:
         """Called in the loop of the client."""
@@ -126,3 +125,8 @@ def _supervise(ticket: Ticket) -> Ending:
         report(PROGRESS, {"key": ticket.key, **words})
 
     return worker.supervise(ticket, tell)
+
+
+async def _stop(keys: list[str] | None = None) -> None:
+    """Called in the loop of each worker, while its thread supervises."""
+    worker.stop(keys)

@@ -65,8 +65,8 @@ def run_sweep(
 ) -> Finished:
     """Compute a sweep on this machine into the folder ``out``; called again, it resumes.
 
-    ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called now and then
-    with the sweep's row. Raises InvalidInput, DataInUse, PublicationFailed.
+    ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called with the
+    sweep's row, again and again. Raises InvalidInput, DataInUse, PublicationFailed.
     """
     folder = Path(out)
     settings = settings or Settings(data=folder / STORE_OF_FOLDER)

@@ -19,34 +19,25 @@ class Settings(BaseSettings):
 
     model_config = SettingsConfigDict(env_prefix="WHIPPLE_", frozen=True, extra="forbid")
 
-    data: Path = Field(Path("whipple-data"), description="directory of database and results")
-    host: str = Field("127.0.0.1", description="address to listen on")
-    port: int = Field(8000, ge=0, le=65535, description="port to listen on; 0 takes a free one")
-    database_url: str | None = Field(None, description="SQLAlchemy URL; default: SQLite in data")
-    scheduler: str | None = Field(
-        None,
-        pattern="^tls://",
-        description="Dask scheduler; default: workers of our own",
-    )
+    data: Path = Field(default=Path("whipple-data"), description="database and results")
+    host: str = Field(default="127.0.0.1", description="address to listen on")
+    port: int = Field(default=8000, ge=0, le=65535, description="0 takes a free one")
+    database_url: str | None = Field(default=None, description="default: SQLite inside data")
     workers: PositiveInt = Field(
-        default_factory=_available_cores, description="runs computed at once by our own workers"
+        default_factory=_available_cores, description="runs computed at once"
     )
-    max_runs: PositiveInt = Field(10_000, description="most points that a sweep may have")
+    max_runs: PositiveInt = Field(default=10_000, description="most points that a sweep may have")
     run_seconds_limit: PositiveFloat = Field(
-        7 * 24 * 3600.0,
-        description="seconds after which a run or a publication is stopped",
+        default=7 * 24 * 3600.0, description="wall clock of a run, or a publication"
     )
     poll_seconds: PositiveFloat = Field(
-        0.5, description="how often the queue is looked at without a reason"
+        default=0.5, description="between two looks at the queue without a reason"
     )
     reconcile_seconds: PositiveFloat = Field(
-        5.0, description="how often each running row is compared with the engine"
-    )
-    grace_seconds: PositiveFloat = Field(
-        30.0, description="how long a running row may be unknown to a foreign engine"
+        default=5.0, description="between two comparisons of the running rows with the engine"
     )
     targets_module: str | None = Field(
-        None, description="module that stands in for studies.run and studies.publish (tests)"
+        default=None, description="stands in for studies.run and studies.publish (tests)"
     )
 
     @property

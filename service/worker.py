@@ -3,12 +3,12 @@
 The supervisor is called in a worker of the engine; it starts ``python -m service.worker`` and talks
 to it over pipes:
 
-* stdin: one line, the order; then nothing, but it stays open. It is the life line: the word ``stop``
-  or its end makes the child leave, so no child survives its supervisor.
+* stdin: one line, the order; then nothing, but it stays open. It is the life line: the word
+  ``stop`` or its end makes the child leave, so no child survives its supervisor.
 * stdout: one JSON object a line: progress, or ``{"error": ...}`` before it leaves with status 1.
 * stderr: into ``log.txt`` of the attempt's folder, with whatever libraries print.
 
-The answer is a file in the attempt's folder. Crash, memory, time and cancel touch this attempt alone.
+The answer is files in the attempt's folder. Crash, time limit and cancel touch this attempt alone.
 """
 
 import ctypes
@@ -22,6 +22,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, is_dataclass
 from importlib import import_module
 from pathlib import Path
@@ -41,7 +42,6 @@ STATUS_ERROR, STATUS_STOPPED, STATUS_ORPHAN = 1, 20, 21
 TICK = 0.1  # s, how often stop and limit are looked at
 PATIENCE = 0.5  # s, between the word "stop" and the kill
 TELL_INTERVAL = 1.0  # s, between two pieces of progress
-LOG_TAIL = 2000  # bytes of the log that a reason quotes
 PR_SET_PDEATHSIG = 1  # prctl(2)
 
 # One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported.
@@ -79,7 +79,7 @@ _SUPERVISORS: dict[str, "Supervisor"] = {}
 
 
 def supervise(ticket: Ticket, tell: Tell) -> Ending:
-    """Compute one attempt in a process of its own, and say how it ended; never raises for the run."""
+    """Compute one attempt in a process of its own, and say how it ended."""
     supervisor = _SUPERVISORS[ticket.key] = Supervisor(ticket, tell)
     try:
         return supervisor.run()
@@ -149,11 +149,9 @@ class Supervisor:
         """Write the order, a long one piece by piece."""
         assert process.stdin is not None
         line = memoryview(json.dumps(asdict(self._ticket)).encode() + b"\n")
-        try:
+        with suppress(BrokenPipeError):  # it died at once; its status says why
             while line:
                 line = line[process.stdin.write(line) or 0 :]
-        except BrokenPipeError:
-            pass  # it died at once; its status says why
 
     def _watch(self, process: subprocess.Popen[bytes]) -> None:
         """Listen until the process ends, or is ended."""
@@ -205,7 +203,7 @@ class Supervisor:
         if self._error is not None:
             return self.ending(Cause.ERROR, self._error["failure"], self._error["reason"])
         name = signal.Signals(-status).name if status < 0 else f"status {status}"
-        return self.ending(Cause.CRASH, name, f"the process died: {name}{self._last_words()}")
+        return self.ending(Cause.CRASH, name, f"the process died: {name}")
 
     def _collect(self) -> Ending:
         """The files of a process that says it succeeded."""
@@ -215,13 +213,6 @@ class Supervisor:
             reason = f"the process ended without {', '.join(missing)}"
             return self.ending(Cause.ERROR, "MissingFile", reason)
         return self.ending(None, files=tuple(describe(file) for file in files))
-
-    def _last_words(self) -> str:
-        """The end of the log."""
-        with (self._directory / LOG).open("rb") as log:
-            log.seek(max(0, log.seek(0, os.SEEK_END) - LOG_TAIL))
-            text = log.read().decode(errors="replace").strip()
-        return f"; the end of its log:\n{text}" if text else ""
 
 
 class _Lines:
@@ -248,25 +239,19 @@ def _environment() -> dict[str, str]:
 
 def _ask_to_stop(process: subprocess.Popen[bytes]) -> None:
     assert process.stdin is not None
-    try:
+    with suppress(BrokenPipeError):  # it is gone already
         process.stdin.write(STOP)
-    except BrokenPipeError:
-        pass  # it is gone already
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
     """End the process and everything that it started."""
-    try:
+    with suppress(ProcessLookupError):  # nothing is left
         os.killpg(process.pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass  # nothing is left
 
 
 def _wait(process: subprocess.Popen[bytes], seconds: float) -> None:
-    try:
+    with suppress(subprocess.TimeoutExpired):  # the caller looks again
         process.wait(seconds)
-    except subprocess.TimeoutExpired:
-        pass  # the caller looks again
 
 
 # --- the process ---------------------------------------------------------------------------------
@@ -316,7 +301,7 @@ def _plain(told: Any) -> Mapping[str, Any]:
 
 
 def _die_with_parent() -> None:
-    """On Linux the kernel kills us with our parent, even while a kernel of ours holds the interpreter."""
+    """On Linux the system kills us with our parent, even if compiled code blocks every thread."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 

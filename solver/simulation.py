@@ -10,7 +10,7 @@ from solver.audit import Audit, Ledger, audit, totals
 from solver.eos import reference_density, reference_sound_speed, temperature
 from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
-from solver.problem import Problem
+from solver.problem import Body, Problem
 from solver.state import Particles, Snapshot, empty_nodes, empty_particles, joined, selected
 from solver.step import Stage, Stepper
 from solver.stress import QUANTITIES, Limits, Tally, chunks_of, empty_tally
@@ -213,7 +213,7 @@ def start(problem: Problem, *, threads: int | None = None) -> Simulation:
     return Simulation(problem, particles, body, team=Team(threads))
 
 
-def _initial(body) -> Particles:
+def _initial(body: Body) -> Particles:
     particles = empty_particles(body.mass.size)
     particles.position[:] = body.position
     particles.velocity[:] = body.velocity
@@ -231,7 +231,8 @@ def _check_inside(problem: Problem, particles: Particles, body: np.ndarray) -> N
             face = exit_face(problem.geometry, corners, corner)
             if face >= 0:
                 raise ProblemError(
-                    f"body {problem.bodies[index].name!r} reaches {corners[corner, face // 2]:.6g} m on axis {face // 2}, "
+                    f"body {problem.bodies[index].name!r} reaches {corners[corner, face // 2]:.6g} m "
+                    f"on axis {face // 2}, "
                     f"outside the grid; enlarge the grid or move the body"
                 )
 

@@ -12,7 +12,7 @@ import numpy as np
 from solver.faces import cross_faces, hold_face
 from solver.geometry import face_nodes
 from solver.jit import kernel
-from solver.problem import Face, Problem
+from solver.problem import Body, Face, Problem
 from solver.state import Nodes, Particles
 from solver.stress import CHUNK, Limits, Tally, chunks_of, update_chunks
 from solver.threads import Team
@@ -73,7 +73,9 @@ class Stepper:
         """Slabs for each thread: the even ones, and then the odd ones; empty slabs are left out."""
         return [self.team.balanced(load, slabs[load[slabs] > 0]) for slabs in self.parities]
 
-    def _update_body(self, body, stage, begin, end, tally, row, dt) -> None:
+    def _update_body(
+        self, body: Body, stage: "Stage", begin: int, end: int, tally: Tally, row: int, dt: float
+    ) -> None:
         problem = self.problem
 
         def update(part: tuple[int, int]) -> None:

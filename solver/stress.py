@@ -83,14 +83,9 @@ class Point(NamedTuple):
 
 def empty_tally(chunks):
     """A tally for a number of chunks."""
-    counts = [np.zeros(chunks, np.int64) for _ in range(4)]
+    real = ("signal", "volume_rate", "value")
     return Tally(
-        np.zeros(chunks),
-        np.zeros(chunks),
-        *counts,
-        np.zeros(chunks, np.int64),
-        np.zeros(chunks, np.int64),
-        np.zeros(chunks),
+        **{name: np.zeros(chunks, float if name in real else np.int64) for name in Tally._fields}
     )
 
 

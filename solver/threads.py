@@ -8,6 +8,7 @@ whose other core is busy ran six times slower than one.
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,7 @@ class Team:
         """0..count cut into one range a thread, at multiples of the grain."""
         pieces = max(1, min(self.threads, count // grain))
         edges = [round(piece * count / pieces / grain) * grain for piece in range(pieces)] + [count]
-        return list(zip(edges[:-1], edges[1:], strict=True))
+        return list(pairwise(edges))
 
     def balanced(self, load: np.ndarray, index: np.ndarray) -> list[np.ndarray]:
         """The places in ``index`` dealt out so that each thread has about the same sum of ``load``."""

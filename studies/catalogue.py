@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from studies import laws
+from studies import laws, measurements
 from studies.errors import InvalidInput
 from studies.parameters import Parameter, declared
-from studies.variables import MEASURED, Quantity
+from studies.variables import Quantity
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,7 @@ def _named(
 
 
 def _quantity(name: str, unit: str) -> Quantity:
-    meaning, flags = MEASURED.get(name, (name.replace("_", " "), ()))
-    return Quantity(name, unit, meaning, flags)
+    return Quantity(name, unit, measurements.load(name).meaning)
 
 
 def _shot_of(run: Any) -> Any | None:

@@ -5,6 +5,7 @@ Names, dimensions and units are declared in :mod:`studies.variables`; here are t
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from studies.layout import Cell, Layout, floats, labels, shared
 from studies.parameters import Parameter
 from studies.variables import NUMBERS, STATES, Quantity, SchemaError, Vocabulary, variable_name
 
-RUN_FLAGS = ("under_resolved",)
+RUN_FLAGS = ("under_resolved", "energy_drift", "runaway_particles")
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
 HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
 FLAG_BITS = 31  # of a signed 32-bit integer
@@ -110,7 +111,11 @@ def of_numbers(layout: Layout) -> Iterator[Column]:
     for variable in NUMBERS:
         name = variable.name.removeprefix("audit_")
         if any(name in cell.numbers for cell in layout.cells):
-            yield variable.name, layout.numbers(lambda cell, name=name: cell.numbers.get(name))
+            yield variable.name, layout.numbers(_picker(name))
+
+
+def _picker(name: str) -> Callable[[Cell], float | None]:
+    return lambda cell: cell.numbers.get(name)
 
 
 def undeclared(layout: Layout) -> list[str]:
@@ -125,32 +130,36 @@ def undeclared(layout: Layout) -> list[str]:
 def of_quantity(layout: Layout, quantity: Quantity, words: Vocabulary) -> Iterator[Column]:
     """Value, uncertainty and its parts, and flags of one quantity."""
     name = quantity.name
+    measured = {cell.index: cell.measurements.get(name) for cell in layout.cells}
 
-    def field(cell: Cell, key: str) -> Any:
-        return getattr(cell.measurements.get(name), key, None)
+    def numbers(pick: Callable[[Any], float | None]) -> np.ndarray:
+        found = {index: pick(one) for index, one in measured.items() if one is not None}
+        return layout.numbers(lambda cell: found.get(cell.index))
 
-    yield name, layout.numbers(lambda cell: field(cell, "value"))
-    yield f"{name}_uncertainty", layout.numbers(lambda cell: field(cell, "uncertainty"))
-    yield f"{name}_flags", _mask(layout, quantity.flags, lambda cell: field(cell, "flags") or ())
+    yield name, numbers(lambda one: one.value)
+    yield f"{name}_uncertainty", numbers(lambda one: one.uncertainty)
+    yield (
+        f"{name}_flags",
+        _mask(layout, (), lambda cell: getattr(measured[cell.index], "flags", ())),
+    )
     for part in words.parts.get(name, ()):
-        yield (
-            f"{name}_uncertainty_{part}",
-            layout.numbers(lambda cell, part=part: (field(cell, "parts") or {}).get(part)),
-        )
+        yield f"{name}_uncertainty_{part}", numbers(partial(_part, part))
+
+
+def _part(name: str, measured: Any) -> float | None:
+    return measured.parts.get(name)
 
 
 def of_history(layout: Layout, quantity: str) -> Iterator[Column]:
     """Growth of a quantity, thinned evenly and padded with NaN to one length for all quantities."""
     samples = _samples(layout)
-    if not any(_history(cell, quantity, "time") for cell in layout.cells):
-        return
-    for key, name in (("value", "history"), ("time", "history_time")):
-        yield (
-            f"{quantity}_{name}",
-            layout.numbers(
-                lambda cell, key=key: _padded(_history(cell, quantity, key), samples), samples
-            ),
-        )
+    if any(_history(cell, quantity, "time") for cell in layout.cells):
+        yield f"{quantity}_history", _histories(layout, quantity, "value", samples)
+        yield f"{quantity}_history_time", _histories(layout, quantity, "time", samples)
+
+
+def _histories(layout: Layout, quantity: str, key: str, samples: int) -> np.ndarray:
+    return layout.numbers(lambda cell: _padded(_history(cell, quantity, key), samples), samples)
 
 
 def _history(cell: Cell, quantity: str, key: str) -> Sequence[float | None]:

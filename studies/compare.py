@@ -21,12 +21,14 @@ Scope = Literal["where it answers", "inside its range"]
 Reference = Literal["simulation", "observation"]
 
 ONLY_SIMULATION = (
-    "The reference of every residual here is a simulation, not an experiment: "
-    "no observed shots were given. A small residual says that a law and this simulation agree, and nothing about nature."
+    "The reference of every residual here is a simulation, not an experiment: no observed shots "
+    "were given. A small residual says that a law and this simulation agree, and nothing about "
+    "nature."
 )
 WITH_OBSERVATIONS = (
-    "Residuals are given against the simulation and against the observed shots "
-    "that the sweep brought. Only those against observations say how well a law or the simulation describes nature."
+    "Residuals are given against the simulation and against the observed shots that the sweep "
+    "brought. Only those against observations say how well a law or the simulation describes "
+    "nature."
 )
 SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
 
@@ -61,7 +63,7 @@ class Residual:
     quantity: str
     unit: str
     subject: str  # label of a law, or "simulation"
-    title: str  # the same for people
+    title: str  # of the law
     reference: Reference
     everywhere: Statistics  # where the subject answers
     in_range: Statistics | None  # inside the law's range; None for the simulation
@@ -176,19 +178,11 @@ def _of_laws(
             quantity=name,
             unit=dataset[name].attrs["units"],
             subject=str(label),
-            title=_title(dataset, name, number),
+            title=str(dataset[f"{name}_law_title"].values[number]),
             reference=reference,
             everywhere=statistics(answer, values, places),
             in_range=statistics(np.where(in_range, answer, np.nan), values, places),
         )
-
-
-def _title(dataset: xr.Dataset, name: str, number: int) -> str:
-    """A law and its variant, in words."""
-    title, variant = (
-        str(dataset[f"{name}_law_{key}"].values[number]) for key in ("title", "variant")
-    )
-    return f"{title}, {variant}" if variant else title
 
 
 def places_of(dataset: xr.Dataset) -> list[dict[str, float | str]]:

@@ -113,7 +113,7 @@ def _labelled(name: str, values: Any, declared: Mapping[str, Variable]) -> xr.Va
     mask = values if isinstance(values, Mask) else None
     array = np.asarray(mask.values if mask else values)
     attributes: dict[str, Any] = {**variable.attributes(), **_flag_attributes(variable, mask)}
-    if f"{name}_flags" in declared:
+    if {f"{name}_flags", f"{name}_uncertainty"} <= declared.keys():
         attributes["ancillary_variables"] = f"{name}_uncertainty {name}_flags run_state"
     return xr.Variable(variable.dims if array.ndim else (), array, attributes)
 

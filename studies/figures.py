@@ -240,7 +240,8 @@ def _simulation(view: View, name: str, piece: Slice) -> Iterator[Series]:
 
 def _missing(view: View, name: str, piece: Slice) -> Iterator[Series]:
     """Where a run gave no number: a gap is not a question that was never asked."""
-    cells = [cell for cell in piece.cells if not np.isfinite(view.succeeded(name)[cell])]
+    values = view.succeeded(name)
+    cells = [cell for cell in piece.cells if not np.isfinite(values[cell])]
     if cells:
         states, reasons = view.flat("run_state"), view.flat("run_reason")
         flags = flag_words(view.dataset, f"{name}_flags")
@@ -298,7 +299,7 @@ def _law(
     high = np.where(some, np.where(known, answers, -np.inf).max(axis=1), np.nan)
     return Series(
         kind="band",
-        label=f"{title}: band of {answers.shape[1]} stated constants",
+        label=f"{title}: band of the stated constants",
         x=x,
         low=_numbers(low),
         high=_numbers(high),

@@ -204,7 +204,7 @@ def _audit(dataset: xr.Dataset) -> Iterator[Document]:
         if variable.name in dataset and np.isfinite(dataset[variable.name]).any():
             values = dataset[variable.name].values.ravel()
             worst = int(np.nanargmax(np.abs(values)))
-            limit = DRIFT_LIMIT if variable.name == "audit_energy_drift" else None
+            limit = DRIFT_LIMIT if variable.name.endswith("energy_drift") else None
             yield {
                 "variable": variable.name,
                 "words": variable.name.removeprefix("audit_").replace("_", " "),

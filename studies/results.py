@@ -1,4 +1,4 @@
-"""What a run leaves: measurements with uncertainty and history, balances, flags, provenance. Plain data, JSON both ways."""
+"""What a run leaves: measurements with uncertainty and history, balances, flags, provenance; JSON both ways."""
 
 import dataclasses
 import math

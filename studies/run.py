@@ -35,7 +35,7 @@ __all__ = [
     "warm_up",
 ]
 
-# Cost of a particle-step on one core, measured 2026-11 on copper with Johnson-Cook: 0.35 us in axisymmetry, 0.55 us in 3-D.
+# Cost of a particle-step on one core, measured 2026-11 on copper with Johnson-Cook.
 SECONDS_PER_PARTICLE_STEP = {"axisymmetric": 0.35e-6, "quarter": 0.55e-6, "half": 0.55e-6}
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 

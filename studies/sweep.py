@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from studies import materials as shipped
-from studies import run, scenarios
+from studies import measurements, run, scenarios
 from studies.axes import Axis
 from studies.errors import Finding, InvalidInput
 from studies.materials import Material
@@ -168,17 +168,8 @@ def known_words(
     parameters = declared(scenario.parameters)
     for role, names in roles.items():
         parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
-    quantities = {name: unit_of_quantity(name) for name in scenario.measurements}
+    quantities = {name: measurements.load(name).unit for name in scenario.measurements}
     return Known(quantities, parameters, sorted({*shipped.names(), *own}))
-
-
-def unit_of_quantity(name: str) -> str:
-    """The SI unit of a measured quantity: a length, or a plain ratio of two.
-
-    >>> unit_of_quantity("crater_depth"), unit_of_quantity("crater_depth_over_diameter")
-    ('m', '1')
-    """
-    return "1" if "_over_" in name else "m"
 
 
 def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
@@ -186,12 +177,17 @@ def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
 
     Where no material of the role is known, one finding says so; any constant is let through then.
     """
-    known = [material.parameters() for material in candidates]
-    known = known or [
-        {k: v for n in shipped.names() for k, v in shipped.load(n).parameters().items()}
-    ]
+    known = [material.parameters() for material in candidates] or [_all_constants()]
     shared = set.intersection(*(set(constants) for constants in known))
     return {f"{role}.{path}": known[0][path] for path in known[0] if path in shared}
+
+
+def _all_constants() -> dict[str, Parameter]:
+    """The constants of all materials that ship."""
+    constants: dict[str, Parameter] = {}
+    for name in shipped.names():
+        constants |= shipped.load(name).parameters()
+    return constants
 
 
 def _words(coordinates: Mapping[str, Value], axes: tuple[Axis, ...]) -> str:

@@ -64,7 +64,6 @@ class Quantity:
     name: str  # "hole_diameter"
     unit: str  # "m"
     meaning: str
-    flags: tuple[str, ...] = ()  # words that it may carry: "not_perforated"
 
 
 @dataclass(frozen=True)
@@ -183,33 +182,6 @@ OBSERVED = (
 )
 
 
-# What is measured, and its flags; a quantity that is not listed is named by its own words.
-MEASURED: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    "hole_diameter": (
-        "diameter of the opening seen along the axis, where the areal density falls to half",
-        ("not_perforated",),
-    ),
-    "hole_diameter_clear": ("smallest clear diameter of the hole", ("not_perforated",)),
-    "hole_diameter_midplane": (
-        "diameter of the hole at the plate's mid-plane",
-        ("not_perforated",),
-    ),
-    "hole_diameter_lip": ("diameter of the hole at the lips", ("not_perforated",)),
-    "crater_depth": (
-        "depth of the crater from the original surface",
-        ("not_contained", "perforated"),
-    ),
-    "crater_diameter": (
-        "diameter of the crater at the original surface",
-        ("not_contained", "perforated"),
-    ),
-    "crater_depth_over_diameter": (
-        "depth of the crater over its diameter",
-        ("not_contained", "perforated"),
-    ),
-}
-
-
 def _number(name: str, unit: str, meaning: str) -> Variable:
     return Variable(f"audit_{name}", (AXES,), unit, meaning)
 
@@ -219,22 +191,22 @@ NUMBERS = (
     _number("cells_per_thickness", "1", "grid cells through the target's thickness"),
     _number("particles", "1", "particles of the simulation"),
     _number("steps", "1", "time steps taken"),
+    _number("particle_steps", "1", "particles times the steps that each was moved"),
     _number("end_time", "s", "simulated time at the end"),
-    _number("energy_drift", "1", "energy lost or gained without account, over the initial energy"),
-    _number(
-        "momentum_error", "1", "momentum lost or gained without account, over the initial momentum"
-    ),
-    _number("mass_error", "1", "mass lost or gained without account, over the initial mass"),
+    _number("smallest_step", "s", "smallest time step"),
+    _number("energy_drift", "1", "energy unaccounted for at the end, over the initial energy"),
+    _number("largest_energy_drift", "1", "largest energy drift at any time of the run"),
+    _number("momentum_error", "1", "momentum unaccounted for, over the initial momentum"),
+    _number("mass_error", "1", "mass unaccounted for, over the initial mass"),
     _number("hottest_energy_share", "1", "share of internal energy in the hottest particles"),
-    _number("hottest_temperature", "K", "temperature of the hottest particle"),
     _number("outflow_mass_fraction", "1", "mass that left the grid, over the initial mass"),
     _number("outflow_energy_fraction", "1", "energy that left the grid, over the initial energy"),
-    _number(
-        "separated_mass_fraction",
-        "1",
-        "mass in numerically separated pieces, over the plate's mass",
-    ),
-    _number("tension_floors", "1", "uses of the tension floor"),
+    _number("separated_mass_fraction", "1", "target not connected to its rim, over its mass"),
+    _number("largest_speed", "m s-1", "largest speed of a particle"),
+    _number("tension_floors", "1", "uses of the floor that limits tension"),
+    _number("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),
+    _number("below_zero_kelvin", "1", "states whose energy gave a negative temperature"),
+    _number("reflected", "1", "particles turned back at a wall"),
 )
 
 
@@ -298,9 +270,7 @@ def vocabulary_as_json(words: Vocabulary) -> dict[str, Any]:
     """The words as plain objects: an attribute of the cube, so that it can be validated alone."""
     return {
         "axes": list(words.axes),
-        "quantities": {
-            q.name: [q.unit, q.meaning, list(q.flags)] for q in words.quantities.values()
-        },
+        "quantities": {q.name: [q.unit, q.meaning] for q in words.quantities.values()},
         "parameters": {p.name: [p.kind, p.unit, p.meaning] for p in words.parameters.values()},
         "parts": {name: list(parts) for name, parts in words.parts.items()},
     }
@@ -311,8 +281,8 @@ def vocabulary_from_json(plain: Mapping[str, Any]) -> Vocabulary:
     return Vocabulary(
         axes=tuple(plain["axes"]),
         quantities={
-            name: Quantity(name, unit, meaning, tuple(flags))
-            for name, (unit, meaning, flags) in plain["quantities"].items()
+            name: Quantity(name, unit, meaning)
+            for name, (unit, meaning) in plain["quantities"].items()
         },
         parameters={
             name: Parameter(name=name, kind=kind, unit=unit, meaning=meaning)

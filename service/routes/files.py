@@ -42,7 +42,7 @@ def _serve(name: str, description: str) -> None:
             download,
             methods=[method],
             operation_id=f"{method.lower()}_{name.replace('.', '_')}",
-            summary=f"{description[0].upper()}{description[1:]}",
+            description=f"{description[0].upper()}{description[1:]}.",
             response_class=Response,
             responses={
                 200: {"description": description, "content": content},

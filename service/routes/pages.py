@@ -8,9 +8,12 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, select_autoescape
 
+from service.console import duration
 from service.errors import INTERNAL, PROBLEMS
+from service.jobs import SweepRow, SweepState
 from service.routes.given import StoreGiven
 from service.schemas import SweepModel
+from service.store import Store
 from service.version import version
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -22,6 +25,7 @@ TEMPLATES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
+TEMPLATES.filters["duration"] = duration
 TEMPLATES.filters["pretty"] = lambda value: json.dumps(value, indent=2)
 
 
@@ -31,7 +35,7 @@ def show_sweeps(store: StoreGiven, cursor: Annotated[str | None, Query()] = None
     page = store.sweeps(cursor=cursor, limit=50)
     return _rendered(
         "sweeps.html",
-        sweeps=[SweepModel.of(row) for row in page.items],
+        sweeps=[_model(store, row) for row in page.items],
         next_cursor=page.next_cursor,
         refresh=None if all(row.is_terminal for row in page.items) else REFRESH,
     )
@@ -45,6 +49,13 @@ def show_interface(request: Request) -> str:
     return _rendered("docs.html", operations=list(_operations(document)), problems=problems)
 
 
+def _model(store: Store, row: SweepRow) -> SweepModel:
+    """A sweep with its files; only for a cancelled one its state does not say whether there are any."""
+    if row.state is SweepState.CANCELLED:
+        return SweepModel.of(row, [file.name for file in store.artifacts(row.id)])
+    return SweepModel.of(row)
+
+
 def _rendered(template: str, **content: Any) -> str:
     return TEMPLATES.get_template(template).render(version=version(), **content)
 
@@ -53,22 +64,3 @@ def _operations(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for path, methods in document["paths"].items():
         for method, operation in methods.items():
             yield {**operation, "path": path, "method": method.upper()}
-
-
-def duration(seconds: float | None) -> str:
-    """A time span for people.
-
-    >>> duration(42.0), duration(3700.0), duration(None)
-    ('42 s', '1 h 02 min', '')
-    """
-    if seconds is None:
-        return ""
-    minutes, rest = divmod(round(seconds), 60)
-    if minutes == 0:
-        return f"{rest} s"
-    if minutes < 60:
-        return f"{minutes} min {rest:02d} s"
-    return f"{minutes // 60} h {minutes % 60:02d} min"
-
-
-TEMPLATES.filters["duration"] = duration

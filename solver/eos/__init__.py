@@ -8,7 +8,8 @@ The pressure is linear in the energy, p = a(rho) + b(rho) e, which is what lets 
 with the pressure in closed form.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from solver.jit import generic
 
@@ -18,6 +19,9 @@ class EosEntry(NamedTuple):
 
     name: str
     record: type  # parameter record; the device functions are chosen by it
+    make: Callable[
+        ..., Any
+    ]  # the record from density, heat capacity, temperature and the form's own constants
 
 
 @generic

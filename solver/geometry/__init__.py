@@ -11,7 +11,7 @@ geometry        coordinates (1, 2, 3)  gradient G of a node           mass, forc
 ==============  =====================  ============================  ==================
 
 Both records have the same fields: ``lower`` corner (m), ``spacing`` of the cells (m) and ``nodes`` along each axis
-(the third is 1 in axisymmetry), both as arrays: numba cannot hand a tuple inside a record to a parallel loop. The node (i, j, k) stands at index (i * nodes[1] + j) * nodes[2] + k.
+(the third is 1 in axisymmetry). The node (i, j, k) stands at index (i * nodes[1] + j) * nodes[2] + k.
 """
 
 from typing import NamedTuple
@@ -46,7 +46,7 @@ def fill_stencil(geometry, shape, position, p, stencil):
 
 @generic
 def internal_force(geometry, stress, gradient, a):
-    """Stress (6 components) times row ``a`` of the gradients (n, 3): minus the nodal force per unit of particle volume, three components."""
+    """Stress (6 components) times row ``a`` of the gradients (n, 3): minus the force per particle volume, (3,)."""
 
 
 @generic
@@ -111,5 +111,5 @@ def node_positions(geometry):
 
 
 def grid(record, *, lower, cells, spacing):
-    """A geometry from its lower corner (m), its cells along each axis (0: the axis has no extent) and their size (m)."""
+    """A geometry from its lower corner (m), its cells along each axis (0: no extent) and their size (m)."""
     return record(np.array(lower, dtype=float), float(spacing), np.array(cells, dtype=np.int64) + 1)

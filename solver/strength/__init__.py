@@ -1,10 +1,10 @@
 """Strength: the yield stress as a function of plastic strain, its rate and the homologous temperature.
 
 A file adds one: a parameter record under ``STRENGTH`` and, for its type, the two factors of the yield stress,
-``hardening`` and ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*). Two factors, because the return to the
-yield surface (written once, in ``stress.py``) iterates on the first and needs the logarithm and the power of the second
-only once. ``tests/contracts/test_strength.py`` asks each member never to be negative, to return to its surface, to
-dissipate and to be objective.
+``hardening`` and ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*). Two factors, because the
+return to the yield surface (written once, in ``stress.py``) iterates on the first and needs the logarithm and the
+power of the second only once. ``tests/contracts/test_strength.py`` asks each member never to be negative, to return
+to its surface, to dissipate and to be objective.
 """
 
 from typing import NamedTuple

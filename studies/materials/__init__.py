@@ -59,10 +59,7 @@ __all__ = [
 
 def names() -> list[str]:
     """The materials that ship, sorted."""
-    folder = files(__package__)
-    return sorted(
-        file.name.removesuffix(".toml") for file in folder.iterdir() if file.name.endswith(".toml")
-    )
+    return list(_names())
 
 
 def load(source: str | Path | Mapping[str, Any]) -> Material:
@@ -74,9 +71,15 @@ def load(source: str | Path | Mapping[str, Any]) -> Material:
         return read_file(source)
     if isinstance(source, Mapping):
         return read_document(source)
-    if source not in names():
-        raise refusal("material", source, "a material that ships", nearest_cure(source, names()))
+    if source not in _names():
+        raise refusal("material", source, "a material that ships", nearest_cure(source, _names()))
     return _shipped(source)
+
+
+@cache
+def _names() -> tuple[str, ...]:
+    found = (file.name for file in files(__package__).iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml")))
 
 
 @cache

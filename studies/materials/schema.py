@@ -214,7 +214,7 @@ class Material:
         del plain["sources"]
         for section in SECTIONS:
             plain[section] = _with_kind(plain[section])
-        return plain | {"yield_stresses": [dataclasses.asdict(y) for y in self.yield_stresses]}
+        return plain | {"yield_stresses": [dict(vars(y)) for y in self.yield_stresses]}
 
     @staticmethod
     def from_resolved(plain: Mapping[str, Any]) -> "Material":
@@ -273,7 +273,7 @@ def record_of(section: str, kind: object, path: str) -> type:
 
 def _with_kind(record: Any) -> dict[str, Any]:
     kind = {"kind": record.kind} if hasattr(record, "kind") else {}
-    return kind | dataclasses.asdict(record)
+    return kind | vars(record)
 
 
 def _record(section: str, plain: Mapping[str, Any]) -> Any:

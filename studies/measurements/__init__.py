@@ -1,10 +1,11 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
-How to add one: a module here that offers a ``Measurement`` as ``MEASUREMENT``; a module whose name starts with an underscore is
-shared by several. A measurement looks at a ``View``: particles in cylindrical coordinates about the line of flight, mass
-per radian, with the numbers of the set-up; it does not know whether the model was a body of revolution or a quarter in
-three dimensions. Contract tests give it states with a known answer (a drilled disc, a scooped half space) and shuffle
-the particles. ``version`` grows when the definition changes: a stored state is then read again, not solved again.
+How to add one: a module here that offers a ``Measurement`` as ``MEASUREMENT``; modules whose name starts with an
+underscore are shared by several. A measurement looks at a ``View``: particles in cylindrical coordinates about the
+line of flight, mass per radian, with the numbers of the set-up; it does not know whether the model was a body of
+revolution or a quarter in three dimensions. Contract tests give it states with a known answer (a drilled disc, a
+scooped half space) and shuffle the particles. ``version`` grows when the definition changes: a stored state is then
+read again, not solved again.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,8 +14,8 @@ from typing import Any
 
 from solver.registry import entries
 
-# A shift of the plate against the grid by part of a cell moved prototype holes by 0.9, 0.3 and 0.2 mm at cells of 1, 0.5
-# and 0.25 mm: about one cell is what a single run cannot tell.
+# A shift of the plate against the grid by part of a cell moved prototype holes by 0.9, 0.3 and 0.2 mm at cells of 1,
+# 0.5 and 0.25 mm: about one cell is what a single run cannot tell.
 RESOLUTION_IN_CELLS = 1.0
 
 

@@ -129,8 +129,8 @@ def edge_from_outside(
 ) -> float:
     """Walk from ``start`` down to ``stop`` and return where matter ends, NaN where it never does.
 
-    ``place`` and ``weight`` (n,) are particles spread evenly over ``width``; ``nominal(a, b)`` is the undisturbed weight
-    between two places. Matter ends where the weight within ``window`` falls to half of the nominal one.
+    ``place`` and ``weight`` (n,) are particles spread evenly over ``width``; ``nominal(a, b)`` is the undisturbed
+    weight between two places. Matter ends where the weight within ``window`` falls to half of the nominal one.
     """
     samples = max(2, math.ceil((start - stop) / window * SAMPLES_PER_CELL))
     centre = np.linspace(start, stop, samples)

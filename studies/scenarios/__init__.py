@@ -2,9 +2,9 @@
 
 How to add one: a module here that offers a ``Scenario`` as ``SCENARIO``; modules whose name starts with an underscore
 are shared by several. Its parameters are a frozen dataclass: annotations give the units, metadata the meaning and the
-bounds, and so the API, the checks at the door, the cube and the documentation follow. Nothing here is heavy to import:
-``build`` alone reaches for the solver, in the process that runs it. The contract tests build it at its corners, weigh its
-bodies and audit ten steps.
+bounds, and so the API, the checks at the door, the cube and the documentation follow. Nothing here is heavy to
+import: ``build`` alone reaches for the solver, in the process that runs it. The contract tests build it at its
+corners, weigh its bodies and audit ten steps.
 """
 
 from collections.abc import Callable, Mapping

@@ -2,13 +2,15 @@
 
 The original surface of the target is z = 0, its body stands at z > 0, and the projectile flies towards +z and touches
 it at time zero. Lattices have two particles per cell and direction, stretched by a few per cent where needed so that
-lengths are exact; the masses of a body are scaled to the analytic mass, from which a lattice sphere differs by 2 to 4 %.
+lengths are exact; the masses of a body are scaled to the analytic mass, from which a lattice sphere differs by
+2 to 4 %.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
+from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Second
 from studies.errors import Finding
 from studies.parameters import MaterialName
@@ -24,12 +26,12 @@ PARTICLES_PER_CELL = 2  # along each direction
 UPRANGE, DOWNRANGE = 2.5, 5.0  # grid in front of and behind the target, in projectile diameters
 BEYOND_EDGE = 0.5  # grid outside a free edge, in projectile diameters
 
-# Growth of a hole or crater is over within the time a signal needs for many diameters; the cap and the window scale with
-# the diameter, as everything does in a rate-independent material. 60 us and 5 us at 8 mm: prototypes of copper plates
-# crept for 30 us and longer on coarse grids.
+# The cap and the window scale with the diameter, as everything does in a rate-independent material. 60 us and 5 us at
+# 8 mm: prototypes of copper plates crept for 30 us and longer on coarse grids.
 CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m
 WINDOW_PER_DIAMETER = 5e-6 / 8e-3  # s/m
 
+EOS_FORMS = {"hugoniot": "mie_grueneisen", "cubic": "mie_grueneisen_cubic"}
 SECTORS = {"axisymmetric": 1.0, "quarter": math.pi / 2.0, "half": math.pi}
 
 
@@ -347,27 +349,22 @@ def _body(
 
 
 def _matter(given: Impact, material: "Material") -> "Matter":
-    from solver.eos.mie_grueneisen import mie_grueneisen, mie_grueneisen_cubic
     from solver.failure.recoverable import RecoverableTension
     from solver.failure.unlimited import UnlimitedTension
     from solver.problem import Matter
 
-    eos = {"hugoniot": mie_grueneisen, "cubic": mie_grueneisen_cubic}[given.eos_form](
+    eos = entries("solver.eos", "EOS")[EOS_FORMS[given.eos_form]].make(
         density=material.density,
-        c0=material.eos.c0,
-        s=material.eos.s,
-        gamma0=material.eos.gamma0,
         heat_capacity=material.thermal.heat_capacity,
         temperature=material.thermal.room_temperature,
+        **asdict(material.eos),
     )
-    bears_any = given.tension == "unlimited" or material.tension.spall_strength is None
+    spall = material.tension.spall_strength if given.tension == "recoverable" else None
     melt = material.thermal.melt_temperature if given.thermal_softening else None
     return Matter(
         eos=eos,
         strength=_strength(material),
-        tension=UnlimitedTension()
-        if bears_any
-        else RecoverableTension(material.tension.spall_strength),
+        tension=UnlimitedTension() if spall is None else RecoverableTension(spall),
         shear_modulus=material.elastic.shear_modulus,
         room_temperature=material.thermal.room_temperature,
         melt_temperature=math.inf if melt is None else melt,
@@ -375,23 +372,10 @@ def _matter(given: Impact, material: "Material") -> "Matter":
 
 
 def _strength(material: "Material") -> Any:
-    from solver.strength.elastic import Elastic
-    from solver.strength.johnson_cook import JohnsonCook
-    from solver.strength.linear_hardening import LinearHardening
-    from solver.strength.perfectly_plastic import PerfectlyPlastic
-
-    given = material.strength
-    records = {
-        "elastic": lambda: Elastic(),
-        "perfectly-plastic": lambda: PerfectlyPlastic(given.yield_stress),
-        "linear-hardening": lambda: LinearHardening(given.yield_stress, given.hardening_modulus),
-        "johnson-cook": lambda: JohnsonCook(
-            given.A,
-            given.B,
-            given.n,
-            given.C,
-            math.inf if given.m is None else given.m,
-            given.reference_rate,
-        ),
+    """The solver's record of the same name and fields; a constant that the material goes without is infinite."""
+    name = material.strength.kind.replace("-", "_")
+    constants = {
+        field: math.inf if value is None else value
+        for field, value in asdict(material.strength).items()
     }
-    return records[given.kind]()
+    return entries("solver.strength", "STRENGTH")[name].record(**constants)

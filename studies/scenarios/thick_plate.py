@@ -7,8 +7,8 @@ from studies.errors import Finding
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios._impact import Impact, assemble, check_projectile, described, size, spacing
 
-# Semi-infinite means three crater depths (Gehring, in Cour-Palais 1987: attached spall below t = 3 p); a copper crater at
-# 7 km/s is 3.5 diameters deep and three wide on each side.
+# Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
+# at 7 km/s is 3.5 diameters deep and three wide on each side.
 DEPTH, RADIUS = 11.0, 10.0  # of the block, in projectile diameters
 
 

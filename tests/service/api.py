@@ -1,12 +1,15 @@
 """A service without engine for tests: real store, real interface, and results by hand."""
 
 import hashlib
-from collections.abc import Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import uvicorn
 from fastapi.testclient import TestClient
 
 from service.app import open_service
@@ -77,12 +80,12 @@ class Api:
                     words = "density = 3e4 at particle 17 of 'target'"
                     self.store.fail(claim, Cause.ERROR, failure="ValueError", reason=words)
                 else:
-                    self.store.finish(claim, self._result(claim.id))
+                    self.store.finish(claim, self.result(claim.id))
 
     def _files(self, name: str) -> list[Stored]:
         return [self._stored(f"{name}/{file}", content) for file, content in FILES.items()]
 
-    def _result(self, name: str) -> Result:
+    def result(self, name: str) -> Result:
         numbers = {"hole_diameter": {"value": 0.0148, "uncertainty": float("nan"), "flags": []}}
         return Result(
             file=self._stored(f"{name}/result.json", b"{}"),
@@ -114,3 +117,26 @@ def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
     with open_service(chosen, start) as app:
         http = TestClient(app, base_url=ADDRESS, raise_server_exceptions=False)
         yield Api(http, app.state.store, chosen, engine)
+
+
+@contextmanager
+def served(api: Api) -> Iterator[str]:
+    """The same interface over a real connection; gives its address."""
+    config = uvicorn.Config(api.http.app, port=0, lifespan="off", log_level="critical")
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    try:
+        until(lambda: server.started, seconds=20)
+        yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+    finally:
+        server.should_exit = True
+        thread.join()
+
+
+def until(condition: Callable[[], bool], *, seconds: float) -> None:
+    """Wait for a condition; fails when it does not hold in time."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen in time"
+        time.sleep(0.02)

@@ -1,18 +1,16 @@
 """Bad input gets a clear answer and stores nothing; every error is a problem document."""
 
 import json
-import logging
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.service.api import SWEEP, Api, open_api, sweep_of
 
 from service.errors import pointer
 from service.routes.given import LONGEST_BODY
+from tests.service.api import SWEEP, Api, open_api, sweep_of
 
 JSON = {"Content-Type": "application/json"}
 YAML = {"Content-Type": "application/yaml"}
@@ -36,7 +34,7 @@ def is_problem(response: Any, status: int) -> bool:
     )
 
 
-BAD = {
+BAD: dict[str, tuple[dict[str, Any], str, str]] = {
     "unknown scenario": ({"scenario": "thin_plat"}, "/scenario", "thin_plate"),
     "unknown material": (
         {"fixed": {**FIXED, "target": "coper-ofhc"}},
@@ -213,8 +211,9 @@ def test_store_that_is_away__is_a_503_to_be_tried_again(
     assert response.headers["Retry-After"]
 
 
+SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8)
 VALUES = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    SCALARS,
     lambda inner: (
         st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner, max_size=3)
     ),

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.service.api import FILES, SWEEP, Api, open_api
 
 from studies import examples
+from tests.service.api import FILES, SWEEP, Api, open_api
 
 
 @pytest.fixture
@@ -76,7 +76,8 @@ def test_sweep__that_succeeded_links_its_files(api: Api) -> None:
 
 def test_list__pages_through_every_sweep_youngest_first(api: Api) -> None:
     ids = [api.submit(name=f"sweep-{number}") for number in range(5)]
-    seen, cursor = [], {}
+    seen: list[str] = []
+    cursor: dict[str, str] = {}
     while True:
         page = api.http.get("/v1/sweeps", params={"limit": 2, **cursor}).json()
         seen += [sweep["id"] for sweep in page["items"]]

@@ -185,15 +185,11 @@ PARAMETERS = {
     )
 }
 HOLES = {
-    "hole_diameter": Quantity(
-        "hole_diameter", "m", "opening seen along the axis", ("not_perforated",)
-    ),
+    "hole_diameter": Quantity("hole_diameter", "m", "opening seen along the axis"),
     "hole_diameter_clear": Quantity("hole_diameter_clear", "m", "smallest clear diameter"),
 }
 CRATERS = {
-    "crater_depth": Quantity(
-        "crater_depth", "m", "depth from the original surface", ("not_contained",)
-    ),
+    "crater_depth": Quantity("crater_depth", "m", "depth from the original surface"),
     "crater_diameter": Quantity("crater_diameter", "m", "diameter at the original surface"),
     "crater_depth_over_diameter": Quantity(
         "crater_depth_over_diameter", "1", "depth over diameter"

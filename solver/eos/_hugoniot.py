@@ -1,0 +1,110 @@
+"""What the Mie-Grueneisen forms share: the isentrope, temperature, and the sound speed in compression.
+
+Temperature: T_s(rho) + (e - e_s(rho)) / cv. The energy e_s of the isentrope through the reference state, de_s = -p
+dV, is integrated once and kept as a polynomial, so that a record holds plain numbers only. T_s = T0 exp(gamma0 mu /
+(1 + mu)), since gamma / V is constant in compression. In expansion the reference is the zero-pressure state itself
+(e_s = 0, T_s = T0): the elastic dilation stored before the tensile floor, p_cut^2 / (2 K rho), is 1.5 J/g at 1.9 GPa
+in copper and amounts to 4 K.
+"""
+
+import math
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from solver.eos import (
+    outside_range,
+    pressure_terms,
+    reference_density,
+    reference_sound_speed,
+    temperature,
+)
+from solver.jit import device, generic, implements
+
+# Steps of the isentrope's integration, and the degree of the polynomial in t = mu / (1 + mu) for the ratio of e_s to
+# the Hugoniot energy p_H t / (2 rho0), a smooth number that starts at 1. The fit is good to 2e-4 of e_s.
+INTEGRATION_STEPS = 4096
+ISENTROPE_DEGREE = 9
+
+
+@generic
+def reference_curve(eos, mu):
+    """p_H and dp_H/dmu of a form, Pa."""
+
+
+def with_isentrope(record, density, c0, s, gamma0, heat_capacity, temperature, mu_tangent):
+    """A record of a form with the coefficients of its isentrope."""
+    blank = (1.0,) + (0.0,) * ISENTROPE_DEGREE
+    eos = record(density, c0, s, gamma0, heat_capacity, temperature, mu_tangent, blank)
+    mu, energy = isentrope(eos)
+    t = mu / (1.0 + mu)
+    hugoniot = np.array([_hugoniot_energy(eos, value) for value in mu])
+    fit = Polynomial.fit(t[1:], energy[1:] / hugoniot[1:], ISENTROPE_DEGREE).convert()
+    return eos._replace(isentrope=tuple(float(c) for c in fit.coef))
+
+
+def isentrope(eos):
+    """mu and e_s on it, by the trapezoidal rule on de/dmu = p / (rho0 (1 + mu)^2), implicit in e."""
+    mu = np.linspace(0.0, eos.mu_tangent, INTEGRATION_STEPS)
+    half = 0.5 * (mu[1] - mu[0])
+    energy = np.zeros(mu.size)
+    slope = 0.0
+    for index in range(1, mu.size):
+        a, b = pressure_terms(eos, eos.density * (1.0 + mu[index]))
+        scale = eos.density * (1.0 + mu[index]) ** 2
+        energy[index] = (energy[index - 1] + half * (slope + a / scale)) / (1.0 - half * b / scale)
+        slope = (a + b * energy[index]) / scale
+    return mu, energy
+
+
+@device
+def _hugoniot_energy(eos, mu):
+    """Energy on the Hugoniot at mu, p_H (V0 - V) / 2, J/kg."""
+    pressure, _ = reference_curve(eos, mu)
+    return 0.5 * pressure * mu / (1.0 + mu) / eos.density
+
+
+@device
+def isentropic_sound_speed_squared(eos, mu, density, pressure):
+    """c^2 = dp/drho|e + (p / rho^2) dp/de|rho for p = p_H (1 - gamma0 mu / 2(1 + mu)) + gamma0 rho0 e."""
+    hugoniot, slope = reference_curve(eos, mu)
+    factor = 1.0 - 0.5 * eos.gamma0 * mu / (1.0 + mu)
+    derivative = slope * factor - hugoniot * 0.5 * eos.gamma0 / ((1.0 + mu) * (1.0 + mu))
+    return derivative / eos.density + eos.gamma0 * eos.density * pressure / (density * density)
+
+
+@device
+def _temperature(eos, density, energy):
+    mu = density / eos.density - 1.0
+    if mu <= 0.0:
+        return eos.temperature + energy / eos.heat_capacity
+    inside = min(mu, eos.mu_tangent)
+    t = inside / (1.0 + inside)
+    ratio = 0.0
+    for power in range(ISENTROPE_DEGREE, -1, -1):
+        ratio = ratio * t + eos.isentrope[power]
+    on_isentrope = eos.temperature * math.exp(eos.gamma0 * mu / (1.0 + mu))
+    return on_isentrope + (energy - ratio * _hugoniot_energy(eos, inside)) / eos.heat_capacity
+
+
+@device
+def _outside_range(eos, density):
+    return density > eos.density * (1.0 + eos.mu_tangent)
+
+
+@device
+def _reference_density(eos):
+    return eos.density
+
+
+@device
+def _reference_sound_speed(eos):
+    return eos.c0
+
+
+def implement_common(record):
+    """Register what does not depend on the form."""
+    implements(temperature, record)(_temperature)
+    implements(outside_range, record)(_outside_range)
+    implements(reference_density, record)(_reference_density)
+    implements(reference_sound_speed, record)(_reference_sound_speed)
