@@ -26,6 +26,8 @@ CLOSE_SECONDS = 10.0  # a child needs half a second to go, a worker a few
 CONFIGURATION = {
     "distributed.scheduler.allowed-failures": 0,  # the row owns retries
     "distributed.scheduler.work-stealing": True,  # a task on a busy worker moves to a free one
+    "distributed.scheduler.http.routes": [],  # no page without a login
+    "distributed.worker.http.routes": [],
     "distributed.worker.profile.enabled": False,
     "distributed.admin.low-level-log-length": 100,
 }
@@ -64,8 +66,7 @@ class Engine:
             processes=True,
             protocol="tls://",
             security=distributed.Security.temporary(),
-            dashboard_address=None,
-            worker_dashboard_address=None,
+            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
             memory_limit=None,  # the supervisor is small, and Dask does not see its child
             local_directory=str(scratch),
             silence_logs=logging.CRITICAL,

@@ -11,6 +11,7 @@ from pathlib import Path
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse
 
+from service.artifacts import Artifacts
 from service.errors import NotReady
 from service.jobs import NotFound, Stored, SweepRow
 from service.routes.given import SettingsGiven, StoreGiven
@@ -64,7 +65,7 @@ def _path(store: Store, settings: Settings, sweep: SweepRow, name: str) -> tuple
         if sweep.is_terminal:
             raise
         raise NotReady(f"the sweep is {sweep.state}, {sweep.progress:.0%} done") from None
-    path = settings.data / stored.path
+    path = Artifacts(settings.data).path(stored)
     if not path.is_file():
         raise NotFound("file", f"{sweep.id}/{name}")
     return stored, path

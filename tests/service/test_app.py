@@ -72,7 +72,9 @@ def test_host__of_the_loopback_is_answered(api: Api, host: str) -> None:
     assert api.http.get("/livez", headers={"Host": host}).status_code == 200
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "["])
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "["]
+)
 def test_host__of_somebody_else_is_not_answered(api: Api, host: str) -> None:
     response = api.http.get("/v1/sweeps", headers={"Host": host})
     assert response.status_code == 421

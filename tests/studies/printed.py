@@ -1,0 +1,72 @@
+"""What a report's page prints: each marked number and text with its place, and whatever is not marked."""
+
+import json
+from dataclasses import dataclass, field
+from html.parser import HTMLParser
+from typing import Any
+
+UNSEEN = ("script", "style", "noscript", "title")
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A piece of the page that carries its place in the JSON twin."""
+
+    path: str  # JSON pointer
+    value: str | None  # the number in full; None for a text
+    text: str  # as people read it
+
+
+@dataclass
+class Page(HTMLParser):
+    """A page taken apart."""
+
+    marks: list[Mark] = field(default_factory=list)
+    unmarked: str = ""  # text that stands outside every mark
+    drawings: list[Any] = field(default_factory=list)  # Plotly specifications
+    links: list[str] = field(default_factory=list)  # everything that the page could load
+
+    def __post_init__(self) -> None:
+        super().__init__(convert_charrefs=True)
+        self._open: list[list[Any]] = []  # [tag, path, value, text] of each open element
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        named = dict(attrs)
+        self.links += [named[key] or "" for key in ("src", "href") if key in named]
+        if tag not in ("meta", "link", "br"):
+            drawing = tag if "data-drawing" in named else ""
+            self._open.append(
+                [drawing or tag, named.get("data-path"), named.get("value"), "", drawing]
+            )
+
+    def handle_endtag(self, tag: str) -> None:
+        _, path, value, text, drawing = self._open.pop()
+        if path is not None:
+            self.marks.append(Mark(path, value, text))
+        if drawing:
+            self.drawings.append(json.loads(text))
+
+    def handle_data(self, data: str) -> None:
+        if not self._open:
+            return
+        marked = [element for element in self._open if element[1] is not None]
+        for element in marked[-1:] or self._open[-1:]:
+            element[3] += data
+        if not marked and not any(element[0] in UNSEEN for element in self._open):
+            self.unmarked += data
+
+
+def read_page(html: str) -> Page:
+    """Take a page apart."""
+    page = Page()
+    page.feed(html)
+    page.close()
+    return page
+
+
+def at(document: Any, pointer: str) -> Any:
+    """The value at a JSON pointer."""
+    for step in pointer.split("/")[1:]:
+        key = step.replace("~1", "/").replace("~0", "~")
+        document = document[int(key)] if isinstance(document, list) else document[key]
+    return document

@@ -1,0 +1,153 @@
+"""Residuals: their statistics by hand, their ranges, and how a shot off the grid is met."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies import cube
+from studies.compare import ONLY_SIMULATION, Comparison, Residual, bring_to, compare, statistics
+from tests.studies import fakes
+
+
+def holes(*shots: fakes.Observed, trouble: bool = False) -> xr.Dataset:
+    sweep = fakes.holes()
+    known = fakes.with_trouble(sweep) if trouble else fakes.results(sweep)
+    return cube.build(sweep, known, fakes.catalogue(observations=shots))
+
+
+def residual(comparison: Comparison, subject: str, reference: str = "simulation") -> Residual:
+    (found,) = [
+        one for one in comparison.residuals if one.subject == subject and one.reference == reference
+    ]
+    return found
+
+
+def test_statistics__are_those_of_subject_minus_reference() -> None:
+    places = [{"speed": speed} for speed in (1.0, 2.0, 3.0)]
+    found = statistics(np.array([1.0, 2.0, 9.0]), np.array([2.0, 4.0, 6.0]), places)
+    assert found.n == 3
+    assert found.bias == 0.0
+    assert found.rms == pytest.approx(math.sqrt((1 + 4 + 9) / 3))
+    assert found.largest is not None
+    assert (found.largest.value, found.largest.at) == (3.0, {"speed": 3.0})
+    assert found.relative_bias == pytest.approx((-0.5 - 0.5 + 0.5) / 3)
+
+
+def test_statistics__the_largest_keeps_its_sign() -> None:
+    found = statistics(np.array([1.0, 5.0]), np.array([4.0, 4.0]), [{"x": 0.0}, {"x": 1.0}])
+    assert found.largest is not None
+    assert found.largest.value == -3.0
+
+
+def test_statistics__over_no_points_is_n_0_and_no_number() -> None:
+    found = statistics(np.array([np.nan, 1.0]), np.array([1.0, np.nan]), [{}, {}])
+    assert found.n == 0
+    assert found.bias is found.rms is found.largest is None
+
+
+def test_law__is_judged_where_it_answers_and_again_inside_its_range() -> None:
+    dataset = holes()
+    found = residual(compare(dataset), "maiden_al")
+    answers = dataset.hole_diameter_by_law.sel(hole_diameter_law="maiden_al")
+    difference = answers - dataset.hole_diameter
+    assert found.everywhere.n == 18
+    assert found.everywhere.bias == pytest.approx(float(difference.mean()))
+    inside = difference.sel(speed=[3e3, 4e3, 5e3])  # its stated range is 2.5 to 5.5 km/s
+    assert found.in_range is not None
+    assert found.in_range.n == 9
+    assert found.in_range.bias == pytest.approx(float(inside.mean()))
+
+
+def test_law__without_a_point_in_its_range_says_n_0() -> None:
+    found = residual(compare(holes()), "strength_ln/Y = 240 MPa")
+    assert found.everywhere.n == 18
+    assert found.in_range is not None
+    assert found.in_range.n == 0
+
+
+def test_law__is_not_counted_where_it_is_meaningless_or_the_run_has_no_value() -> None:
+    answered = residual(compare(holes()), "zhang_tan").everywhere.n
+    dataset = holes()
+    answers = dataset.hole_diameter_by_law.sel(hole_diameter_law="zhang_tan")
+    assert answered == int(np.isfinite(answers).sum()) < 18
+    assert residual(compare(holes(trouble=True)), "maiden_c").everywhere.n == 15
+
+
+def test_value_of_a_failed_run__is_not_a_reference() -> None:
+    sweep = fakes.holes()
+    known = fakes.results(sweep)
+    first = sweep.runs()[0].run.id
+    known[first] = replace(known[first], state="failed", reason="late")
+    dataset = cube.build(sweep, known, fakes.catalogue())
+    assert residual(compare(dataset), "maiden_c").everywhere.n == 17
+
+
+def test_statement__says_that_the_reference_is_a_simulation_unless_shots_are_given() -> None:
+    assert compare(holes()).statement == ONLY_SIMULATION
+    assert "observed shots that the sweep brought" in compare(holes(*fakes.SHOTS)).statement
+
+
+def test_observation_on_a_run__is_met_by_that_run() -> None:
+    dataset = holes()
+    value, uncertainty, how = bring_to(
+        dataset, "hole_diameter", {"speed": 4e3, "plate_thickness": 3e-3}
+    )
+    cell = dataset.sel(speed=4e3, plate_thickness=3e-3)
+    assert (value, uncertainty) == (
+        float(cell.hole_diameter),
+        float(cell.hole_diameter_uncertainty),
+    )
+    assert how == "computed"
+
+
+def test_observation_between_runs__is_met_by_linear_interpolation() -> None:
+    dataset = holes()
+    value, _, how = bring_to(dataset, "hole_diameter", {"speed": 4.5e3, "plate_thickness": 2.25e-3})
+    corners = dataset.hole_diameter.sel(speed=[4e3, 5e3], plate_thickness=[2e-3, 3e-3])
+    expected = corners.mean("speed").values @ [0.75, 0.25]
+    assert value == pytest.approx(expected)
+    assert how == "linear between neighbouring runs"
+
+
+@pytest.mark.parametrize(
+    ("at", "why"),
+    [
+        ({"speed": 9e3, "plate_thickness": 2e-3}, "outside the axis speed"),
+        ({"speed": 3e3}, "does not state plate_thickness"),
+        ({"speed": 2.5e3, "plate_thickness": 2e-3}, "a neighbouring run has no value"),
+    ],
+)
+def test_observation__that_the_sweep_cannot_meet_is_said_to_be_so(at: dict, why: str) -> None:
+    value, _, how = bring_to(holes(trouble=True), "hole_diameter", at)
+    assert math.isnan(value)
+    assert why in how
+
+
+def test_observation_in_a_zip__is_met_by_the_run_with_its_parameters_alone() -> None:
+    axes = (
+        fakes.Axis("speed", "m s-1", (2e3, 4e3)),
+        fakes.Axis("plate_thickness", "m", (2e-3, 3e-3)),
+    )
+    sweep = fakes.Sweep(axes, combine="zip")
+    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
+    value, _, how = bring_to(dataset, "hole_diameter", {"speed": 4e3, "plate_thickness": 3e-3})
+    assert (value, how) == (float(dataset.hole_diameter[1]), "computed")
+    _, _, how = bring_to(dataset, "hole_diameter", {"speed": 3e3, "plate_thickness": 3e-3})
+    assert how == "no run has these parameters"
+
+
+def test_observations__judge_the_simulation_and_each_law() -> None:
+    shot = fakes.observed(4e3, 3e-3, 17.9e-3)
+    dataset = holes(shot)
+    comparison = compare(dataset)
+    simulated = float(dataset.hole_diameter.sel(speed=4e3, plate_thickness=3e-3))
+    found = residual(comparison, "simulation", "observation")
+    assert found.everywhere.n == 1
+    assert found.everywhere.bias == pytest.approx(simulated - 17.9e-3)
+    assert found.in_range is None
+    law = residual(comparison, "maiden_al", "observation")
+    answer = fakes.HOLE_LAWS[0].evaluate(shot.shot, "").value
+    assert law.everywhere.bias == pytest.approx(answer - 17.9e-3)
