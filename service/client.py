@@ -172,6 +172,10 @@ class SweepHandle:
         """State, points by state, progress, time left."""
         return SweepStatus.of(self.client._json("GET", self._path))
 
+    def document(self) -> dict[str, Any]:
+        """The sweep in its canonical form; it can be submitted again."""
+        return self.client._json("GET", f"{self._path}/document")
+
     def wait(
         self,
         timeout: float | None = None,

@@ -5,6 +5,7 @@ Domain code raises exceptions that carry meaning and knows nothing of the web. H
 nothing of its text, which goes to the log together with the request's id.
 """
 
+import logging
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -20,6 +21,8 @@ from service.jobs import Conflict, NotFound, StoreUnavailable
 from solver.errors import WhippleError
 from studies.errors import Finding, InvalidInput
 from studies.nearest import shown
+
+log = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -127,6 +130,7 @@ async def _answer_http(request: Request, error: Exception) -> Response:
 
 
 async def _answer_unforeseen(request: Request, error: Exception) -> Response:
+    log.error("request %s failed", request.state.request_id, exc_info=error)
     return _document(request, INTERNAL, "the log of the service has it under this request_id")
 
 

@@ -108,15 +108,13 @@ def _read(document: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
 
 
 def _accept(store: Store, sweep: Sweep) -> SweepRow:
-    """The sweep in this folder's store: the one of an earlier call, with its accidents tried again.
+    """The sweep in this folder's store: a new one, unless it is there and not done.
 
     The folder answers one question at a time: other sweeps that are not done are given up.
     """
     known = store.find_sweep(digest_of(sweep))
-    if known is None:
+    if known is None or known.is_terminal:
         known = store.create_sweep(sweep)
-    elif known.is_terminal:
-        known = store.retry_sweep(known.id)
     for other in _unfinished(store):
         if other.id != known.id:
             store.cancel_sweep(other.id)

@@ -24,7 +24,7 @@ FILES = {
 class Answer(BaseModel):
     """Anything that is answered."""
 
-    model_config = ConfigDict(frozen=True, from_attributes=True)
+    model_config = ConfigDict(frozen=True)
 
 
 class ErrorItem(Answer):

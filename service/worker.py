@@ -233,7 +233,7 @@ class _Lines:
 
 def _environment() -> dict[str, str]:
     """Ours, one thread, the same modules, and a trace in the log when the interpreter dies."""
-    path = os.pathsep.join(entry for entry in sys.path if entry)
+    path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path)
     return {**os.environ, **SINGLE_THREAD, "PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"}
 
 

@@ -132,9 +132,10 @@ def _flag_attributes(variable: Variable, mask: Mask | None) -> dict[str, Any]:
 
 
 def _is_coordinate(array: xr.DataArray, layout: Layout) -> bool:
-    """Axes are coordinates; so is what labels a dimension."""
+    """Axes are coordinates; so is what labels a dimension, and the words about each law."""
     axes = {variable_name(axis.name) for axis in layout.axes}
-    return str(array.name) in axes or array.dims == (array.name,)
+    about_laws = len(array.dims) == 1 and str(array.dims[0]).endswith("_law")
+    return str(array.name) in axes or array.dims == (array.name,) or about_laws
 
 
 def _ascending(dataset: xr.Dataset) -> xr.Dataset:

@@ -5,6 +5,7 @@ Files and programs have SI; only people get millimetres. A report prints every n
 """
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -33,7 +34,16 @@ DISPLAYS = {
 
 def display_of(unit: str | None) -> Display:
     """The display unit of an SI unit; the SI unit itself where none is listed."""
-    return DISPLAYS.get(unit or "1", Display(1.0, unit or ""))
+    return DISPLAYS.get(unit or "1", Display(1.0, _raised(unit or "")))
+
+
+def _raised(unit: str) -> str:
+    """A UDUNITS symbol as people write it.
+
+    >>> _raised("J kg-1 K-1")
+    'J kg⁻¹ K⁻¹'
+    """
+    return re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power[0].translate(SUPERSCRIPTS), unit)
 
 
 def with_unit(label: str, unit: str | None) -> str:

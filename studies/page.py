@@ -86,7 +86,7 @@ def page(report: dict[str, Any]) -> str:
     """A document as one HTML file that needs no network."""
     drawings = [plot(_figure(one)) for one in report["figures"]]
     return (
-        _environment()
+        environment()
         .get_template("report.html")
         .render(
             report=Node(report),
@@ -139,7 +139,7 @@ def _cut_note(rows: Any) -> str:
 
 
 @cache
-def _environment() -> Environment:
+def environment() -> Environment:
     environment = Environment(
         loader=FunctionLoader(lambda name: _file("templates", name)),
         autoescape=True,

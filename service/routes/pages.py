@@ -1,12 +1,14 @@
 """Plain pages for people: the sweeps, and the interface described, both without any network."""
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, select_autoescape
+from markupsafe import Markup, escape
 
 from service.console import duration
 from service.errors import INTERNAL, PROBLEMS
@@ -44,9 +46,24 @@ def show_sweeps(store: StoreGiven, cursor: Annotated[str | None, Query()] = None
 @router.get("/docs")
 def show_interface(request: Request) -> str:
     """Every operation of the interface with parameters, examples and answers."""
-    document = request.app.openapi()
-    problems = [*PROBLEMS.values(), INTERNAL]
-    return _rendered("docs.html", operations=list(_operations(document)), problems=problems)
+    return _rendered(
+        "docs.html",
+        operations=list(_operations(request.app.openapi())),
+        problems=[*PROBLEMS.values(), INTERNAL],
+        address=str(request.base_url).rstrip("/"),
+    )
+
+
+def code(text: str | None) -> Markup:
+    """A description with its `words` set as code.
+
+    >>> str(code("see `next_cursor` <here>"))
+    'see <code>next_cursor</code> &lt;here&gt;'
+    """
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text or ""))))
+
+
+TEMPLATES.filters["code"] = code
 
 
 def _model(store: Store, row: SweepRow) -> SweepModel:

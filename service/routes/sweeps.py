@@ -2,9 +2,9 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Path, Query, Response
 
-from service.jobs import State, SweepState
+from service.jobs import RUN_STATES, State, SweepState
 from service.routes.given import SettingsGiven, StoreGiven, SweepGiven
 from service.schemas import EstimateModel, PointPage, SweepModel, SweepPage, example_sweeps
 from studies.run import estimate
@@ -23,6 +23,14 @@ SWEEP_BODY: dict[str, Any] = {
     }
 }
 Cursor = Annotated[str | None, Query(description="`next_cursor` of the page before")]
+SweepId = Annotated[str, Path(description="what the answer to the submission said")]
+ByState = Annotated[
+    SweepState | None,
+    Query(description="only these: " + ", ".join(f"`{one}`" for one in SweepState)),
+]
+ByRunState = Annotated[
+    State | None, Query(description="only these: " + ", ".join(f"`{one}`" for one in RUN_STATES))
+]
 Limit = Annotated[int, Query(ge=1, le=1000, description="items on a page")]
 
 
@@ -38,11 +46,12 @@ def submit_sweep(sweep: SweepGiven, store: StoreGiven, response: Response) -> Sw
 @router.post("/estimate", openapi_extra=SWEEP_BODY)
 def estimate_sweep(sweep: SweepGiven, store: StoreGiven, settings: SettingsGiven) -> EstimateModel:
     """What a sweep would cost. Nothing is stored."""
-    runs = {point.run.id: point.run for point in sweep.runs()}
+    points = sweep.runs()
+    runs = {point.run.id: point.run for point in points}
     estimates = [estimate(run) for run in runs.values()]
     core_seconds = sum(one.core_seconds for one in estimates) * (store.pace() or 1.0)
     return EstimateModel(
-        runs=len(sweep.runs()),
+        runs=len(points),
         reused=store.known_runs(runs),
         core_seconds=core_seconds,
         seconds=core_seconds / min(settings.workers, len(runs)),
@@ -52,29 +61,29 @@ def estimate_sweep(sweep: SweepGiven, store: StoreGiven, settings: SettingsGiven
 
 @router.get("")
 def list_sweeps(
-    store: StoreGiven, state: SweepState | None = None, cursor: Cursor = None, limit: Limit = 50
+    store: StoreGiven, state: ByState = None, cursor: Cursor = None, limit: Limit = 50
 ) -> SweepPage:
     """Sweeps, the youngest first."""
     return SweepPage.of(store.sweeps(state=state, cursor=cursor, limit=limit))
 
 
 @router.get("/{id}")
-def show_sweep(id: str, store: StoreGiven) -> SweepModel:
+def show_sweep(id: SweepId, store: StoreGiven) -> SweepModel:
     """A sweep: state, points by state, progress, time left, and links to what there is."""
     return SweepModel.of(store.sweep(id), [file.name for file in store.artifacts(id)])
 
 
 @router.get("/{id}/document")
-def show_document(id: str, store: StoreGiven) -> dict[str, Any]:
+def show_document(id: SweepId, store: StoreGiven) -> dict[str, Any]:
     """The document of a sweep in its canonical form: it can be submitted again."""
     return dict(store.sweep_document(id))
 
 
 @router.get("/{id}/runs")
 def list_runs(
-    id: str,
+    id: SweepId,
     store: StoreGiven,
-    state: State | None = None,
+    state: ByRunState = None,
     cursor: Cursor = None,
     limit: Limit = 100,
 ) -> PointPage:
@@ -83,14 +92,14 @@ def list_runs(
 
 
 @router.post("/{id}/cancel", status_code=202)
-def cancel_sweep(id: str, store: StoreGiven) -> SweepModel:
+def cancel_sweep(id: SweepId, store: StoreGiven) -> SweepModel:
     """Stop. What was computed until now is published; a run that another sweep wants goes on."""
     return SweepModel.of(store.cancel_sweep(id))
 
 
 @router.post("/{id}/retry", status_code=202)
 def retry_sweep(
-    id: str,
+    id: SweepId,
     store: StoreGiven,
     verdicts: Annotated[
         bool, Query(description="also runs that the solver itself gave up; they will fail again")
@@ -101,6 +110,6 @@ def retry_sweep(
 
 
 @router.delete("/{id}", status_code=204)
-def delete_sweep(id: str, store: StoreGiven) -> None:
+def delete_sweep(id: SweepId, store: StoreGiven) -> None:
     """Forget a sweep that has ended, with its cube and report. Its runs stay, for other sweeps."""
     store.delete_sweep(id)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 Row = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 
-PUBLISH_PRIORITY = 10  # a finished sweep is published before more runs begin; runs have 0
+PUBLISH_PRIORITY = -10  # a finished sweep is published before more runs begin; runs have 0
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 
 # --- expressions -------------------------------------------------------------------------------

@@ -44,7 +44,7 @@ class Queue:
         head = (
             sa.select(JOBS.c.id)
             .where(JOBS.c.state == State.QUEUED)
-            .order_by(JOBS.c.priority.desc(), JOBS.c.queued, JOBS.c.ordinal)
+            .order_by(JOBS.c.priority, JOBS.c.queued, JOBS.c.ordinal)
             .limit(limit)
             .with_for_update(skip_locked=True)
         )

@@ -59,7 +59,7 @@ JOBS = sa.Table(
     sa.Column("scenario", sa.Text),
     sa.Column("spec", JSON),  # of a run: the whole question
     sa.Column("state", words(State), nullable=False),
-    sa.Column("priority", sa.Integer, nullable=False),
+    sa.Column("priority", sa.Integer, nullable=False),  # smaller is sooner, as with nice
     sa.Column("ordinal", sa.Integer, nullable=False),  # place in the sweep that brought it
     sa.Column("cost", sa.Float, nullable=False),  # estimated core seconds
     sa.Column("attempt", sa.Integer, nullable=False),
@@ -80,7 +80,7 @@ JOBS = sa.Table(
     sa.Column("queued", UtcTime, nullable=False),
     sa.Column("started", UtcTime),
     sa.Column("finished", UtcTime),
-    sa.Index("jobs_queue", "state", sa.text("priority DESC"), "queued", "ordinal"),
+    sa.Index("jobs_queue", "state", "priority", "queued", "ordinal"),
 )
 
 POINTS = sa.Table(

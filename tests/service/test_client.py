@@ -38,8 +38,7 @@ def test_submit__takes_a_file_with_the_observations_beside_it(
     (tmp_path / "shots.csv").write_text(
         "speed,quantity,value,uncertainty,source\n3 km/s,hole_diameter,16 mm,1 mm,own shot 7\n"
     )
-    handle = client.submit(tmp_path / "smoke.yaml")
-    document = client._json("GET", f"/v1/sweeps/{handle.id}/document")
+    document = client.submit(tmp_path / "smoke.yaml").document()
     assert document["observations"][0]["source"] == "own shot 7"
 
 
@@ -58,7 +57,7 @@ def test_submit__sends_even_what_json_cannot_say(client: Client, value: float) -
 
 
 def test_submit__of_a_missing_file_is_refused(client: Client, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match="nothing.yaml"):
+    with pytest.raises(InvalidInput, match=r"nothing\.yaml"):
         client.submit(tmp_path / "nothing.yaml")
 
 
@@ -100,6 +99,7 @@ def test_fetch__before_the_end_says_how_far_the_sweep_is(client: Client, tmp_pat
 
 
 def test_runs__come_from_every_page(api: Api, client: Client) -> None:
+    api.compute()  # what other tests left in the queue
     axis = {"start": "1 km/s", "stop": "2.2 km/s", "step": "10 m/s"}
     handle = client.submit(sweep_of(axes={"speed": axis}))
     assert [point["ordinal"] for point in handle.runs()] == list(range(121))
@@ -150,6 +150,8 @@ def test_client__of_something_else_says_what_it_got(monkeypatch: pytest.MonkeyPa
     def page(request: Any) -> httpx.Response:
         return httpx.Response(502, text="<html>bad gateway</html>")
 
-    with Client(transport=httpx.MockTransport(page)) as client:
-        with pytest.raises(ServiceError, match="502"):
-            client.submit(SWEEP)
+    with (
+        Client(transport=httpx.MockTransport(page)) as client,
+        pytest.raises(ServiceError, match="502"),
+    ):
+        client.submit(SWEEP)

@@ -186,7 +186,7 @@ def test_wrong_address__is_a_problem(api: Api, method: str, path: str, status: i
 
 
 def test_unforeseen_error__tells_its_text_to_the_log_only(
-    api: Api, monkeypatch: pytest.MonkeyPatch
+    api: Api, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     def break_down(*_: Any, **__: Any) -> None:
         raise RuntimeError("secret path /etc/x")
@@ -195,6 +195,8 @@ def test_unforeseen_error__tells_its_text_to_the_log_only(
     response = api.http.get("/v1/sweeps")
     assert is_problem(response, 500)
     assert "secret" not in response.text
+    assert "secret" in caplog.text
+    assert response.json()["request_id"] in caplog.text
 
 
 def test_store_that_is_away__is_a_503_to_be_tried_again(

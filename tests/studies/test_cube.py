@@ -240,3 +240,9 @@ def test_file__passes_the_cf_checker(tmp_path: Path, case: str) -> None:
         known = {} if case == "nothing" else fakes.results(sweep)
         dataset = cube.build(sweep, known, fakes.catalogue(sweep.scenario))
     assert compliance.complaints(cube.write(dataset, tmp_path / "cube.nc")) == []
+
+
+def test_cf_checker__sees_what_is_wrong(tmp_path: Path) -> None:
+    dataset = holes()
+    dataset["hole_diameter"].attrs["units"] = "furlongs per thaler"
+    assert compliance.complaints(cube.write(dataset, tmp_path / "cube.nc")) != []

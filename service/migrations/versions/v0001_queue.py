@@ -70,8 +70,7 @@ def _jobs() -> None:
         sa.Column("started", MOMENT),
         sa.Column("finished", MOMENT),
     )
-    order: list[str | sa.TextClause] = ["state", sa.text("priority DESC"), "queued", "ordinal"]
-    op.create_index("jobs_queue", "jobs", order)
+    op.create_index("jobs_queue", "jobs", ["state", "priority", "queued", "ordinal"])
 
 
 def _points() -> None:

@@ -1,0 +1,1 @@
+"""How fast it is: numbers to read, never part of pass or fail."""

@@ -1,0 +1,104 @@
+"""``make bench``: nanoseconds per particle-step, their split over the stages, and the worth of a second thread.
+
+Machines are noisy: what counts are ratios within one run, with nothing else at work. Each figure is the median over
+repetitions of the same steps.
+"""
+
+import statistics
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from typing import Any
+
+from solver import step
+from solver.simulation import Simulation, start
+from studies.materials import load
+from studies.run import resolve
+from studies.scenarios import thin_plate
+
+WARM, STEPS, REPEATS = 60, 40, 7  # steps before, steps in a repetition, repetitions
+STAGES = (
+    "sort_into_slabs",
+    "scatter_state",
+    "hold_face",
+    "solve_momentum",
+    "move_particles",
+    "finish_nodes",
+    "update_chunks",
+)
+
+
+def simulation(geometry: str, cells: int, threads: int) -> Simulation:
+    """A copper perforation at 4 km/s, warmed until the shock is well inside."""
+    copper = load("copper-ofhc")
+    materials = {"projectile": copper, "target": copper}
+    parameters = {
+        "speed": 4e3,
+        "projectile_diameter": 8e-3,
+        "plate_thickness": 2e-3,
+        "projectile": "copper-ofhc",
+        "target": "copper-ofhc",
+        "geometry": geometry,
+        "cells_per_diameter": float(cells),
+    }
+    run = resolve("thin_plate", parameters, materials)
+    given = thin_plate.ThinPlate(**run.parameters)  # type: ignore[arg-type]
+    made = start(thin_plate.SCENARIO.build(given, materials).problem, threads=threads)
+    for _ in range(WARM):
+        made.advance()
+    return made
+
+
+def nanoseconds(made: Simulation) -> float:
+    """Median cost of a particle-step, ns."""
+    costs = []
+    for _ in range(REPEATS):
+        particles = made.particles.mass.size
+        begin = time.perf_counter()
+        for _ in range(STEPS):
+            made.advance()
+        costs.append((time.perf_counter() - begin) / STEPS / particles * 1e9)
+    return statistics.median(costs)
+
+
+def split(made: Simulation) -> dict[str, float]:
+    """Nanoseconds per particle-step in each stage of the step."""
+    spent: dict[str, float] = defaultdict(float)
+    originals = {name: getattr(step, name) for name in STAGES}
+
+    def timed(name: str) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            begin = time.perf_counter()
+            answer = originals[name](*arguments)
+            spent[name] += time.perf_counter() - begin
+            return answer
+
+        return call
+
+    try:
+        for name in STAGES:
+            setattr(step, name, timed(name))
+        for _ in range(STEPS):
+            made.advance()
+    finally:
+        for name, original in originals.items():
+            setattr(step, name, original)
+    return {name: spent[name] / STEPS / made.particles.mass.size * 1e9 for name in STAGES}
+
+
+def main() -> None:
+    """Print the figures."""
+    for geometry, cells in (("axisymmetric", 32), ("quarter", 16)):
+        one = simulation(geometry, cells, threads=1)
+        cost = nanoseconds(one)
+        print(
+            f"{geometry}, {one.particles.mass.size} particles, one thread: {cost:.0f} ns per particle-step"
+        )
+        for name, part in split(one).items():
+            print(f"    {name:16} {part:6.1f} ns  {part / cost:5.0%}")
+        two = nanoseconds(simulation(geometry, cells, threads=2))
+        print(f"    two threads: {two:.0f} ns, {cost / two:.2f} times as fast")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,195 @@
+"""The report: the page prints the document, the document says what the cube says, and nothing else."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies import cube, page, report
+from studies.compare import compare
+from studies.formats import KINDS, display_of, printed, printed_in
+from tests.studies import fakes
+from tests.studies.fakes import Axis, Sweep
+from tests.studies.printed import Page, at, read_page
+
+SWEEPS = {
+    "grid": fakes.holes(),
+    "craters": fakes.craters(),
+    "zip": Sweep(
+        (Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3))),
+        combine="zip",
+    ),
+    "words": Sweep(
+        (Axis("projectile", None, ("tin", "lead")),),
+        fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
+    ),
+    "no speed": Sweep(
+        (Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8)))
+    ),
+    "one run": Sweep((Axis("speed", "m s-1", (5e3,)),)),
+}
+
+
+def cube_of(case: str) -> xr.Dataset:
+    sweep = SWEEPS[case]
+    if case == "grid":
+        known, shots = fakes.with_trouble(sweep), fakes.SHOTS
+    else:
+        known, shots = fakes.results(sweep), ()
+    return cube.build(sweep, known, fakes.catalogue(sweep.scenario, shots))
+
+
+def said_of(dataset: xr.Dataset) -> dict:
+    """The document as a program reads it."""
+    return json.loads(report.as_json(report.document(dataset, compare(dataset))))
+
+
+def shown(said: dict) -> Page:
+    return read_page(page.page(said))
+
+
+@pytest.fixture(scope="module", params=SWEEPS)
+def case(request: pytest.FixtureRequest) -> tuple[xr.Dataset, dict, Page]:
+    dataset = cube_of(request.param)
+    said = said_of(dataset)
+    return dataset, said, shown(said)
+
+
+def test_page__every_number_is_the_one_in_the_twin(case: tuple[xr.Dataset, dict, Page]) -> None:
+    _, said, seen = case
+    numbers = [mark for mark in seen.marks if mark.value is not None]
+    assert len(numbers) > 30
+    for mark in numbers:
+        value = at(said, mark.path)
+        assert mark.value == ("" if value is None else json.dumps(value))
+        spoken = (
+            {printed(value, kind) for kind in KINDS}
+            if isinstance(value, float | int | None)
+            else {value}
+        )
+        in_units = {
+            printed_in(value, unit)
+            for unit in ("m", "m s-1", "s", "Pa", "1")
+            if not isinstance(value, str)
+        }
+        assert mark.text in spoken | in_units
+
+
+def test_page__every_text_is_the_one_in_the_twin(case: tuple[xr.Dataset, dict, Page]) -> None:
+    _, said, seen = case
+    texts = [mark for mark in seen.marks if mark.value is None and mark.path != "/provenance/sweep"]
+    assert {mark.text == at(said, mark.path) for mark in texts} == {True}
+
+
+def test_page__has_no_digit_outside_of_what_the_twin_says(
+    case: tuple[xr.Dataset, dict, Page],
+) -> None:
+    _, _, seen = case
+    assert re.findall(r"\d", seen.unmarked) == []
+
+
+def test_page__loads_nothing(case: tuple[xr.Dataset, dict, Page]) -> None:
+    _, _, seen = case
+    assert all(link.startswith(("#", "data:")) for link in seen.links)
+
+
+def test_drawings__show_the_points_of_the_twin(case: tuple[xr.Dataset, dict, Page]) -> None:
+    _, said, seen = case
+    assert len(seen.drawings) == len(said["figures"]) > 0
+    for drawing, figure in zip(seen.drawings, said["figures"], strict=True):
+        x, y = (display_of(figure[axis]["unit"]).factor for axis in "xy")
+        drawn = {(a, b) for t in drawing["data"] for a, b in zip(t["x"], t["y"], strict=True)}
+        for series in (one for panel in figure["panels"] for one in panel["series"]):
+            for name in ("y", "low", "high"):
+                for a, b in zip(
+                    series["x"], series[name] or [None] * len(series["x"]), strict=True
+                ):
+                    if a is not None and b is not None:
+                        assert (a if isinstance(a, str) else a * x, b * y) in drawn
+
+
+def test_runs__have_the_values_of_their_cells(case: tuple[xr.Dataset, dict, Page]) -> None:
+    dataset, said, _ = case
+    flat = dataset.stack(cell=dataset.run_state.dims)
+    assert len(said["runs"]) == dataset.run_state.size
+    for number, run in enumerate(said["runs"]):
+        cell = flat.isel(cell=number)
+        assert run["id"] == cell.run_id.item()
+        assert run["reason"] == cell.run_reason.item()
+        for name, value in run["values"].items():
+            np.testing.assert_equal(np.nan if value is None else value, float(cell[name]))
+
+
+def test_main_figure__is_what_the_cube_alone_gives() -> None:
+    dataset = cube_of("grid")
+    figure = said_of(dataset)["figures"][0]
+    assert figure["name"] == "hole_diameter_laws"
+    ratio = dataset.hole_diameter.where(dataset.run_state == 0) / dataset.equivalent_diameter
+    for panel in figure["panels"]:
+        (points,) = [series for series in panel["series"] if series["kind"] == "simulation"]
+        mine = ratio.sel(panel["at"])
+        assert points["x"] == list(mine.speed.values)
+        np.testing.assert_array_equal(np.array(points["y"], float), mine.values)
+
+
+def test_main_figure__band_is_smallest_to_largest_of_the_stated_variants() -> None:
+    dataset = cube_of("grid")
+    panel = said_of(dataset)["figures"][0]["panels"][1]
+    (band,) = [series for series in panel["series"] if series["kind"] == "band"]
+    labels = [f"strength_ln/{variant}" for variant in fakes.YIELDS]
+    answers = (
+        dataset.hole_diameter_by_law.sel(panel["at"]).sel(hole_diameter_law=labels) / fakes.DIAMETER
+    )
+    assert band["low"] == list(answers.min("hole_diameter_law").values)
+    assert band["high"] == list(answers.max("hole_diameter_law").values)
+
+
+def test_main_figure__a_law_knows_where_it_is_out_of_range() -> None:
+    panel = said_of(cube_of("grid"))["figures"][0]["panels"][0]
+    (law,) = [series for series in panel["series"] if "aluminium" in series["label"]]
+    assert law["in_range"] == [False, True, True, True, False, False]
+
+
+def test_main_figure__an_observed_shot_stands_in_the_panel_it_belongs_to() -> None:
+    panels = said_of(cube_of("grid"))["figures"][0]["panels"]
+    seen = [
+        (panel["at"]["plate_thickness"], series["x"])
+        for panel in panels
+        for series in panel["series"]
+        if series["kind"] == "observation"
+    ]
+    assert seen == [(2e-3, [2600.0]), (3e-3, [4000.0, 5930.0]), (4e-3, [9000.0])]
+
+
+def test_trouble__failed_and_flagged_runs_are_named_with_their_reasons() -> None:
+    seen = shown(said_of(cube_of("grid")))
+    texts = {mark.text for mark in seen.marks}
+    assert {
+        "density = 3e4 at particle 17 of 'target', t = 1.2e-06 s, step 88",
+        "cancelled by its user",
+        "under resolved",
+        "hole diameter: not perforated",
+    } <= texts
+
+
+def test_text_of_a_user__cannot_become_markup() -> None:
+    dataset = cube_of("one run")
+    hostile = "<script>alert(1)</script></script><b>&"
+    dataset.attrs["title"] = hostile
+    dataset.attrs["sweep"] = json.dumps({"fixed": {"name": hostile}})
+    dataset.run_reason[:] = hostile
+    html = page.page(said_of(dataset))
+    assert "<script>alert" not in html
+    assert html.count("</script>") == page.page(said_of(cube_of("one run"))).count("</script>")
+
+
+def test_template__cannot_print_a_number_by_another_way() -> None:
+    template = page.environment().from_string("{{ report.n }}")
+    with pytest.raises(TypeError, match="without a format"):
+        template.render(report=page.Node({"n": 3.5}))
+
+
+def test_document__has_no_nan_and_goes_through_json() -> None:
+    assert "NaN" not in report.as_json(report.document(cube_of("grid"), compare(cube_of("grid"))))
