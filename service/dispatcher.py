@@ -101,7 +101,7 @@ class Dispatcher:
     def _run(self) -> None:
         while not self._closing.is_set():
             with self._patience():
-                self._work()
+                self.turn()
             self._listen(wait=self._settings.poll_seconds)
 
     @contextmanager
@@ -114,8 +114,9 @@ class Dispatcher:
         except Exception:
             log.exception("the dispatcher could not finish its turn")
 
-    def _work(self) -> None:
-        """One turn."""
+    def turn(self) -> None:
+        """Take what the engine said, and bring rows and engine together."""
+        self._listen(wait=0.0)
         if self._epoch is None:
             self._epoch = self._store.begin_epoch(f"{socket.gethostname()}:{os.getpid()}")
         self._register_all()
@@ -238,7 +239,13 @@ class Dispatcher:
             return
         for claim in self._store.claim(free, self._epoch):
             self._held[claim.key] = claim
-            self._engine.submit(self._ticket(claim))
+            try:
+                self._engine.submit(self._ticket(claim))
+            except Exception as error:  # whatever it is, the attempt is not under way
+                log.exception("%s could not be given to the engine", claim.key)
+                self._ended[claim.key] = Ending(
+                    Cause.LOST, type(error).__name__, str(error), (), 0.0
+                )
 
     def _ticket(self, claim: Claim) -> Ticket:
         return Ticket(
@@ -295,4 +302,3 @@ def _result(file: Stored, artifacts: Artifacts, seconds: float) -> Result:
         summary=summary,
         seconds=seconds or float(answer["provenance"].get("seconds", 0.0)),
     )
-

@@ -100,8 +100,8 @@ def of_length_residual(value: float) -> str:
 
 
 def of_share(value: float) -> str:
-    """A fraction in per cent, two significant digits."""
-    return f"{digits(value * 100, 2)}{NARROW_SPACE}%"
+    """A fraction in per cent, three significant digits."""
+    return f"{digits(value * 100)}{NARROW_SPACE}%"
 
 
 def of_share_residual(value: float) -> str:

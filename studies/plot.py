@@ -32,7 +32,7 @@ PANEL_HEIGHT = 380
 WIDE_HEIGHT = 430  # of a figure with one panel
 LEGEND_LINE = 22
 GAP = 0.035  # between panels, of the width
-HEADROOM = 1.06  # above the highest point
+HEADROOM = 0.06  # above the highest point, of the whole height
 
 
 @dataclass(frozen=True)
@@ -123,9 +123,10 @@ def _traces(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
 
 def _simulation(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
     flagged = series.flagged or (False,) * len(series.x)
+    mode = "lines+markers" if series.connected else "markers"
+    yield _legend_entry(style, mode)
     yield {
-        "named": True,
-        "mode": "lines+markers" if series.connected else "markers",
+        "mode": mode,
         "x": _scaled(series.x, figure.x),
         "y": _scaled(series.y, figure.y),
         "error_y": _bars(series, style, figure),
@@ -441,7 +442,9 @@ def _y_range(figure: Figure) -> tuple[float, float] | None:
     known = [top * display_of(figure.y.unit).factor for top in tops]
     if not known:
         return None
-    return (min(0.0, HEADROOM * min(known)), max(0.0, HEADROOM * max(known)))
+    low, high = min(0.0, *known), max(0.0, *known)
+    margin = HEADROOM * (high - low) or 1.0
+    return (low - margin if low < 0 else low, high + margin)
 
 
 def _tops(series: Series) -> list[float]:

@@ -45,7 +45,7 @@ def test_statistics__the_largest_keeps_its_sign() -> None:
 def test_statistics__over_no_points_is_n_0_and_no_number() -> None:
     found = statistics(np.array([np.nan, 1.0]), np.array([1.0, np.nan]), [{}, {}])
     assert found.n == 0
-    assert found.bias is found.rms is found.largest is None
+    assert (found.bias, found.rms, found.largest) == (None, None, None)
 
 
 def test_law__is_judged_where_it_answers_and_again_inside_its_range() -> None:
@@ -149,5 +149,6 @@ def test_observations__judge_the_simulation_and_each_law() -> None:
     assert found.everywhere.bias == pytest.approx(simulated - 17.9e-3)
     assert found.in_range is None
     law = residual(comparison, "maiden_al", "observation")
+    assert shot.shot is not None
     answer = fakes.HOLE_LAWS[0].evaluate(shot.shot, "").value
     assert law.everywhere.bias == pytest.approx(answer - 17.9e-3)

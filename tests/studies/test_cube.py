@@ -1,5 +1,6 @@
 """The cube: every run in its cell, every variable declared, the file whole, CF content."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -159,6 +160,7 @@ def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
     assert float(dataset.hole_diameter_observed[0]) == fakes.SHOTS[0].value
     assert np.isnan(dataset.hole_diameter_observed_uncertainty[2])
     answers = dataset.hole_diameter_by_law_at_observation.sel(hole_diameter_law="maiden_al")
+    assert fakes.SHOTS[0].shot is not None
     assert float(answers[0]) == fakes.HOLE_LAWS[0].evaluate(fakes.SHOTS[0].shot, "").value
 
 
@@ -201,7 +203,9 @@ def test_undeclared_number__stays_out_and_is_named() -> None:
     ],
     ids=["extra", "unit", "dims", "kind"],
 )
-def test_validate__refuses_what_is_not_as_declared(spoil, complaint) -> None:
+def test_validate__refuses_what_is_not_as_declared(
+    spoil: Callable[[xr.Dataset], xr.Dataset], complaint: str
+) -> None:
     with pytest.raises(SchemaError, match=complaint):
         cube.validate(spoil(holes()))
 
@@ -215,11 +219,13 @@ def test_write__opens_as_it_was_built(tmp_path: Path) -> None:
         np.testing.assert_array_equal(read[name].values, array.values)
 
 
-def test_write__leaves_the_old_file_when_it_breaks_off(tmp_path: Path, monkeypatch) -> None:
+def test_write__leaves_the_old_file_when_it_breaks_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = cube.write(holes(), tmp_path / "cube.nc")
     before = path.read_bytes()
 
-    def broken(self, file, **options) -> None:
+    def broken(self: xr.Dataset, file: Path, **options: object) -> None:
         Path(file).write_bytes(b"half")
         raise OSError("disk full")
 

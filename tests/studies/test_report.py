@@ -34,10 +34,8 @@ SWEEPS = {
 
 def cube_of(case: str) -> xr.Dataset:
     sweep = SWEEPS[case]
-    if case == "grid":
-        known, shots = fakes.with_trouble(sweep), fakes.SHOTS
-    else:
-        known, shots = fakes.results(sweep), ()
+    known = fakes.with_trouble(sweep) if case == "grid" else fakes.results(sweep)
+    shots = fakes.SHOTS if case == "grid" else ()
     return cube.build(sweep, known, fakes.catalogue(sweep.scenario, shots))
 
 

@@ -49,10 +49,16 @@ ROUND_OFF = 1e-12  # relative: the same operations in another order
 
 
 @functools.cache
+def scratch() -> tempfile.TemporaryDirectory[str]:
+    """A folder that goes when the process ends."""
+    return tempfile.TemporaryDirectory(prefix="whipple-claims-")
+
+
+@functools.cache
 def computed(name: str) -> tuple[dict[str, Any], Path]:
     """The outcomes of a sweep's runs, and the folder with its three files."""
     document = {"claims": SWEEP, "failing": FAILING}[name]
-    folder = Path(tempfile.mkdtemp(prefix="whipple-claims-"))
+    folder = Path(scratch().name) / name
     outcomes = {point.run.id: _outcome(point.run, folder) for point in Sweep.parse(document).runs()}
     publish(document, outcomes, folder)
     return outcomes, folder

@@ -1,0 +1,245 @@
+"""What every strength must do: stay positive, harden, return to its surface, dissipate, not care how it is turned."""
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from solver.registry import entries
+from solver.strength import StrengthEntry, hardening, rate_and_heat, yield_stress
+from solver.stress import RETURN_TOLERANCE, homologous_temperature, return_to_yield
+from solver.tensor import added, contract, equivalent_stress, rotated, scaled
+from tests.solver.bodies import MELT, ROOM, SHEAR_MODULUS, elastic_copper, real_copper
+
+MEMBERS = entries("solver.strength", "STRENGTH")
+
+# Copper in each form; a new member brings its own.
+COPPER: dict[str, tuple[float, ...]] = {
+    "elastic": (),
+    "johnson_cook": (90e6, 292e6, 0.31, 0.025, 1.09, 1.0),
+    "linear_hardening": (157e6, 425e6),
+    "perfectly_plastic": (240e6,),
+}
+NEVER_YIELDS = {"elastic"}
+ROUND_OFF = 1e-12
+
+plastic_strains = st.just(0.0) | st.floats(1e-9, 20.0)
+rates = st.floats(0.0, 1e9)
+solid_temperatures = st.just(0.0) | st.floats(1e-6, 0.999)
+members = st.sampled_from(sorted(MEMBERS))
+yielding = st.sampled_from(sorted(set(MEMBERS) - NEVER_YIELDS))
+components = st.floats(-1.0, 1.0)
+spins = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
+
+
+@st.composite
+def directions(draw: st.DrawFn) -> tuple[float, ...]:
+    """Deviators of unit equivalent stress."""
+    a, b, *shear = draw(st.tuples(*[components] * 5))
+    deviator = (a, b, -a - b, *shear)
+    size = equivalent_stress(deviator)
+    assume(size > 1e-3)
+    return scaled(deviator, 1.0 / size)  # type: ignore[no-any-return]
+
+
+@pytest.fixture(params=list(MEMBERS))
+def strength(request: pytest.FixtureRequest) -> Any:
+    return copper(request.param)
+
+
+def copper(name: str) -> Any:
+    entry: StrengthEntry = MEMBERS[name]
+    return entry.record(*COPPER[name])
+
+
+def test_strength__brings_an_example() -> None:
+    assert set(COPPER) == set(MEMBERS), "give each form its copper above"
+
+
+@given(members, plastic_strains, rates, st.floats(0.0, 1.0))
+def test_yield_stress__is_never_negative(
+    name: str, plastic_strain: float, rate: float, homologous: float
+) -> None:
+    value = yield_stress(copper(name), plastic_strain, rate, homologous)
+    assert math.isfinite(value)
+    assert value >= 0.0
+
+
+@given(members, plastic_strains, plastic_strains)
+def test_hardening__does_not_fall_with_plastic_strain(name: str, one: float, other: float) -> None:
+    low, high = sorted((one, other))
+    assert hardening(copper(name), low) <= hardening(copper(name), high)
+
+
+@given(members, rates, rates, solid_temperatures)
+def test_yield_stress__does_not_fall_with_rate(
+    name: str, one: float, other: float, homologous: float
+) -> None:
+    low, high = sorted((one, other))
+    slow, fast = (rate_and_heat(copper(name), rate, homologous) for rate in (low, high))
+    assert slow <= fast
+
+
+@given(members, rates, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_yield_stress__does_not_grow_with_temperature(
+    name: str, rate: float, one: float, other: float
+) -> None:
+    low, high = sorted((one, other))
+    cold, warm = (rate_and_heat(copper(name), rate, homologous) for homologous in (low, high))
+    assert warm <= cold
+
+
+@given(members, plastic_strains, rates)
+def test_melt__takes_all_strength(name: str, plastic_strain: float, rate: float) -> None:
+    assert yield_stress(copper(name), plastic_strain, rate, 1.0) == 0.0
+
+
+@given(members, directions(), plastic_strains)
+def test_melt__leaves_no_shear_stress(
+    name: str, direction: tuple[float, ...], plastic_strain: float
+) -> None:
+    trial = scaled(direction, 1e9)
+    molten, _ = return_to_yield(copper(name), trial, SHEAR_MODULUS, plastic_strain, 1e5, 1.0)
+    assert equivalent_stress(molten) == 0.0
+
+
+@given(yielding, directions(), plastic_strains, rates, solid_temperatures, st.floats(1.0, 1e3))
+def test_return__ends_on_the_surface_of_the_new_plastic_strain(
+    name: str,
+    direction: tuple[float, ...],
+    plastic_strain: float,
+    rate: float,
+    homologous: float,
+    beyond: float,
+) -> None:
+    strength = copper(name)
+    size = beyond * yield_stress(strength, plastic_strain, rate, homologous)
+    trial = scaled(direction, size)
+    stress, slip = return_to_yield(strength, trial, SHEAR_MODULUS, plastic_strain, rate, homologous)
+    surface = yield_stress(strength, plastic_strain + slip, rate, homologous)
+    assert math.isclose(equivalent_stress(stress), surface, rel_tol=ROUND_OFF)
+
+
+@given(yielding, directions(), plastic_strains, rates, solid_temperatures, st.floats(1.0, 1e3))
+def test_return__moves_along_the_elastic_slope(
+    name: str,
+    direction: tuple[float, ...],
+    plastic_strain: float,
+    rate: float,
+    homologous: float,
+    beyond: float,
+) -> None:
+    """trial - 3 G slip = sigma_y, to the tolerance that stress.py states."""
+    strength = copper(name)
+    size = beyond * yield_stress(strength, plastic_strain, rate, homologous)
+    stress, slip = return_to_yield(
+        strength, scaled(direction, size), SHEAR_MODULUS, plastic_strain, rate, homologous
+    )
+    gap = size - 3.0 * SHEAR_MODULUS * slip - equivalent_stress(stress)
+    assert abs(gap) <= 1.01 * RETURN_TOLERANCE * size
+
+
+@given(members, directions(), plastic_strains, st.floats(0.0, 0.999))
+def test_return__leaves_stress_inside_the_surface_alone(
+    name: str, direction: tuple[float, ...], plastic_strain: float, share: float
+) -> None:
+    strength = copper(name)
+    size = share * min(yield_stress(strength, plastic_strain, 1.0, 0.0), 1e12)
+    trial = scaled(direction, size)
+    assert return_to_yield(strength, trial, SHEAR_MODULUS, plastic_strain, 1.0, 0.0) == (trial, 0.0)
+
+
+@given(members, directions(), plastic_strains, rates, st.floats(0.0, 1.0), st.floats(0.0, 1e12))
+def test_return__dissipates(
+    name: str,
+    direction: tuple[float, ...],
+    plastic_strain: float,
+    rate: float,
+    homologous: float,
+    size: float,
+) -> None:
+    """The stress does work, never negative, on the strain that the return turns from elastic into plastic."""
+    trial = scaled(direction, size)
+    stress, slip = return_to_yield(
+        copper(name), trial, SHEAR_MODULUS, plastic_strain, rate, homologous
+    )
+    plastic = scaled(added(trial, stress, -1.0), 0.5 / SHEAR_MODULUS)
+    assert slip >= 0.0
+    assert contract(stress, plastic) >= 0.0
+
+
+@given(yielding, directions(), spins, plastic_strains, st.floats(1.0, 100.0))
+def test_return__turns_with_the_trial_stress(
+    name: str,
+    direction: tuple[float, ...],
+    spin: tuple[float, float, float],
+    plastic_strain: float,
+    beyond: float,
+) -> None:
+    strength = copper(name)
+    size = beyond * yield_stress(strength, plastic_strain, 1e5, 0.3)
+    trial = scaled(direction, size)
+    arguments = (SHEAR_MODULUS, plastic_strain, 1e5, 0.3)
+    stress, slip = return_to_yield(strength, trial, *arguments)
+    turned, turned_slip = return_to_yield(strength, rotated(trial, spin), *arguments)
+    # The secant rule stops at RETURN_TOLERANCE of the trial stress: round-off of the rotation may cost it a turn.
+    assert abs(turned_slip - slip) * 3.0 * SHEAR_MODULUS <= 2.0 * RETURN_TOLERANCE * size
+    gap = added(turned, rotated(stress, spin), -1.0)
+    assert equivalent_stress(gap) <= 2.0 * RETURN_TOLERANCE * size
+
+
+def test_johnson_cook__has_the_published_point() -> None:
+    """90 + 292 * 0.2^0.31 = 267 MPa at a strain of 0.2 and 1/s: reference/physics.md 5.7."""
+    assert round(yield_stress(copper("johnson_cook"), 0.2, 1.0, 0.0) / 1e6) == 267
+
+
+def test_johnson_cook__grows_by_its_constant_with_each_decade_of_rate() -> None:
+    slow, fast = (rate_and_heat(copper("johnson_cook"), rate, 0.0) for rate in (1e4, 1e5))
+    assert math.isclose(fast - slow, 0.025 * math.log(10.0), rel_tol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-9, 1.0])
+def test_johnson_cook__does_not_soften_below_its_reference_rate(rate: float) -> None:
+    assert rate_and_heat(copper("johnson_cook"), rate, 0.0) == 1.0
+
+
+@pytest.mark.parametrize(("homologous", "share"), [(0.0, 1.0), (0.5, 1.0 - 0.5**1.09), (1.0, 0.0)])
+def test_johnson_cook__softens_with_its_power_of_temperature(
+    homologous: float, share: float
+) -> None:
+    got = rate_and_heat(copper("johnson_cook"), 1.0, homologous)
+    assert math.isclose(got, share, rel_tol=ROUND_OFF)
+
+
+def test_johnson_cook__fades_smoothly_just_below_melting() -> None:
+    """1 - (1 - x)^m is m x for small x."""
+    got = rate_and_heat(copper("johnson_cook"), 1.0, 1.0 - 1e-6)
+    assert math.isclose(got, 1.09e-6, rel_tol=1e-6)
+
+
+def test_johnson_cook__without_a_softening_exponent_is_strong_until_it_melts() -> None:
+    plain = MEMBERS["johnson_cook"].record(90e6, 292e6, 0.31, 0.025, math.inf, 1.0)
+    assert [rate_and_heat(plain, 1.0, homologous) for homologous in (0.0, 0.999, 1.0)] == [1, 1, 0]
+
+
+@pytest.mark.parametrize(
+    ("kelvin", "expected"),
+    [
+        (0.0, 0.0),
+        (ROOM, 0.0),
+        (0.5 * (ROOM + MELT), 0.5),
+        (MELT, 1.0),
+        (2.0 * MELT, 1.0),
+    ],
+)
+def test_homologous_temperature__runs_from_room_to_melt_and_no_farther(
+    kelvin: float, expected: float
+) -> None:
+    got = homologous_temperature(real_copper(), kelvin)
+    assert math.isclose(got, expected, rel_tol=ROUND_OFF)
+
+
+def test_homologous_temperature__stays_zero_where_nothing_melts() -> None:
+    assert homologous_temperature(elastic_copper(), 1e5) == 0.0

@@ -1,0 +1,102 @@
+"""What every rule of tension must do: never push, never grow with heat, and be paid for by the energy."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solver.failure import TensionEntry, pressure_floor
+from solver.problem import ArtificialViscosity, Matter
+from solver.registry import entries
+from solver.stress import Point, advance
+from tests.solver.bodies import DENSITY, MELT, ROOM, SPACING, elastic_copper, real_copper
+
+MEMBERS = entries("solver.failure", "TENSION")
+CUTOFF = 1.9e9  # Pa, of copper
+COPPER: dict[str, tuple[float, ...]] = {"recoverable": (CUTOFF,), "unlimited": ()}
+
+DT = 1e-9
+UNSTRESSED = (0.0,) * 6
+ROUND_OFF = 1e-12
+
+
+@pytest.fixture(params=list(MEMBERS))
+def tension(request: pytest.FixtureRequest) -> Any:
+    entry: TensionEntry = MEMBERS[request.param]
+    return entry.record(*COPPER[request.param])
+
+
+def at_rest(temperature: float = ROOM) -> Point:
+    return Point(DENSITY, 0.0, 0.0, 0.0, UNSTRESSED, 0.0, temperature)
+
+
+def stretched(matter: Matter, volume: float, old: Point) -> tuple[Point, int]:
+    """A point whose volume grows by a part in a step, the same in all directions."""
+    gradient = np.eye(3) * volume / 3.0 / DT
+    point, floored = advance(matter, ArtificialViscosity(), SPACING, DT, gradient, old)
+    return point, floored
+
+
+def test_tension__brings_an_example() -> None:
+    assert set(COPPER) == set(MEMBERS), "give each rule its copper above"
+
+
+@given(st.floats(0.0, 1.0))
+@pytest.mark.parametrize("name", sorted(MEMBERS))
+def test_floor__never_pushes(name: str, homologous: float) -> None:
+    assert pressure_floor(MEMBERS[name].record(*COPPER[name]), homologous) <= 0.0
+
+
+@given(st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+@pytest.mark.parametrize("name", sorted(MEMBERS))
+def test_floor__does_not_sink_with_temperature(name: str, one: float, other: float) -> None:
+    low, high = sorted((one, other))
+    tension = MEMBERS[name].record(*COPPER[name])
+    assert pressure_floor(tension, low) <= pressure_floor(tension, high)
+
+
+def test_tension__stores_no_pressure_below_its_floor(tension: Any) -> None:
+    point, _ = stretched(real_copper()._replace(tension=tension), 0.05, at_rest())
+    assert point.pressure >= pressure_floor(tension, 0.0)
+
+
+def test_tension__counts_each_use_of_the_floor(tension: Any) -> None:
+    matter = real_copper()._replace(tension=tension)
+    gentle, strong = (stretched(matter, volume, at_rest()) for volume in (1e-3, 0.05))
+    assert gentle[1] == 0
+    assert strong[1] == (strong[0].pressure == pressure_floor(tension, 0.0))
+
+
+@pytest.mark.parametrize("volume", [1e-3, 0.05])
+def test_tension__energy_is_the_work_of_the_stored_pressure(tension: Any, volume: float) -> None:
+    """e1 - e0 = -(p0 + p1) / 2 (V1 - V0), with the pressure after the floor."""
+    point, _ = stretched(real_copper()._replace(tension=tension), volume, at_rest())
+    work = -0.5 * point.pressure * (1.0 / point.density - 1.0 / DENSITY)
+    assert math.isclose(point.energy, work, rel_tol=ROUND_OFF)
+
+
+def test_recoverable__is_the_spall_strength_when_cold_and_nothing_when_molten() -> None:
+    floors = [pressure_floor(real_copper().tension, homologous) for homologous in (0.0, 0.5, 1.0)]
+    assert floors == [-CUTOFF, -0.5 * CUTOFF, 0.0]
+
+
+def test_recoverable__molten_matter_bears_no_tension() -> None:
+    point, floored = stretched(real_copper(), 1e-3, at_rest(temperature=MELT))
+    assert (point.pressure, floored) == (0.0, 1)
+
+
+def test_recoverable__matter_that_is_pressed_again_carries_load_again() -> None:
+    point, _ = stretched(real_copper(), 0.05, at_rest())
+    for _ in range(2):
+        point, floored = stretched(real_copper(), -0.05, point)
+    assert floored == 0
+    assert point.pressure > CUTOFF
+
+
+def test_unlimited__pulls_as_hard_as_the_equation_of_state_says() -> None:
+    point, floored = stretched(elastic_copper(), 0.05, at_rest())
+    assert floored == 0
+    assert point.pressure < -2.0 * CUTOFF

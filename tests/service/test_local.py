@@ -1,0 +1,277 @@
+"""The engine of this machine: real workers, real processes, runs that behave as a test says."""
+
+import json
+import os
+import socket
+import ssl
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.artifacts import Artifacts
+from service.dispatcher import Dispatcher
+from service.jobs import Cause, RunRow, State, Stored, SweepRow, SweepState
+from service.local import DataInUse, Finished, PublicationFailed, run_sweep, start_engine
+from service.settings import Settings
+from service.store import Store
+from studies.errors import InvalidInput
+from tests.service.doubles import (
+    is_gone,
+    open_store,
+    run_id,
+    runs_of,
+    settings_in,
+    sweep_of,
+    wait_until,
+)
+from tests.service.targets import Run
+
+ROOT = Path(__file__).parents[2]
+
+
+@dataclass
+class Local:
+    """A running service without HTTP."""
+
+    settings: Settings
+    store: Store
+    dispatcher: Dispatcher
+
+    def ask(self, runs: Sequence[Run]) -> SweepRow:
+        return self.store.create_sweep(sweep_of(runs))
+
+    def end_of(self, row: SweepRow) -> SweepRow:
+        return wait_until(lambda: (seen := self.store.sweep(row.id)).is_terminal and seen)
+
+    def runs(self, row: SweepRow) -> list[RunRow]:
+        return [point.run for point in self.store.sweep_runs(row.id).items]
+
+    def pid(self, run: Run, attempt: int = 1) -> int:
+        """The process of an attempt, as soon as there is one."""
+        folder = self.settings.data / "runs" / run.id[:2] / run.id
+        found = wait_until(lambda: [*folder.glob(f"a{attempt}-*/pid")])
+        return int(wait_until(found[0].read_text))
+
+
+@pytest.fixture(scope="module")
+def local(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Local]:
+    settings = settings_in(tmp_path_factory.mktemp("data"), workers=2)
+    with closing(open_store(settings)) as store, start_engine(settings, store) as dispatcher:
+        yield Local(settings, store, dispatcher)
+
+
+# --- one engine, many sweeps ---------------------------------------------------------------------
+
+
+def test_whole_path__files_are_there_and_whole(local: Local) -> None:
+    row = local.end_of(local.ask(runs_of("fine", "verdict", "raise", first=100)))
+    assert row.state is SweepState.SUCCEEDED
+    assert (row.counts["succeeded"], row.counts["failed"]) == (1, 2)
+    artifacts, files = Artifacts(local.settings.data), local.store.artifacts(row.id)
+    assert [file.name for file in files] == ["cube.nc", "report.html", "report.json"]
+    assert all(artifacts.is_intact(file) for file in files)
+    causes = [run.cause for run in local.runs(row)]
+    assert causes == [None, Cause.VERDICT, Cause.ERROR]
+
+
+def test_crash__touches_that_run_alone_and_is_tried_again(local: Local) -> None:
+    [flaky] = runs_of("abort", first=200, crashes=2)
+    [broken] = runs_of("abort", first=201)
+    fine = runs_of(*["fine"] * 4, first=202)
+    row = local.end_of(local.ask([flaky, broken, *fine]))
+    flaky_row, broken_row, *fine_rows = local.runs(row)
+    assert (flaky_row.state, flaky_row.attempt, flaky_row.crashes) == (State.SUCCEEDED, 3, 2)
+    assert (broken_row.state, broken_row.failure) == (State.FAILED, "SIGABRT")
+    assert broken_row.crashes == 3
+    assert {(run.state, run.attempt) for run in fine_rows} == {(State.SUCCEEDED, 1)}
+
+
+def test_cancel__ends_processes_and_queue(local: Local) -> None:
+    runs = [*runs_of("hang", "deaf", first=300), *runs_of("fine", first=302)]
+    row = local.ask(runs)
+    pids = [local.pid(run) for run in runs[:2]]
+    local.store.cancel_sweep(row.id)
+    assert local.end_of(row).state is SweepState.CANCELLED
+    wait_until(lambda: all(is_gone(pid) for pid in pids))
+    wait_until(lambda: {run.state for run in local.runs(row)} == {State.CANCELLED})
+    assert local.runs(row)[2].attempt == 0
+
+
+def test_progress__is_seen_while_a_run_is_under_way(local: Local) -> None:
+    [run] = runs_of("fine", first=400, seconds=4.0)
+    row = local.ask([run])
+    seen = wait_until(lambda: (now := local.store.run(run.id)).fraction and now)
+    assert 0 < seen.fraction <= 1
+    assert "hole_diameter" in seen.progress["measured"]
+    assert local.store.sweep(row.id).eta_seconds is not None
+    local.end_of(row)
+
+
+def test_worker_killed__its_run_starts_again_uncharged_and_its_neighbour_goes_on(
+    local: Local,
+) -> None:
+    victim, neighbour = runs_of("fine", "fine", first=500, seconds=3.0)
+    row = local.ask([victim, neighbour])
+    pid = local.pid(victim)
+    local.pid(neighbour)
+    worker = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    os.kill(worker, 9)
+    wait_until(lambda: is_gone(pid))
+    assert local.end_of(row).counts["succeeded"] == 2
+    lost, other = local.runs(row)
+    assert (lost.attempt, lost.crashes) == (2, 0)
+    assert (other.attempt, other.crashes) == (1, 0)
+
+
+def test_order__is_heard_at_once(local: Local) -> None:
+    row = local.end_of(local.ask(runs_of("fine", first=600)))
+    [run] = local.runs(row)
+    assert run.started is not None
+    # Without the dispatcher hearing of it, half of poll_seconds on average; a slow machine may take it.
+    assert (run.started - row.created).total_seconds() < 5
+
+
+def test_scheduler__talks_to_nobody_without_our_certificate(local: Local) -> None:
+    cluster = local.dispatcher._engine._cluster  # type: ignore[attr-defined]
+    scheme, _, place = cluster.scheduler_address.partition("://")
+    host, _, port = place.rpartition(":")
+    assert (scheme, host) == ("tls", "127.0.0.1")
+    anybody = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    anybody.check_hostname, anybody.verify_mode = False, ssl.CERT_NONE
+    with (
+        socket.create_connection((host, int(port))) as plain,
+        pytest.raises((ssl.SSLError, ConnectionError)),
+    ):
+        _greet(anybody.wrap_socket(plain))
+
+
+def _greet(connection: ssl.SSLSocket) -> None:
+    """Wait for a first byte; with TLS 1.3 a client hears only then that it is refused."""
+    with connection:
+        if not connection.recv(1):
+            raise ConnectionError("closed without a word")
+
+
+def test_scheduler__shows_no_page(local: Local) -> None:
+    cluster = local.dispatcher._engine._cluster  # type: ignore[attr-defined]
+    port = cluster.scheduler.http_server.port
+    for page in ("status", "info/main/workers.html", "json/identity.json", "metrics"):
+        with pytest.raises(urllib.error.HTTPError, match="404"):
+            urllib.request.urlopen(f"http://127.0.0.1:{port}/{page}")
+
+
+def test_directory__a_second_service_is_refused_and_told_by_whom(local: Local) -> None:
+    second = start_engine(local.settings, local.store)
+    with pytest.raises(DataInUse, match=f"process {os.getpid()}"), second:
+        pass  # never reached
+
+
+# --- a sweep without a service -------------------------------------------------------------------
+
+
+def document(**more: Any) -> dict[str, Any]:
+    """A real sweep of two runs."""
+    return {
+        "name": "holes",
+        "scenario": "thin_plate",
+        "fixed": {
+            "projectile": "copper-ofhc",
+            "target": "copper-ofhc",
+            "projectile_diameter": "8 mm",
+            "plate_thickness": "2 mm",
+        },
+        "axes": {"speed": ["2 km/s", "3 km/s"]},
+        "resolution": 8,
+        **more,
+    }
+
+
+def settings_of(out: Path) -> Settings:
+    return settings_in(out / ".whipple", workers=2)
+
+
+@dataclass
+class Answered:
+    """A sweep that was computed once, and what was told meanwhile."""
+
+    finished: Finished
+    told: list[SweepRow]
+
+
+@pytest.fixture(scope="module")
+def answered(tmp_path_factory: pytest.TempPathFactory) -> Answered:
+    out, told = tmp_path_factory.mktemp("sweep") / "out", list[SweepRow]()
+    finished = run_sweep(document(), out, progress=told.append, settings=settings_of(out))
+    return Answered(finished, told)
+
+
+def test_run_sweep__leaves_three_files_and_a_store(answered: Answered) -> None:
+    names = {file.name for file in Path(answered.finished).iterdir()}
+    assert names == {".whipple", "cube.nc", "report.html", "report.json"}
+
+
+def test_run_sweep__tells_how_far_it_is_until_the_end(answered: Answered) -> None:
+    assert answered.told[-1] == answered.finished.sweep
+    assert answered.finished.counts["succeeded"] == 2
+    assert [row.progress for row in answered.told] == sorted(row.progress for row in answered.told)
+
+
+def test_run_sweep__copies_have_the_registered_digests(answered: Answered) -> None:
+    out = Path(answered.finished)
+    with closing(open_store(settings_of(out))) as store:
+        files = store.artifacts(answered.finished.sweep.id)
+    copies = [Stored(file.name, file.name, file.size, file.sha256) for file in files]
+    assert all(Artifacts(out).is_intact(copy) for copy in copies)
+
+
+def test_run_sweep__again_from_a_file_computes_nothing_new(answered: Answered) -> None:
+    out = Path(answered.finished)
+    file = out.parent / "holes.json"
+    file.write_text(json.dumps(document()))
+    (out / "cube.nc").unlink()
+    again = run_sweep(str(file), out, settings=settings_of(out))
+    assert (again.counts["succeeded"], again.sweep.reused, again.sweep.new) == (2, 2, 0)
+    assert (out / "cube.nc").is_file()
+
+
+def test_run_sweep__says_when_nothing_can_be_published(tmp_path: Path) -> None:
+    with pytest.raises(PublicationFailed, match="this sweep cannot be published"):
+        run_sweep(document(name="unpublishable"), tmp_path, settings=settings_of(tmp_path))
+
+
+def test_run_sweep__refuses_a_bad_document_before_it_makes_anything(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with pytest.raises(InvalidInput, match="thin_plat"):
+        run_sweep(document(scenario="thin_plat"), out, settings=settings_of(out))
+    assert not out.exists()
+
+
+def test_run_sweep__gives_up_what_the_folder_was_asked_before(tmp_path: Path) -> None:
+    settings = settings_of(tmp_path)
+    settings.data.mkdir()
+    with closing(open_store(settings)) as store:
+        old = store.create_sweep(sweep_of(runs_of("hang", "hang", "hang")))
+    run_sweep(document(), tmp_path, settings=settings)
+    with closing(open_store(settings)) as store:
+        assert store.sweep(old.id).state is SweepState.CANCELLED
+        assert store.run(run_id(0)).state is State.CANCELLED
+
+
+def test_this_side__loads_no_solver_and_no_dataset() -> None:
+    program = (
+        "import sys, service.local, service.dispatcher; heavy = "
+        "('numba', 'llvmlite', 'xarray', 'netCDF4', 'scipy', 'plotly', 'pandas'); "
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True
+    )
+    assert answer.stdout.strip() == "[]"

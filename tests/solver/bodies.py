@@ -1,0 +1,134 @@
+"""Small problems of copper that several tests share: a lattice in a box, and an impact with few particles."""
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from solver.eos.mie_grueneisen import mie_grueneisen
+from solver.failure.recoverable import RecoverableTension
+from solver.failure.unlimited import UnlimitedTension
+from solver.geometry import grid, lattice_measure
+from solver.geometry.axisymmetric import Axisymmetric
+from solver.geometry.cartesian3d import Cartesian3D
+from solver.problem import Body, Face, Matter, Problem
+from solver.strength.johnson_cook import JohnsonCook
+from solver.strength.perfectly_plastic import PerfectlyPlastic
+
+DENSITY, SOUND_SPEED, SHEAR_MODULUS = 8930.0, 3940.0, 47.7e9
+ROOM, MELT = 298.0, 1356.0
+CONSTANTS = {
+    "density": DENSITY,
+    "c0": SOUND_SPEED,
+    "s": 1.489,
+    "gamma0": 1.99,
+    "heat_capacity": 383.0,
+    "temperature": ROOM,
+}
+UNYIELDING = (
+    1e300  # Pa: perfect plasticity that stays elastic, so that no further kernel is compiled
+)
+SPACING = 1e-3  # of the cells, m
+FREE = (Face.FREE, Face.FREE)
+SYMMETRIC = (Face.SYMMETRIC, Face.SYMMETRIC)
+OPEN = (FREE, FREE, FREE)
+ABOUT_AXIS = ((Face.SYMMETRIC, Face.FREE), FREE, FREE)
+
+
+@cache
+def elastic_copper() -> Matter:
+    """Copper that never yields, melts or parts."""
+    return Matter(
+        eos=mie_grueneisen(**CONSTANTS),
+        strength=PerfectlyPlastic(UNYIELDING),
+        tension=UnlimitedTension(),
+        shear_modulus=SHEAR_MODULUS,
+        room_temperature=ROOM,
+        melt_temperature=math.inf,
+    )
+
+
+@cache
+def real_copper() -> Matter:
+    """Copper of Johnson and Cook with a tensile floor."""
+    return Matter(
+        eos=mie_grueneisen(**CONSTANTS),
+        strength=JohnsonCook(90e6, 292e6, 0.31, 0.025, 1.09, 1.0),
+        tension=RecoverableTension(1.9e9),
+        shear_modulus=SHEAR_MODULUS,
+        room_temperature=ROOM,
+        melt_temperature=MELT,
+    )
+
+
+def box(*cells: int) -> Any:
+    """A grid from the origin: x, y, z of three numbers, r and z of two."""
+    record = Axisymmetric if len(cells) == 2 else Cartesian3D
+    return grid(record, lower=(0.0, 0.0, 0.0), cells=(*cells, 0)[:3], spacing=SPACING)
+
+
+def lattice(
+    geometry: Any, lower: tuple[float, ...], upper: tuple[float, ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and masses of two particles per cell and direction between two corners, counted in cells."""
+    step = 0.5 * SPACING
+    lines = [
+        low * SPACING + step * (np.arange(round(2.0 * (high - low))) + 0.5)
+        for low, high in zip(lower, upper, strict=True)
+    ]
+    lines += [np.zeros(1)] * (3 - len(lines))
+    position = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
+    measure = lattice_measure(geometry, position.T, (step, step, step))
+    return position, DENSITY * measure * np.ones(len(position))
+
+
+def block(
+    geometry: Any,
+    lower: tuple[float, ...],
+    upper: tuple[float, ...],
+    *,
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    name: str = "block",
+    matter: Matter | None = None,
+) -> Body:
+    """A box of copper between two corners, counted in cells."""
+    position, mass = lattice(geometry, lower, upper)
+    return Body(
+        name=name,
+        matter=matter or elastic_copper(),
+        position=position,
+        velocity=np.array(velocity),
+        mass=mass,
+        density=DENSITY,
+        spacing=(0.5 * SPACING,) * 3,
+    )
+
+
+def two_blocks(kind: str, *, speed: float = 2000.0, **changes: Any) -> Problem:
+    """A block that flies along the last axis into one at rest: touching, all faces free but the axis."""
+    flat = kind == "axisymmetric"
+    geometry = box(12, 16) if flat else box(12, 6, 16)
+    velocity = (0.0, speed, 0.0) if flat else (0.0, 0.0, speed)
+    low, high = ((0.0,), (3.0,)) if flat else ((3.0, 1.0), (6.0, 4.0))
+    wide_low, wide_high = ((0.0,), (9.0,)) if flat else ((1.0, 1.0), (11.0, 5.0))
+    bodies = (
+        block(
+            geometry,
+            (*low, 4.0),
+            (*high, 7.0),
+            velocity=velocity,
+            name="flyer",
+            matter=real_copper(),
+        ),
+        block(geometry, (*wide_low, 7.0), (*wide_high, 9.0), name="plate", matter=real_copper()),
+    )
+    return Problem(
+        **{
+            "geometry": geometry,
+            "bodies": bodies,
+            "faces": ABOUT_AXIS if flat else OPEN,
+            "end_time": 1e-6,
+            **changes,
+        }
+    )
