@@ -7,9 +7,11 @@
 #     docker run --network host --volume whipple:/data whipple
 #
 # Without a shared network the container has to listen on 0.0.0.0, and the service will then refuse to start
-# until it has been given API keys or a trusted proxy has been declared to it. Put a reverse proxy that checks
-# who is asking in front, publish the port to that proxy alone (never "-p 8000:8000" on an open machine), and
-# read "whipple serve --help" for what this version accepts.
+# until a trusted proxy has been declared to it. Put a reverse proxy that checks who is asking in front, publish
+# the port to that proxy alone (never "-p 8000:8000" on an open machine), and say so:
+#
+#     docker run --env WHIPPLE_HOST=0.0.0.0 --env WHIPPLE_TRUSTED_PROXY=true \
+#                --env WHIPPLE_ALLOWED_HOSTS='["whipple.example.org"]' --volume whipple:/data whipple
 
 FROM python:3.11-slim AS build
 WORKDIR /source
@@ -26,9 +28,9 @@ RUN pip install --no-cache-dir --no-deps . \
  && python -m compileall -q -f /opt/whipple/lib
 
 FROM python:3.11-slim
-# libgomp1: threads of the kernels. tini: forwards signals and reaps children that died.
+# tini: forwards signals and reaps children that died.
 RUN apt-get update \
- && apt-get install --yes --no-install-recommends libgomp1 tini \
+ && apt-get install --yes --no-install-recommends tini \
  && rm -rf /var/lib/apt/lists/*
 RUN useradd --uid 10001 --create-home whipple \
  && install --directory --owner=whipple /data /var/cache/whipple
@@ -46,4 +48,4 @@ EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=5s --start-period=30s \
     CMD ["python", "-c", "import urllib.request as web; web.urlopen('http://127.0.0.1:8000/readyz', timeout=4)"]
 ENTRYPOINT ["tini", "--"]
-CMD ["whipple", "serve", "--host", "127.0.0.1", "--port", "8000", "--data", "/data"]
+CMD ["whipple", "serve"]

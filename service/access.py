@@ -31,17 +31,19 @@ PAGE_POLICY = (
 
 def check_binding(settings: Settings) -> None:
     """Refuse to listen where strangers could reach a service without a login; raises InvalidInput."""
-    if not is_loopback(settings.host):
-        raise InvalidInput(
-            [
-                Finding(
-                    "host",
-                    settings.host,
-                    "an address of this machine's loopback: there is no login yet",
-                    "use 127.0.0.1, and put a proxy that checks who is asking in front of it",
-                )
-            ]
-        )
+    if is_loopback(settings.host) or (settings.trusted_proxy and settings.allowed_hosts):
+        return
+    raise InvalidInput(
+        [
+            Finding(
+                "host",
+                settings.host,
+                "an address of this machine's loopback: there is no login yet",
+                "use 127.0.0.1; or, behind a proxy that checks who is asking, set WHIPPLE_TRUSTED_PROXY=true "
+                'and the names it is reached by, WHIPPLE_ALLOWED_HOSTS=\'["whipple.example.org"]\'',
+            )
+        ]
+    )
 
 
 def is_loopback(host: str) -> bool:
@@ -61,7 +63,7 @@ class Access:
 
     def __init__(self, app: ASGIApp, settings: Settings):
         self._app = app
-        self._hosts = LOOPBACK_NAMES | {settings.host}
+        self._hosts = LOOPBACK_NAMES | {settings.host, *settings.allowed_hosts}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":

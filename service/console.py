@@ -34,7 +34,7 @@ class Progress(Protocol):
 def duration(seconds: float | None) -> str:
     """A time span for people.
 
-    >>> duration(42.0), duration(90.0), duration(3700.0), duration(None)
+    >>> duration(42.0), duration(90.0), duration(3720.0), duration(None)
     ('42 s', '1 min 30 s', '1 h 02 min', '')
     """
     if seconds is None:

@@ -5,6 +5,7 @@ at any moment. A slot is a worker process with one thread; in it a supervisor wa
 """
 
 import logging
+import signal
 import threading
 from collections.abc import Mapping
 from contextlib import suppress
@@ -72,6 +73,7 @@ class Engine:
             silence_logs=logging.CRITICAL,
         )
         self._client = distributed.Client(self._cluster, set_as_default=False)
+        self._client.register_plugin(_Undisturbed())
         self._client.subscribe_topic(PROGRESS, self._hear)
 
     def slots(self) -> int:
@@ -116,6 +118,16 @@ class Engine:
         """Called in the loop of the client."""
         words = dict(event[1])
         self._inbox.put(Told(words.pop("key"), words))
+
+
+class _Undisturbed(distributed.WorkerPlugin):
+    """Ctrl-C in a terminal reaches all of its processes; workers leave it to the one above them."""
+
+    name = "undisturbed"
+
+    def setup(self, worker: Any) -> None:
+        """Called in the main thread of each worker, also of one that replaces another."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _supervise(ticket: Ticket) -> Ending:

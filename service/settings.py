@@ -22,6 +22,12 @@ class Settings(BaseSettings):
     data: Path = Field(default=Path("whipple-data"), description="database and results")
     host: str = Field(default="127.0.0.1", description="address to listen on")
     port: int = Field(default=8000, ge=0, le=65535, description="0 takes a free one")
+    trusted_proxy: bool = Field(
+        default=False, description="a proxy in front of the service checks who is asking"
+    )
+    allowed_hosts: tuple[str, ...] = Field(
+        default=(), description="names under which that proxy is reached, as a JSON list"
+    )
     database_url: str | None = Field(default=None, description="default: SQLite inside data")
     workers: PositiveInt = Field(
         default_factory=_available_cores, description="runs computed at once"

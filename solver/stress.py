@@ -126,66 +126,52 @@ def update_chunks(
 def _update_chunk(
     geometry, shape, matter, viscosity, limits, particles, moved, start, stop, nodes, tally, row, dt
 ):
+    # Arrays by their own names: taking them from a record inside the loop costs their reference counts each time.
+    position, velocity, alive = particles.position, particles.velocity, particles.alive
+    density, energy, pressure = particles.density, particles.energy, particles.pressure
+    q, s, kelvin = particles.viscosity, particles.deviator, particles.temperature
+    plastic_strain = particles.plastic_strain
     stencil = new_stencil(geometry, shape)
     gradient = np.empty((3, 3))
-    _clear_row(tally, row)
+    signal = volume_rate = value = 0.0
+    floors = beyond = cold = outside = fault = culprit = 0
     for p in range(start, stop):
-        if not particles.alive[p]:
+        if not alive[p]:
             continue
-        gather_velocity_gradient(geometry, shape, particles.position, p, nodes, stencil, gradient)
-        old = _read(particles, p)
+        gather_velocity_gradient(geometry, shape, position, p, nodes, stencil, gradient)
+        deviatoric = (s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5])
+        old = Point(
+            density[p], energy[p], pressure[p], q[p], deviatoric, plastic_strain[p], kelvin[p]
+        )
         new, floored = advance(matter, viscosity, geometry.spacing, dt, gradient, old)
-        if new.temperature < 0.0:
-            tally.below_zero_kelvin[row] += 1
-        if outside_range(matter.eos, new.density):
-            tally.beyond_hugoniot[row] += 1
-        tally.tension_floors[row] += floored
-        _write(particles, p, new)
-        particles.position[p, 0] = moved[p, 0]
-        particles.position[p, 1] = moved[p, 1]
-        particles.position[p, 2] = moved[p, 2]
-        if exit_face(geometry, particles.position, p) >= 0:
-            tally.outside[row] += 1
-        _tally_speeds(matter, viscosity, geometry.spacing, particles, p, gradient, new, tally, row)
-        if tally.fault[row] == 0:
-            _find_fault(matter, limits, particles, p, new, tally, row)
+        density[p] = new.density
+        energy[p] = new.energy
+        pressure[p] = new.pressure
+        q[p] = new.viscosity
+        plastic_strain[p] = new.plastic_strain
+        kelvin[p] = max(new.temperature, 0.0)
+        s[p, 0], s[p, 1], s[p, 2] = new.deviator[0], new.deviator[1], new.deviator[2]
+        s[p, 3], s[p, 4], s[p, 5] = new.deviator[3], new.deviator[4], new.deviator[5]
+        position[p, 0] = moved[p, 0]
+        position[p, 1] = moved[p, 1]
+        position[p, 2] = moved[p, 2]
 
-
-@device
-def _clear_row(tally, row):
-    tally.signal[row] = 0.0
-    tally.volume_rate[row] = 0.0
-    tally.tension_floors[row] = 0
-    tally.beyond_hugoniot[row] = 0
-    tally.below_zero_kelvin[row] = 0
-    tally.outside[row] = 0
-    tally.fault[row] = 0
-
-
-@device
-def _read(particles, p):
-    s = particles.deviator
-    return Point(
-        particles.density[p],
-        particles.energy[p],
-        particles.pressure[p],
-        particles.viscosity[p],
-        (s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5]),
-        particles.plastic_strain[p],
-        particles.temperature[p],
-    )
-
-
-@device
-def _write(particles, p, point):
-    particles.density[p] = point.density
-    particles.energy[p] = point.energy
-    particles.pressure[p] = point.pressure
-    particles.viscosity[p] = point.viscosity
-    particles.plastic_strain[p] = point.plastic_strain
-    particles.temperature[p] = max(point.temperature, 0.0)
-    for component in range(6):
-        particles.deviator[p, component] = point.deviator[component]
+        rate = gradient[0, 0] + gradient[1, 1] + gradient[2, 2]
+        speed = math.sqrt(velocity[p, 0] ** 2 + velocity[p, 1] ** 2 + velocity[p, 2] ** 2)
+        signal = max(signal, speed + signal_speed(matter, viscosity, geometry.spacing, rate, new))
+        volume_rate = max(volume_rate, abs(rate))
+        floors += floored
+        beyond += outside_range(matter.eos, new.density)
+        cold += new.temperature < 0.0
+        outside += exit_face(geometry, position, p) >= 0
+        if fault == 0:
+            place = position[p, 0] + position[p, 1] + position[p, 2]
+            fault, value = find_fault(matter, limits, new, speed, place)
+            culprit = p
+    tally.signal[row], tally.volume_rate[row] = signal, volume_rate
+    tally.tension_floors[row], tally.beyond_hugoniot[row] = floors, beyond
+    tally.below_zero_kelvin[row], tally.outside[row] = cold, outside
+    tally.fault[row], tally.culprit[row], tally.value[row] = fault, culprit, value
 
 
 @device
@@ -284,8 +270,12 @@ def return_to_yield(strength, trial, modulus, plastic_strain, rate, homologous):
 
 
 @device
-def _tally_speeds(matter, viscosity, spacing, particles, p, gradient, point, tally, row):
-    rate = gradient[0, 0] + gradient[1, 1] + gradient[2, 2]
+def signal_speed(matter, viscosity, spacing, rate, point):
+    """Fastest signal in a point at rest, m/s: longitudinal waves, slowed steps under artificial viscosity.
+
+    With viscosity the stable step is dt (Q + sqrt(Q^2 + c^2)) < h: Benson (1992), Comput. Methods Appl. Mech. Eng. 99,
+    235.
+    """
     slowest = SOUND_SPEED_FLOOR * reference_sound_speed(matter.eos)
     bulk = sound_speed_squared(matter.eos, point.density, point.energy, point.pressure)
     modulus = matter.shear_modulus * min(1.0, point.density / reference_density(matter.eos))
@@ -293,43 +283,22 @@ def _tally_speeds(matter, viscosity, spacing, particles, p, gradient, point, tal
     damping = 0.0
     if rate < 0.0:
         damping = viscosity.linear * math.sqrt(sound) - viscosity.quadratic * spacing * rate
-    speed = math.sqrt(
-        particles.velocity[p, 0] ** 2
-        + particles.velocity[p, 1] ** 2
-        + particles.velocity[p, 2] ** 2
-    )
-    # Stability with viscosity: dt (Q + sqrt(Q^2 + c^2)) < h, Benson (1992), Comput. Methods Appl. Mech. Eng. 99, 235.
-    signal = damping + math.sqrt(damping * damping + sound) + speed
-    tally.signal[row] = max(tally.signal[row], signal)
-    tally.volume_rate[row] = max(tally.volume_rate[row], abs(rate))
+    return damping + math.sqrt(damping * damping + sound)
 
 
 @device
-def _find_fault(matter, limits, particles, p, point, tally, row):
-    """Note the first unphysical state of a chunk; comparisons are written so that NaN fails them."""
+def find_fault(matter, limits, point, speed, place):
+    """Kind and value of an unphysical state, (0, 0.0) for none; comparisons are written so that NaN fails them."""
     ratio = point.density / reference_density(matter.eos)
-    speed = math.sqrt(
-        particles.velocity[p, 0] ** 2
-        + particles.velocity[p, 1] ** 2
-        + particles.velocity[p, 2] ** 2
-    )
-    place = particles.position[p, 0] + particles.position[p, 1] + particles.position[p, 2]
+    stress = point.pressure + point.viscosity + contract(point.deviator, point.deviator)
     if not (limits.thinnest < ratio < limits.densest):
-        _note(tally, row, BAD_DENSITY, p, point.density)
-    elif not abs(point.energy) < limits.energy:
-        _note(tally, row, BAD_ENERGY, p, point.energy)
-    elif not math.isfinite(
-        point.pressure + point.viscosity + contract(point.deviator, point.deviator)
-    ):
-        _note(tally, row, BAD_PRESSURE, p, point.pressure)
-    elif not speed < limits.speed:
-        _note(tally, row, BAD_SPEED, p, speed)
-    elif not math.isfinite(place):
-        _note(tally, row, BAD_POSITION, p, place)
-
-
-@device
-def _note(tally, row, fault, p, value):
-    tally.fault[row] = fault
-    tally.culprit[row] = p
-    tally.value[row] = value
+        return BAD_DENSITY, point.density
+    if not abs(point.energy) < limits.energy:
+        return BAD_ENERGY, point.energy
+    if not math.isfinite(stress):
+        return BAD_PRESSURE, point.pressure
+    if not speed < limits.speed:
+        return BAD_SPEED, speed
+    if not math.isfinite(place):
+        return BAD_POSITION, place
+    return SOUND, 0.0

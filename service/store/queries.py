@@ -42,6 +42,7 @@ ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 CLAIM_COLUMNS = [JOBS.c[field] for field in Claim.__dataclass_fields__]
+TURN = [JOBS.c.priority, JOBS.c.queued, JOBS.c.ordinal]
 PUBLICATIONS = JOBS.alias("publications")
 
 
@@ -322,6 +323,11 @@ def new_point(sweep_id: str, ordinal: int, point: Any) -> dict[str, Any]:
         "coordinates": dict(point.coordinates),
         "detached": False,
     }
+
+
+def claim_record(row: Row) -> Claim:
+    """A claim from a row that has CLAIM_COLUMNS."""
+    return Claim(**{field: row._mapping[JOBS.c[field]] for field in Claim.__dataclass_fields__})
 
 
 def run_record(row: Row) -> RunRow:

@@ -16,7 +16,9 @@ from service.store.queries import (
     CLAIM_COLUMNS,
     IS_WANTED,
     POINT_STATE,
+    TURN,
     batches,
+    claim_record,
     is_held,
     log_attempt,
     now,
@@ -44,7 +46,7 @@ class Queue:
         head = (
             sa.select(JOBS.c.id)
             .where(JOBS.c.state == State.QUEUED)
-            .order_by(JOBS.c.priority, JOBS.c.queued, JOBS.c.ordinal)
+            .order_by(*TURN)
             .limit(limit)
             .with_for_update(skip_locked=True)
         )
@@ -54,10 +56,12 @@ class Queue:
             .values(state=State.RUNNING, attempt=JOBS.c.attempt + 1, epoch=epoch)
             .values(token=secrets.token_hex(4), started=moment)
             .values(fraction=sa.null(), progress=sa.null(), seconds=sa.null())
-            .returning(*CLAIM_COLUMNS)
+            .returning(*CLAIM_COLUMNS, *TURN)
         )
         with self._database.writing() as connection:
-            claims = tuple(Claim(**row._mapping) for row in connection.execute(take))
+            rows = connection.execute(take).all()
+            rows = sorted(rows, key=lambda row: (row.priority, row.queued, row.ordinal))
+            claims = tuple(claim_record(row) for row in rows)
             for claim in claims:
                 log_attempt(connection, moment, "started", claim)
         return claims
@@ -67,7 +71,7 @@ class Queue:
         held = JOBS.c.state.in_([State.RUNNING, State.CANCELLING])
         with self._database.reading() as connection:
             rows = connection.execute(sa.select(*CLAIM_COLUMNS).where(held))
-            return tuple(Claim(**row._mapping) for row in rows)
+            return tuple(claim_record(row) for row in rows)
 
     def question(self, sweep_id: str) -> tuple[Mapping[str, Any], tuple[Outcome, ...]]:
         """What a publication works on: the sweep's document, and how each of its points ended."""

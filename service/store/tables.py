@@ -9,13 +9,15 @@ from service.jobs import Cause, Kind, State
 
 
 class UtcTime(sa.types.TypeDecorator[datetime]):
-    """A moment in UTC; SQLite forgets the zone, this puts it back."""
+    """A moment in UTC; SQLite forgets the zone, PostgreSQL gives its own."""
 
     impl = sa.DateTime(timezone=True)
     cache_ok = True
 
     def process_result_value(self, value: datetime | None, dialect: sa.Dialect) -> datetime | None:
-        return value and value.replace(tzinfo=value.tzinfo or UTC)
+        if value is None:
+            return None
+        return value.astimezone(UTC) if value.tzinfo else value.replace(tzinfo=UTC)
 
 
 def words(kind: type[StrEnum]) -> sa.Enum:

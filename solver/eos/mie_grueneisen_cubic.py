@@ -1,7 +1,7 @@
 """Mie-Grueneisen with the cubic p_H of the thesis, for comparison.
 
 p_H = c mu + d mu^2 + k mu^3 in compression and c mu in expansion, mu not below -0.5: Ma (2005), Eq. 2-26. A truncation
-of the closed form: 10 % low at the density of a 6 km/s copper shock. gamma = gamma0 rho0 / rho in compression (Eq. 2-22)
+of the closed form: 10 % low at the density of a 6 km/s copper shock. gamma = gamma0 rho0 / rho in compression (2-22)
 and gamma0 in expansion: with Eq. 2-22 on both sides, expanded matter had a gamma of 40 and single particles of the
 thesis' own 6 km/s problem reached 68 km/s.
 """

@@ -40,6 +40,10 @@ class Drill:
     def document(self) -> Path:
         return self.out / "sweep.yaml"
 
+    @property
+    def said(self) -> Path:
+        return self.out / "stderr.log"
+
     def begin(self) -> None:
         """Start the sweep, or go on with it."""
         environment = {
@@ -49,7 +53,10 @@ class Drill:
             "WHIPPLE_TEST_SECONDS": str(SECONDS),
         }
         command = [sys.executable, "-c", SWEEP, str(self.document), str(self.out)]
-        self.process = subprocess.Popen(command, cwd=ROOT, env=environment)
+        with self.said.open("wb") as log:
+            self.process = subprocess.Popen(
+                command, cwd=ROOT, env=environment, stderr=log, start_new_session=True
+            )
 
     def end(self) -> int:
         """Wait for the end of the sweep; its exit status."""
@@ -219,6 +226,21 @@ def test_service_killed_while_it_publishes__no_half_file_is_seen(drill: Drill) -
     with drill.store() as store:
         assert store.artifacts(drill.sweep().id) == ()
     assert not (drill.out / "cube.nc").exists()
+    drill.begin()
+    assert drill.end() == 0
+    drill.check()
+
+
+def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(drill: Drill) -> None:
+    drill.begin()
+    wait_until(drill.running)
+    everything = drill.processes()
+    os.killpg(everything[0], signal.SIGINT)  # Ctrl-C reaches every process of the terminal
+    assert drill.end() != 0
+    wait_until(partial(all_gone, everything))
+    assert {run.state for run in drill.runs()} <= {State.QUEUED, State.SUCCEEDED}
+    said = drill.said.read_text()
+    assert said.count("Traceback") == 1, said  # of the sweep itself; workers say nothing
     drill.begin()
     assert drill.end() == 0
     drill.check()

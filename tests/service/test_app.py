@@ -62,6 +62,12 @@ def test_binding__elsewhere_than_the_loopback_is_refused_with_a_cure(host: str) 
     assert "127.0.0.1" in finding.cure
 
 
+def test_binding__behind_a_declared_proxy_needs_the_names_it_is_reached_by() -> None:
+    with pytest.raises(InvalidInput):
+        check_binding(Settings(host="0.0.0.0", trusted_proxy=True))
+    check_binding(Settings(host="0.0.0.0", trusted_proxy=True, allowed_hosts=("hvi.example.org",)))
+
+
 @pytest.mark.parametrize("host", ["127.0.0.1", "127.0.0.2", "::1", "localhost"])
 def test_binding__to_the_loopback_is_allowed(host: str) -> None:
     check_binding(Settings(host=host))

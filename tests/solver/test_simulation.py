@@ -1,0 +1,347 @@
+"""The loop: what it refuses, what ends it, what it books, and the steps that it takes."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.errors import ProblemError, UnphysicalState
+from solver.problem import Body, Face, Problem
+from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
+from solver.state import Particles, Snapshot
+from tests.solver.bodies import (
+    ABOUT_AXIS,
+    DENSITY,
+    FREE,
+    OPEN,
+    SPACING,
+    block,
+    box,
+    real_copper,
+    two_blocks,
+)
+
+# A uniform body that leaves the grid changes nothing but who holds the numbers; what is left is the round-off of sums.
+ROUND_OFF = 1e-12
+AXIS_OF_FLIGHT = {"axisymmetric": 1, "cartesian": 2}
+
+
+def flying_out(kind: str, speed: float = 3000.0) -> Problem:
+    """A block that leaves through the free upper face while another stands still."""
+    flat = kind == "axisymmetric"
+    geometry = box(6, 10) if flat else box(6, 6, 10)
+    low, high = ((1.0,), (4.0,)) if flat else ((1.0, 2.0), (4.0, 4.0))
+    velocity = np.zeros(3)
+    velocity[AXIS_OF_FLIGHT[kind]] = speed
+    bodies = (
+        block(geometry, (*low, 1.0), (*high, 2.0), name="stays"),
+        block(geometry, (*low, 6.0), (*high, 9.0), velocity=tuple(velocity), name="goes"),
+    )
+    return Problem(geometry, bodies, ABOUT_AXIS if flat else OPEN, end_time=3e-6)
+
+
+# What it refuses
+
+
+def test_start__refuses_a_body_outside_the_grid() -> None:
+    geometry = box(4, 4, 4)
+    outside = block(geometry, (1.0, 1.0, 2.0), (3.0, 3.0, 5.0), name="tall")
+    with pytest.raises(ProblemError, match=r"'tall' reaches 0\.00475 m on axis 2.*enlarge"):
+        start(Problem(geometry, (outside,), OPEN, end_time=1e-6))
+
+
+def test_problem__refuses_an_empty_body_and_names_it() -> None:
+    geometry = box(4, 4, 4)
+    full = block(geometry, (1.0, 1.0, 1.0), (2.0, 2.0, 2.0))
+    empty = replace(full, name="ghost", position=np.zeros((0, 3)), mass=np.zeros(0))
+    with pytest.raises(ProblemError, match="ghost"):
+        Problem(geometry, (full, empty), OPEN, end_time=1e-6)
+
+
+def test_problem__refuses_to_have_no_body() -> None:
+    with pytest.raises(ProblemError, match="without particles"):
+        Problem(box(4, 4, 4), (), OPEN, end_time=1e-6)
+
+
+@pytest.mark.parametrize("courant", [0.0, -0.4, 1.1, float("nan")])
+def test_problem__refuses_a_courant_number_outside_its_range(courant: float) -> None:
+    with pytest.raises(ProblemError, match=f"courant = {courant}"):
+        two_blocks("axisymmetric", courant=courant)
+
+
+@pytest.mark.parametrize("end_time", [0.0, -1e-6, float("nan")])
+def test_problem__refuses_an_end_before_the_beginning(end_time: float) -> None:
+    with pytest.raises(ProblemError, match="end_time"):
+        two_blocks("axisymmetric", end_time=end_time)
+
+
+# Unphysical states
+
+
+def spoiled(change: Callable[[Particles, int], None], *, number: int = 11) -> UnphysicalState:
+    """What ends a run after five sound steps and a change to one particle, known by its permanent number."""
+    simulation = start(two_blocks("axisymmetric"), threads=1)
+    for _ in range(5):
+        simulation.advance()
+    place = int(np.flatnonzero(simulation.particles.number == number)[0])
+    change(simulation.particles, place)
+    with pytest.raises(UnphysicalState) as caught:
+        for _ in range(3):
+            simulation.advance()
+    assert caught.value.time == simulation.time
+    assert caught.value.step == simulation.step
+    return caught.value
+
+
+def set_field(name: str, value: float) -> Callable[[Particles, int], None]:
+    def change(particles: Particles, place: int) -> None:
+        getattr(particles, name)[place] = value
+
+    return change
+
+
+def test_nan__names_particle_body_time_quantity_and_value() -> None:
+    error = spoiled(set_field("energy", np.nan))
+    assert (error.particle, error.body, error.step) == (11, "flyer", 6)
+    assert error.quantity == "specific internal energy"
+    assert np.isnan(error.value)
+    assert str(error).startswith("specific internal energy = nan at particle 11 of 'flyer', t = ")
+
+
+def test_huge_speed__names_particle_body_time_quantity_and_value() -> None:
+    error = spoiled(set_field("velocity", 1e5))
+    assert (error.particle, error.body, error.quantity) == (11, "flyer", "speed")
+    assert error.value > 5e4
+
+
+@pytest.mark.parametrize(
+    ("density", "body"), [(9.0 * DENSITY, "flyer"), (0.5e-9 * DENSITY, "plate"), (np.nan, "plate")]
+)
+def test_density__out_of_range_ends_the_run(density: float, body: str) -> None:
+    number = {"flyer": 11, "plate": 50}[body]
+    error = spoiled(set_field("density", density), number=number)
+    assert (error.particle, error.body, error.quantity) == (number, body, "density")
+
+
+@pytest.mark.parametrize(
+    "field",
+    ["velocity", "density", "energy", "pressure", "viscosity", "deviator", "plastic_strain", "temperature"],
+)  # fmt: skip
+def test_nan__in_any_field_ends_the_run_within_three_steps(field: str) -> None:
+    spoiled(set_field(field, np.nan))
+
+
+def test_unphysical_state__finds_the_permanent_number_after_the_arrays_were_reordered() -> None:
+    simulation = start(two_blocks("axisymmetric"), threads=1)
+    for _ in range(SORT_INTERVAL + 1):
+        simulation.advance()
+    place = int(np.flatnonzero(simulation.particles.number == 23)[0])
+    assert place != 23
+    simulation.particles.energy[place] = np.nan
+    with pytest.raises(UnphysicalState) as caught:
+        simulation.advance()
+    assert caught.value.particle == 23
+
+
+def test_simulate__raises_what_a_step_finds() -> None:
+    """Two blocks that meet at 2 km/s with steps far beyond the stable one."""
+    with pytest.raises(UnphysicalState):
+        simulate(two_blocks("axisymmetric", fixed_dt=5e-7, end_time=1e-4))
+
+
+# What leaves the grid
+
+
+@pytest.mark.parametrize("kind", sorted(AXIS_OF_FLIGHT))
+def test_outflow__closes_mass_momentum_and_energy(kind: str) -> None:
+    problem = flying_out(kind)
+    outcome = simulate(problem, interval=0.2e-6)
+    goes = problem.bodies[1]
+    share = goes.mass.sum() / sum(body.mass.sum() for body in problem.bodies)
+    assert outcome.audit.outflow_mass == pytest.approx(share, rel=ROUND_OFF)
+    assert outcome.audit.outflow_energy == pytest.approx(1.0, rel=ROUND_OFF)
+    for audit in outcome.history:
+        assert audit.mass_error <= ROUND_OFF
+        assert audit.momentum_error <= ROUND_OFF
+        assert abs(audit.energy_drift) <= ROUND_OFF
+
+
+@pytest.mark.parametrize("kind", sorted(AXIS_OF_FLIGHT))
+def test_outflow__leaves_body_by_layer(kind: str) -> None:
+    """Half way out, half of the mass is booked, and no particle is lost or counted twice."""
+    simulation = start(flying_out(kind), threads=1)
+    booked = []
+    count = simulation.particles.mass.size
+    while simulation.time < 3e-6:
+        simulation.advance()
+        booked.append(simulation.ledger.particles)
+        assert int(simulation.particles.alive.sum()) + booked[-1] in (
+            count,
+            simulation.particles.mass.size + booked[-1],
+        )
+    assert booked == sorted(booked)
+    assert len(set(booked)) == 7  # nothing, then each of the six layers
+    assert simulation.ledger.particles == simulation.problem.bodies[1].mass.size
+
+
+def test_outflow__of_everything_is_an_error_with_a_cure() -> None:
+    problem = flying_out("axisymmetric")
+    with pytest.raises(ProblemError, match="every particle has left the grid"):
+        simulate(replace(problem, bodies=problem.bodies[1:]))
+
+
+def test_outflow__counts_in_the_final_snapshot_as_not_living() -> None:
+    outcome = simulate(flying_out("cartesian"))
+    particles = outcome.snapshot.particles
+    living = particles.alive == 1
+    assert (outcome.snapshot.body[living] == 0).all()
+    assert int(living.sum()) == 1 * 3 * 2 * 8
+
+
+# Steps and observations
+
+
+def steps_of(simulation: Simulation, end_time: float) -> list[float]:
+    steps = []
+    while simulation.time < end_time:
+        before = simulation.time
+        simulation.advance()
+        steps.append(simulation.time - before)
+    return steps
+
+
+def test_fixed_dt__is_used_exactly() -> None:
+    problem = two_blocks("axisymmetric", fixed_dt=1e-8, end_time=1e-6)
+    simulation = start(problem, threads=1)
+    for _ in range(20):
+        assert simulation.dt == 1e-8
+        simulation.advance()
+    outcome = simulate(problem)
+    assert outcome.smallest_step == 1e-8
+    assert outcome.snapshot.step in (100, 101)  # a hundred additions of 1e-8 may end just short
+
+
+def test_observer__does_not_cut_the_steps() -> None:
+    """A run that is looked at often takes the same steps, to the bit, as one that nobody looks at."""
+    problem = two_blocks("axisymmetric")
+    seen: list[float] = []
+
+    def look(snapshot: Snapshot) -> None:
+        seen.append(snapshot.time)
+
+    often, never = simulate(problem, look, interval=0.7e-8), simulate(problem)
+    assert len(seen) > 100
+    assert often.snapshot.time == never.snapshot.time
+    assert often.snapshot.step == never.snapshot.step
+    for name in Particles._fields:
+        one, other = (getattr(outcome.snapshot.particles, name) for outcome in (often, never))
+        assert np.array_equal(one, other), name
+
+
+def test_observer__sees_the_start_the_first_step_after_each_interval_and_the_end() -> None:
+    problem = two_blocks("axisymmetric")
+    interval = 0.25e-6
+    seen: list[float] = []
+
+    def look(snapshot: Snapshot) -> None:
+        seen.append(snapshot.time)
+
+    outcome = simulate(problem, look, interval=interval)
+    assert seen[0] == 0.0
+    assert seen[-1] == outcome.snapshot.time >= problem.end_time
+    assert len(seen) == 5
+    steps = steps_of(start(problem, threads=1), problem.end_time)
+    for number, time in enumerate(seen):
+        assert number * interval <= time < number * interval + max(steps)
+
+
+def test_observer__stops_the_run_with_its_word() -> None:
+    def enough(snapshot: Snapshot) -> str | None:
+        return "seen enough" if snapshot.time > 0.4e-6 else None
+
+    outcome = simulate(two_blocks("axisymmetric"), enough, interval=0.1e-6)
+    assert outcome.stop == "seen enough"
+    assert 0.4e-6 < outcome.snapshot.time < 0.6e-6
+    assert outcome.audit.time == outcome.snapshot.time
+
+
+def test_observer__may_stop_before_the_first_step() -> None:
+    outcome = simulate(two_blocks("axisymmetric"), lambda snapshot: "no")
+    assert (outcome.stop, outcome.snapshot.step) == ("no", 0)
+
+
+def test_simulate__ends_at_its_end_time() -> None:
+    outcome = simulate(two_blocks("axisymmetric", end_time=0.3e-6))
+    assert outcome.stop == "end_time"
+    assert outcome.snapshot.time >= 0.3e-6
+    assert outcome.snapshot.time - outcome.smallest_step < 0.3e-6 * 1.1
+
+
+def test_simulate__keeps_an_audit_of_each_observation() -> None:
+    outcome = simulate(two_blocks("axisymmetric"), interval=0.25e-6)
+    assert len(outcome.history) == 5
+    assert outcome.history[-1] is outcome.audit
+    assert outcome.history[0].energy_drift == 0.0
+
+
+@pytest.mark.parametrize("kind", sorted(AXIS_OF_FLIGHT))
+def test_simulate__keeps_mass_and_momentum_to_round_off_in_an_impact(kind: str) -> None:
+    audit = simulate(two_blocks(kind)).audit
+    assert audit.mass_error <= ROUND_OFF
+    assert audit.momentum_error <= ROUND_OFF
+    assert abs(audit.energy_drift) < 0.01
+
+
+def test_counters__notice_matter_beyond_the_range_of_its_equation_of_state() -> None:
+    simulation = start(two_blocks("axisymmetric"), threads=1)
+    simulation.advance()
+    assert simulation.counters.beyond_hugoniot == 0
+    eos = real_copper().eos
+    simulation.particles.density[3:5] = 1.1 * DENSITY * (1.0 + eos.mu_tangent)
+    simulation.advance()
+    assert simulation.counters.beyond_hugoniot == 2
+
+
+def test_counters__notice_cut_tension_and_temperatures_below_zero() -> None:
+    simulation = start(two_blocks("axisymmetric"), threads=1)
+    simulation.advance()
+    assert (simulation.counters.tension_floors, simulation.counters.below_zero_kelvin) == (0, 0)
+    simulation.particles.density[3] = 0.9 * DENSITY
+    simulation.particles.energy[10:12] = -3e5
+    simulation.advance()
+    assert simulation.counters.tension_floors >= 1
+    assert simulation.counters.below_zero_kelvin == 2
+    assert simulation.particles.temperature[10:12].tolist() == [0.0, 0.0]
+
+
+def test_simulation__leaves_the_bodies_of_the_problem_as_they_were() -> None:
+    problem = two_blocks("axisymmetric")
+    before = [body.position.copy() for body in problem.bodies]
+    simulate(problem)
+    assert all(
+        np.array_equal(body.position, old) for body, old in zip(problem.bodies, before, strict=True)
+    )
+
+
+def test_simulation__is_repeatable_to_the_bit() -> None:
+    one, other = (simulate(two_blocks("cartesian", end_time=0.5e-6)) for _ in range(2))
+    for name in Particles._fields:
+        assert np.array_equal(
+            getattr(one.snapshot.particles, name), getattr(other.snapshot.particles, name)
+        )
+
+
+def test_body__of_another_matter_keeps_its_own_laws() -> None:
+    """Two bodies of different types side by side: each is updated by its own kernel."""
+    geometry = box(8, 8)
+    bodies: tuple[Body, ...] = (
+        block(geometry, (0.0, 1.0), (3.0, 3.0), velocity=(0.0, 500.0, 0.0), name="hard"),
+        block(geometry, (0.0, 3.0), (3.0, 6.0), name="soft", matter=real_copper()),
+    )
+    faces = ((Face.SYMMETRIC, Face.FREE), FREE, FREE)
+    outcome = simulate(Problem(geometry, bodies, faces, end_time=0.5e-6))
+    strain = outcome.snapshot.particles.plastic_strain
+    assert strain[outcome.snapshot.body == 0].max() == 0.0
+    assert strain[outcome.snapshot.body == 1].max() > 0.01
+    assert geometry.spacing == SPACING

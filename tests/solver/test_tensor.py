@@ -1,0 +1,128 @@
+"""Symmetric tensors against full matrices, and the rotation that keeps invariants."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solver.tensor import (
+    added,
+    contract,
+    deviator,
+    equivalent_strain,
+    equivalent_stress,
+    rotated,
+    scaled,
+    spin_increment,
+    strain_increment,
+)
+
+ROUND_OFF = 1e-12
+component = st.floats(-1e9, 1e9)
+tensors = st.tuples(*[component] * 6)
+spins = st.tuples(*[st.floats(-10.0, 10.0)] * 3)
+gradients = st.lists(st.floats(-1e6, 1e6), min_size=9, max_size=9).map(
+    lambda numbers: np.array(numbers).reshape(3, 3)
+)
+
+
+def matrix(a: tuple[float, ...]) -> np.ndarray:
+    """Components 11 22 33 12 23 31 as a matrix."""
+    return np.array([[a[0], a[3], a[5]], [a[3], a[1], a[4]], [a[5], a[4], a[2]]])
+
+
+def skew(spin: tuple[float, ...]) -> np.ndarray:
+    """W with W x = spin cross x."""
+    x, y, z = spin
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def norm(a: tuple[float, ...]) -> float:
+    return float(np.linalg.norm(matrix(a)))
+
+
+@given(tensors, tensors)
+def test_contract__is_the_trace_of_the_product(a: tuple[float, ...], b: tuple[float, ...]) -> None:
+    expected = np.trace(matrix(a) @ matrix(b))
+    assert math.isclose(
+        contract(a, b), expected, rel_tol=ROUND_OFF, abs_tol=norm(a) * norm(b) * ROUND_OFF
+    )
+
+
+def test_equivalent_stress__of_a_pull_is_the_pull() -> None:
+    assert math.isclose(equivalent_stress(deviator((6e8, 0.0, 0.0, 0.0, 0.0, 0.0), 6e8)), 6e8)
+
+
+def test_equivalent_stress__of_shear_is_root_three_times_it() -> None:
+    assert math.isclose(equivalent_stress((0.0, 0.0, 0.0, 1e8, 0.0, 0.0)), math.sqrt(3.0) * 1e8)
+
+
+def test_equivalent_strain__of_an_incompressible_pull_is_the_pull() -> None:
+    assert math.isclose(equivalent_strain((0.1, -0.05, -0.05, 0.0, 0.0, 0.0)), 0.1)
+
+
+@given(tensors)
+def test_deviator__has_no_trace(a: tuple[float, ...]) -> None:
+    rest = deviator(a, a[0] + a[1] + a[2])
+    assert abs(rest[0] + rest[1] + rest[2]) <= norm(a) * ROUND_OFF
+
+
+@given(tensors, tensors, st.floats(-10.0, 10.0))
+def test_added_and_scaled__act_on_each_component(
+    a: tuple[float, ...], b: tuple[float, ...], factor: float
+) -> None:
+    assert np.array_equal(added(a, b, factor), np.array(a) + factor * np.array(b))
+    assert np.array_equal(scaled(a, factor), np.array(a) * factor)
+
+
+@given(gradients)
+def test_gradient__is_strain_plus_spin(gradient: np.ndarray) -> None:
+    dt = 1e-8
+    strain, trace = strain_increment(gradient, dt)
+    whole = matrix(strain) + skew(spin_increment(gradient, dt))
+    assert np.allclose(whole, gradient * dt, rtol=0.0, atol=1e6 * dt * ROUND_OFF)
+    assert math.isclose(trace, np.trace(gradient) * dt, rel_tol=1e-9, abs_tol=1e6 * dt * ROUND_OFF)
+
+
+@given(tensors, spins)
+def test_rotated__keeps_the_invariants(a: tuple[float, ...], spin: tuple[float, ...]) -> None:
+    before, after = matrix(a), matrix(rotated(a, spin))
+    size = norm(a)
+    assert abs(np.trace(after) - np.trace(before)) <= size * ROUND_OFF
+    assert abs(np.linalg.norm(after) - size) <= size * ROUND_OFF
+    assert abs(np.linalg.det(after) - np.linalg.det(before)) <= size**3 * ROUND_OFF
+
+
+@given(tensors, spins)
+def test_rotated__is_the_cayley_transform(a: tuple[float, ...], spin: tuple[float, ...]) -> None:
+    half = 0.5 * skew(spin)
+    turn = np.linalg.solve(np.eye(3) - half, np.eye(3) + half)
+    expected = turn @ matrix(a) @ turn.T
+    assert np.allclose(
+        matrix(rotated(a, spin)), expected, rtol=0.0, atol=(norm(a) + 1e-300) * 1e-12
+    )
+
+
+@given(tensors)
+def test_rotated__leaves_a_stress_without_spin_alone(a: tuple[float, ...]) -> None:
+    assert rotated(a, (0.0, 0.0, 0.0)) == a
+
+
+@pytest.mark.parametrize("size", [1e-2, 1e-3, 1e-4])
+def test_rotated__is_the_jaumann_rate_for_small_spin(size: float) -> None:
+    """s + W s - s W to first order: what is left is of the order of the spin squared."""
+    a = (3e8, -1e8, -2e8, 0.5e8, -0.7e8, 1.1e8)
+    spin = (0.6 * size, -0.3 * size, 0.7 * size)
+    W, s = skew(spin), matrix(a)
+    gap = np.linalg.norm(matrix(rotated(a, spin)) - (s + W @ s - s @ W))
+    assert gap <= 4.0 * size**2 * norm(a)
+
+
+@given(tensors, spins)
+def test_rotated__comes_back_with_the_opposite_spin(
+    a: tuple[float, ...], spin: tuple[float, ...]
+) -> None:
+    back = rotated(rotated(a, spin), tuple(-x for x in spin))
+    assert np.allclose(back, a, rtol=0.0, atol=norm(a) * ROUND_OFF)

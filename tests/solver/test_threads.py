@@ -1,0 +1,85 @@
+"""Work cut for threads covers everything once, and the cut does not show in the result."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solver.simulation import start
+from solver.state import Particles
+from solver.threads import Team
+from tests.solver.bodies import two_blocks
+
+STEPS = 60  # beyond the first reordering of the arrays
+
+
+@given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
+def test_ranges__cover_everything_once(count: int, threads: int, grain: int) -> None:
+    ranges = Team(threads).ranges(count, grain)
+    places = [place for begin, end in ranges for place in range(begin, end)]
+    assert places == list(range(count))
+
+
+@given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
+def test_ranges__begin_at_multiples_of_the_grain(count: int, threads: int, grain: int) -> None:
+    ranges = Team(threads).ranges(count, grain)
+    assert len(ranges) <= threads
+    assert all(begin % grain == 0 for begin, _ in ranges)
+
+
+loads = st.lists(st.integers(0, 1000), min_size=1, max_size=40)
+
+
+@given(loads, st.integers(1, 4))
+def test_balanced__deals_out_every_place_once(load: list[int], threads: int) -> None:
+    index = np.arange(0, len(load), 2)
+    shares = Team(threads).balanced(np.array(load), index)
+    dealt = np.concatenate(shares) if shares else np.empty(0)
+    assert sorted(dealt.tolist()) == index.tolist()
+
+
+@given(loads, st.integers(2, 4))
+def test_balanced__differ_by_one_place_at_most(load: list[int], threads: int) -> None:
+    """The heaviest share exceeds the lightest by no more than the heaviest place: longest first."""
+    index = np.arange(len(load))
+    shares = Team(threads).balanced(np.array(load), index)
+    sums = [sum(load[place] for place in share) for share in shares]
+    sums += [0] * (threads - len(sums))
+    assert max(sums) - min(sums) <= max(load)
+
+
+def test_team__runs_every_share() -> None:
+    for threads in (1, 3):
+        done: list[int] = []
+        Team(threads).run(done.append, [3, 1, 2])
+        assert sorted(done) == [1, 2, 3]
+
+
+def test_team__passes_on_what_a_share_raises() -> None:
+    def stumble(share: int) -> None:
+        raise ZeroDivisionError(share)
+
+    with pytest.raises(ZeroDivisionError):
+        Team(2).run(stumble, [1, 2])
+
+
+def test_team__takes_its_size_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WHIPPLE_THREADS", "2")
+    assert Team().threads == 2
+    monkeypatch.delenv("WHIPPLE_THREADS")
+    assert Team().threads == 1
+
+
+@pytest.mark.parametrize("kind", ["axisymmetric", "cartesian"])
+def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None:
+    one, two, three = (_final(kind, threads) for threads in (1, 2, 3))
+    for name in Particles._fields:
+        assert np.array_equal(getattr(one, name), getattr(two, name)), name
+        assert np.array_equal(getattr(one, name), getattr(three, name)), name
+
+
+def _final(kind: str, threads: int) -> Particles:
+    simulation = start(two_blocks(kind), threads=threads)
+    for _ in range(STEPS):
+        simulation.advance()
+    return simulation.particles

@@ -1,0 +1,133 @@
+"""The step is the smallest of what each term asks for, and grows slowly."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solver.problem import ArtificialViscosity, Body, Problem
+from solver.simulation import Simulation, start
+from solver.stress import SOUND_SPEED_FLOOR, Tally, empty_tally
+from solver.timestep import FIRST_STEP, GROWTH, VOLUME_CHANGE, first_step, stable_step
+from tests.solver.bodies import (
+    DENSITY,
+    OPEN,
+    SHEAR_MODULUS,
+    SOUND_SPEED,
+    SPACING,
+    block,
+    box,
+    two_blocks,
+)
+
+COURANT = 0.4
+ROUND_OFF = 1e-12
+signals = st.floats(10.0, 1e6)
+volume_rates = st.floats(0.0, 1e12)
+
+
+def tally(*signals_and_rates: tuple[float, float]) -> Tally:
+    """What chunks reported."""
+    reported = empty_tally(len(signals_and_rates))
+    for row, (signal, rate) in enumerate(signals_and_rates):
+        reported.signal[row], reported.volume_rate[row] = signal, rate
+    return reported
+
+
+def step(reported: Tally, previous: float = 1.0) -> float:
+    return stable_step(reported, courant=COURANT, spacing=SPACING, previous=previous)
+
+
+@given(signals, volume_rates, st.floats(1e-12, 1e-3))
+def test_step__lets_no_signal_cross_more_than_its_part_of_a_cell(
+    signal: float, rate: float, previous: float
+) -> None:
+    dt = step(tally((signal, rate)), previous)
+    assert dt > 0.0
+    assert dt * signal <= COURANT * SPACING * (1.0 + ROUND_OFF)
+
+
+@given(signals, volume_rates, st.floats(1e-12, 1e-3))
+def test_step__changes_no_volume_by_more_than_a_tenth(
+    signal: float, rate: float, previous: float
+) -> None:
+    assert step(tally((signal, rate)), previous) * rate <= VOLUME_CHANGE * (1.0 + ROUND_OFF)
+
+
+@given(signals, volume_rates, st.floats(1e-12, 1e-3))
+def test_step__grows_slowly(signal: float, rate: float, previous: float) -> None:
+    assert step(tally((signal, rate)), previous) <= GROWTH * previous
+
+
+def test_step__falls_at_once() -> None:
+    assert step(tally((1e5, 0.0)), previous=1e-6) == COURANT * SPACING / 1e5
+
+
+def test_step__asks_every_chunk() -> None:
+    alone = step(tally((9e3, 0.0)))
+    assert step(tally((5e3, 0.0), (9e3, 0.0), (1e3, 0.0))) == alone
+    assert step(tally((1.0, 3e9), (1.0, 1e9))) == VOLUME_CHANGE / 3e9
+
+
+def test_first_step__is_a_cautious_part_of_the_stable_one() -> None:
+    assert first_step(8e3, courant=COURANT, spacing=SPACING) == pytest.approx(
+        FIRST_STEP * step(tally((8e3, 0.0))), rel=ROUND_OFF
+    )
+
+
+def longitudinal_speed() -> float:
+    """sqrt(c0^2 + 4/3 G / rho)."""
+    return math.sqrt(SOUND_SPEED**2 + 4.0 / 3.0 * SHEAR_MODULUS / DENSITY)
+
+
+def lone(body: Body, viscosity: ArtificialViscosity | None = None) -> Simulation:
+    geometry = box(6, 6, 6)
+    problem = Problem(
+        geometry, (body,), OPEN, end_time=1e-6, viscosity=viscosity or ArtificialViscosity()
+    )
+    return start(problem, threads=1)
+
+
+@pytest.mark.parametrize("speed", [0.0, 6000.0])
+def test_signal__is_sound_plus_particle_speed(speed: float) -> None:
+    geometry = box(6, 6, 6)
+    body = block(geometry, (2.0, 2.0, 2.0), (4.0, 4.0, 4.0), velocity=(0.0, 0.0, speed))
+    simulation = lone(body, viscosity=ArtificialViscosity(0.0, 0.0))
+    simulation.advance()
+    assert simulation.tally.signal.max() == pytest.approx(longitudinal_speed() + speed, rel=1e-9)
+
+
+def test_signal__of_thin_matter_is_floored() -> None:
+    """Matter at a hundredth of its density keeps a fifth of c0 (its sound speed squared is negative)."""
+    geometry = box(6, 6, 6)
+    simulation = lone(block(geometry, (2.0, 2.0, 2.0), (4.0, 4.0, 4.0)))
+    particles = simulation.particles
+    particles.density[:] = 0.01 * DENSITY
+    particles.mass[:] *= 0.01
+    simulation.advance()
+    assert simulation.tally.signal.min() >= SOUND_SPEED_FLOOR * SOUND_SPEED * (1.0 - 1e-9)
+    assert np.isfinite(simulation.dt)
+
+
+def test_signal__counts_viscosity_where_matter_is_compressed() -> None:
+    plain = start(two_blocks("axisymmetric", viscosity=ArtificialViscosity(0.0, 0.0)), threads=1)
+    damped = start(two_blocks("axisymmetric", viscosity=ArtificialViscosity(0.5, 2.0)), threads=1)
+    for simulation in (plain, damped):
+        simulation.advance()
+    assert damped.tally.signal.max() > 1.2 * plain.tally.signal.max()
+
+
+def test_simulation__begins_with_a_tenth_of_the_step_and_grows_to_it() -> None:
+    geometry = box(6, 6, 6)
+    simulation = lone(block(geometry, (2.0, 2.0, 2.0), (4.0, 4.0, 4.0)))
+    stable = COURANT * SPACING / longitudinal_speed()
+    steps = [simulation.dt]
+    for _ in range(60):
+        simulation.advance()
+        steps.append(simulation.dt)
+    assert steps[0] == pytest.approx(FIRST_STEP * stable, rel=1e-9)
+    growth = np.array(steps[1:]) / np.array(steps[:-1])
+    assert growth.max() <= GROWTH * (1.0 + ROUND_OFF)
+    assert steps[-1] == pytest.approx(stable, rel=1e-6)
