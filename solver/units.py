@@ -16,6 +16,7 @@ class Unit:
 
 
 Dimensionless = Annotated[float, Unit("1")]
+Radian = Annotated[float, Unit("rad")]
 Metre = Annotated[float, Unit("m")]
 Second = Annotated[float, Unit("s")]
 Kilogram = Annotated[float, Unit("kg")]

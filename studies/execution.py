@@ -148,6 +148,12 @@ def compute(
     return result
 
 
+def setting_of(run: Run) -> Setting:
+    """The problem of a run, and what an observer needs to know of it."""
+    scenario = scenarios.load(run.scenario)
+    return scenario.build(scenario.parameters(**run.parameters), materials_of(run))
+
+
 def compile_kernels() -> None:
     """A few steps of each scenario's kernels, so that the cache holds them."""
     from studies.sweep import Sweep
@@ -196,7 +202,7 @@ def _simulate(
 ) -> tuple[Observer, Outcome]:
     scenario = scenarios.load(run.scenario)
     given = scenario.parameters(**run.parameters)
-    setting = scenario.build(given, materials_of(run))
+    setting = setting_of(run)
     observer = Observer(scenario, given, setting, progress)
     interval = settled_window(given) / OBSERVATIONS_PER_WINDOW
     outcome = simulate(setting.problem, observer, interval=interval, threads=threads)

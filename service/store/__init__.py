@@ -5,12 +5,13 @@ a state moves only as its ``MOVES`` allow, because each update names the states 
 
 * ``tables``: what is stored
 * ``connection``: one transaction at a time; tables brought up to date at start
-* ``queries``: expressions and statements that several methods share; rows to records
+* ``queries``: expressions and statements that several methods share
+* ``rows``: rows to records, and back
 * ``queue``: what the dispatcher does: claim, finish, fail, requeue
 * ``store``: what people ask and order: accept, list, cancel, retry, delete
 """
 
-from service.store.queries import digest_of
+from service.store.rows import digest_of
 from service.store.store import Store
 
 __all__ = ["Store", "digest_of"]

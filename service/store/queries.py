@@ -1,8 +1,5 @@
 """Expressions and statements that several methods share, and rows turned into records."""
 
-import hashlib
-import json
-import uuid
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
@@ -13,29 +10,22 @@ from sqlalchemy.dialects import postgresql, sqlite
 
 from service.jobs import (
     ACTIVE,
-    RUN_STATES,
     Cause,
     Claim,
-    Kind,
     NotFound,
-    PointRow,
     RunRow,
     State,
-    Stored,
     SweepRow,
     SweepState,
     before,
 )
+from service.store.rows import Row, sweep_record
 from service.store.tables import EVENTS, JOBS, POINTS, SWEEPS, words
 from studies.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.run import Run
-    from studies.sweep import Sweep
+    pass
 
-Row = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
-
-PUBLISH_PRIORITY = -10  # a finished sweep is published before more runs begin; runs have 0
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 
 # --- expressions -------------------------------------------------------------------------------
@@ -88,8 +78,13 @@ SWEEP_ROWS = sa.select(
     *(PUBLICATIONS.c.reason, PUBLICATIONS.c.finished),
 ).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
 
-# Some sweep still waits for this run.
-IS_WANTED = sa.exists().where(POINTS.c.run_id == JOBS.c.id, POINTS.c.detached.is_(False))
+# Some sweep still waits for this run; one that is being published, or is done, does not.
+IS_WANTED = sa.exists().where(
+    POINTS.c.run_id == JOBS.c.id,
+    POINTS.c.detached.is_(False),
+    PUBLICATIONS.c.sweep_id == POINTS.c.sweep_id,
+    PUBLICATIONS.c.state == State.WAITING,
+)
 
 
 def is_held(claim: Claim) -> sa.ColumnElement[bool]:
@@ -219,7 +214,7 @@ def sweep_row(connection: sa.Connection, id: str) -> SweepRow:
 def sweep_rows(connection: sa.Connection, rows: Sequence[Row]) -> tuple[SweepRow, ...]:
     """Sweeps with their counts: one statement for all of them."""
     tallies = _tallies(connection, [row.id for row in rows])
-    return tuple(_sweep_record(row, tallies[row.id]) for row in rows)
+    return tuple(sweep_record(row, tallies[row.id]) for row in rows)
 
 
 def _tallies(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, list[Row]]:
@@ -239,127 +234,7 @@ def _tallies(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, list
     return tallies
 
 
-# --- rows and records --------------------------------------------------------------------------
-
-
-def _sweep_record(row: Row, tallies: Sequence[Row]) -> SweepRow:
-    counts = dict.fromkeys((state.value for state in RUN_STATES), 0)
-    counts |= {tally.point_state.value: tally.points for tally in tallies}
-    active = [tally for tally in tallies if tally.point_state in ACTIVE]
-    remaining = sum(tally.cost - tally.done for tally in active)
-    total = sum(tally.cost for tally in tallies)
-    done = sum(tally.done for tally in tallies)
-    pace = sum(tally.seconds or 0.0 for tally in tallies) / done if done else None
-    return SweepRow(
-        id=row.id,
-        name=row.name,
-        title=row.title,
-        scenario=row.scenario,
-        state=row.state,
-        reason=row.reason,
-        planned=row.planned,
-        reused=row.planned - row.new,
-        new=row.new,
-        counts=counts,
-        progress=1.0 - remaining / total if total else 1.0,
-        eta_seconds=_eta(remaining, pace, side_by_side=counts[State.RUNNING]),
-        created=row.created,
-        cancelled=row.cancelled,
-        finished=row.finished,
-    )
-
-
-def _eta(remaining: float, pace: float | None, *, side_by_side: int) -> float | None:
-    """Seconds to go for ``remaining`` estimated core seconds, each taking ``pace`` seconds."""
-    if not remaining:
-        return 0.0
-    return None if pace is None else remaining * pace / max(1, side_by_side)
-
-
-def new_run(run: "Run", ordinal: int, cost: float, moment: datetime) -> dict[str, Any]:
-    """Row of a run that nobody has asked for yet."""
-    return {
-        "id": run.id,
-        "kind": Kind.RUN,
-        "scenario": run.scenario,
-        "spec": run.as_json(),
-        "state": State.QUEUED,
-        "priority": 0,
-        "ordinal": ordinal,
-        "cost": cost,
-        "attempt": 0,
-        "epoch": 0,
-        "crashes": 0,
-        "created": moment,
-        "queued": moment,
-    }
-
-
-def new_publication(sweep_id: str, moment: datetime) -> dict[str, Any]:
-    """Row of the publication of a new sweep."""
-    return {
-        "id": new_id(),
-        "kind": Kind.PUBLISH,
-        "sweep_id": sweep_id,
-        "state": State.WAITING,
-        "priority": PUBLISH_PRIORITY,
-        "ordinal": 0,
-        "cost": 1.0,
-        "attempt": 0,
-        "epoch": 0,
-        "crashes": 0,
-        "created": moment,
-        "queued": moment,
-    }
-
-
-def new_point(sweep_id: str, ordinal: int, point: Any) -> dict[str, Any]:
-    """Row of a point of a sweep."""
-    return {
-        "sweep_id": sweep_id,
-        "ordinal": ordinal,
-        "run_id": point.run.id,
-        "place": list(point.index),
-        "coordinates": dict(point.coordinates),
-        "detached": False,
-    }
-
-
-def claim_record(row: Row) -> Claim:
-    """A claim from a row that has CLAIM_COLUMNS."""
-    return Claim(**{field: row._mapping[JOBS.c[field]] for field in Claim.__dataclass_fields__})
-
-
-def run_record(row: Row) -> RunRow:
-    """A run from a row that has RUN_COLUMNS."""
-    return RunRow(**{field: row._mapping[JOBS.c[field]] for field in RunRow.__dataclass_fields__})
-
-
-def point_record(row: Row) -> PointRow:
-    """A point from a row that has the columns of POINTS, RUN_COLUMNS and ``point_state``."""
-    return PointRow(
-        ordinal=row._mapping[POINTS.c.ordinal],
-        index=tuple(row.place),
-        coordinates=row.coordinates,
-        state=row.point_state,
-        run=run_record(row),
-    )
-
-
-def stored_record(row: Row) -> Stored:
-    """A file from a row of ARTIFACTS."""
-    return Stored(name=row.name, path=row.path, size=row.size, sha256=row.sha256)
-
-
-def digest_of(sweep: "Sweep") -> str:
-    """Digest of a sweep's document and of its runs: the same question to the same physics."""
-    question = [sweep.document(), [point.run.id for point in sweep.runs()]]
-    return hashlib.sha256(json.dumps(question, sort_keys=True).encode()).hexdigest()
-
-
-def new_id() -> str:
-    """A random id of 32 hex digits."""
-    return uuid.uuid4().hex
+# --- small things -------------------------------------------------------------------------------
 
 
 def now() -> datetime:

@@ -18,13 +18,13 @@ from service.store.queries import (
     POINT_STATE,
     TURN,
     batches,
-    claim_record,
     is_held,
     log_attempt,
     now,
     one_row,
     release_publications,
 )
+from service.store.rows import claim_record
 from service.store.tables import ARTIFACTS, DISPATCHERS, JOBS, POINTS, SWEEPS
 
 

@@ -39,6 +39,7 @@ from service.store.queries import (
     sweep_row,
 )
 from service.store.queue import Queue
+from service.store.rows import acceptance_of, point_record, run_record, stored_record
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
 
 if TYPE_CHECKING:
@@ -93,33 +94,19 @@ class Store(Queue):
         A run that is finished is linked, one that is under way is joined, one that an accident or a
         cancel ended is queued again.
         """
-        points = sweep.runs()
-        runs = {point.run.id: (ordinal, point.run) for ordinal, point in enumerate(points)}
-        moment, id = now(), queries.new_id()
-        jobs = [
-            queries.new_run(run, ordinal, self._cost(run), moment) for ordinal, run in runs.values()
-        ]
-        row = {
-            "id": id,
-            "name": sweep.name,
-            "title": sweep.title or sweep.name,
-            "scenario": sweep.scenario,
-            "document": sweep.document(),
-            "digest": queries.digest_of(sweep),
-            "planned": len(points),
-            "created": moment,
-        }
-        links = [queries.new_point(id, ordinal, point) for ordinal, point in enumerate(points)]
+        moment = now()
+        rows = acceptance_of(sweep, cost=self._cost, moment=moment)
+        id, planned = rows.sweep["id"], rows.sweep["planned"]
         with self._ordering() as connection:
-            inserted = queries.insert_missing(connection, jobs)
-            connection.execute(SWEEPS.insert(), [row | {"new": len(inserted)}])
-            connection.execute(POINTS.insert(), links)
-            again = queries.queue_again(connection, id, moment, verdicts=False) - inserted
-            new = len(inserted) + len(again)
+            inserted = queries.insert_missing(connection, rows.jobs)
+            connection.execute(SWEEPS.insert(), [rows.sweep])
+            connection.execute(POINTS.insert(), rows.points)
+            again = queries.queue_again(connection, id, moment, verdicts=False)
+            new = len(inserted | again)
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(new=new))
-            connection.execute(JOBS.insert(), [queries.new_publication(id, moment)])
+            connection.execute(JOBS.insert(), [rows.publication])
             release_publications(connection, moment, JOBS.c.sweep_id == id)
-            log_event(connection, moment, "accepted", sweep_id=id, planned=len(points), new=new)
+            log_event(connection, moment, "accepted", sweep_id=id, planned=planned, new=new)
             return sweep_row(connection, id)
 
     def cancel_sweep(self, id: str) -> SweepRow:
@@ -238,14 +225,14 @@ class Store(Queue):
         with self._database.reading() as connection:
             one_row(connection, sa.select(SWEEPS.c.id).where(SWEEPS.c.id == id), "sweep", id)
             rows = connection.execute(query).all()
-        items = tuple(queries.point_record(row) for row in rows[:limit])
+        items = tuple(point_record(row) for row in rows[:limit])
         return Page(items, str(items[-1].ordinal) if len(rows) > limit else None)
 
     def run(self, id: str) -> RunRow:
         """One run; raises NotFound."""
         query = sa.select(*RUN_COLUMNS).where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
         with self._database.reading() as connection:
-            return queries.run_record(one_row(connection, query, "run", id))
+            return run_record(one_row(connection, query, "run", id))
 
     def run_spec(self, id: str) -> Mapping[str, Any]:
         """The question of a run, complete (``Run.as_json``); raises NotFound."""
@@ -265,7 +252,7 @@ class Store(Queue):
         query = sa.select(ARTIFACTS).where(ARTIFACTS.c.sweep_id == sweep_id)
         with self._database.reading() as connection:
             rows = connection.execute(query.order_by(ARTIFACTS.c.name))
-            return tuple(queries.stored_record(row) for row in rows)
+            return tuple(stored_record(row) for row in rows)
 
     def events(self, sweep_id: str, *, after: int = 0, limit: int = 1000) -> tuple[Event, ...]:
         """What happened to a sweep and its runs since it was accepted, oldest first."""

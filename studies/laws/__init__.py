@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from solver.registry import entries
-from solver.units import Metre, MetrePerSecond
+from solver.units import Metre, MetrePerSecond, Radian
 from studies.laws._range import Limit, Range
 from studies.materials import Material
 from studies.nearest import nearest_cure
@@ -39,13 +39,14 @@ ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 
 @dataclass(frozen=True)
 class Shot:
-    """What a law may ask of a shot: normal impact of a compact projectile on a plate or a block."""
+    """What a law may ask of a shot: impact of a compact projectile on a plate or a block."""
 
     speed: MetrePerSecond
     projectile_diameter: Metre  # of the sphere with the projectile's volume
     plate_thickness: Metre | None  # None for a target without a back face
     projectile: Material
     target: Material
+    obliquity: Radian = 0.0  # between the flight and the target's normal
 
     @property
     def thickness_ratio(self) -> float:
@@ -85,7 +86,7 @@ class Law:
         if reason:
             return LawValue(math.nan, False, reason)
         value = float(self.ratio(shot, variant)) * shot.projectile_diameter
-        reasons = self.range.reasons(shot)
+        reasons = self.range.reasons(shot) + _oblique(shot)
         return LawValue(value, not reasons, "; ".join(reasons))
 
     def band(self, shot: Shot) -> tuple[float, float]:
@@ -105,6 +106,13 @@ class Law:
             "confidence": self.confidence,
             "range": self.range.describe(),
         }
+
+
+def _oblique(shot: Shot) -> list[str]:
+    """Every law here is for normal impact."""
+    if shot.obliquity == 0.0:
+        return []
+    return [f"for normal impact, the shot is {math.degrees(shot.obliquity):.3g} deg oblique"]
 
 
 def narrower_than_projectile(ratio: Callable[[Shot, str], float]) -> Callable[[Shot, str], str]:
@@ -156,6 +164,7 @@ def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material]) 
         plate_thickness=parameters.get("plate_thickness"),
         projectile=materials["projectile"],
         target=materials["target"],
+        obliquity=parameters.get("obliquity", 0.0),
     )
 
 

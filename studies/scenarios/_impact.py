@@ -166,8 +166,10 @@ def size(given: Impact, *, thickness: float, radius: float) -> Size:
     return Size(particles=round(particles), steps=round(end_time(given) / step))
 
 
-def assemble(given: Impact, materials: Materials, *, thickness: float, radius: float) -> Setting:
-    """The problem of a projectile in front of a plate or block."""
+def assemble(
+    given: Impact, materials: Materials, *, thickness: float, radius: float, obliquity: float = 0.0
+) -> Setting:
+    """The problem of a projectile in front of a plate or block; an oblique one also flies towards +x."""
     import numpy as np
 
     from solver.problem import ArtificialViscosity, Problem
@@ -175,7 +177,8 @@ def assemble(given: Impact, materials: Materials, *, thickness: float, radius: f
     geometry, faces = _grid(given, thickness, radius)
     axis = _flight_axis(given)
     velocity = np.zeros(3)
-    velocity[axis] = given.speed
+    velocity[axis] = given.speed * math.cos(obliquity)
+    velocity[0] = given.speed * math.sin(obliquity)
     lattice = np.full(3, spacing(given) / PARTICLES_PER_CELL)
     bodies = (
         _body(

@@ -1,13 +1,18 @@
 """A projectile perforates a plate: Ma (2005), section 3.1.1."""
 
+import math
 from dataclasses import dataclass
 
-from solver.units import Metre
+from solver.units import Metre, Radian
 from studies.errors import Finding
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios._impact import Impact, assemble, check_projectile, described, size, spacing
 
 RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
+
+STEEPEST = math.radians(
+    75.0
+)  # beyond, a sphere skids along a plate that is too small to hold its path
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,6 +20,12 @@ class ThinPlate(Impact):
     """Parameters of a perforation."""
 
     plate_thickness: Metre = described("thickness of the plate", 1e-6, 1.0)
+    obliquity: Radian = described(
+        "angle between the flight and the plate's normal; needs geometry half",
+        0.0,
+        STEEPEST,
+        default=0.0,
+    )
     plate_radius: Metre | None = described(
         "radius of a round plate, half the width of a square one; by default 3.5 diameters",
         1e-5,
@@ -29,6 +40,7 @@ def _radius(given: ThinPlate) -> float:
 
 def _check(given: ThinPlate, materials: Materials) -> list[Finding]:
     findings = check_projectile(given)
+    findings += _check_obliquity(given)
     if _radius(given) < given.projectile_diameter:
         findings.append(
             Finding(
@@ -50,8 +62,26 @@ def _check(given: ThinPlate, materials: Materials) -> list[Finding]:
     return findings
 
 
+def _check_obliquity(given: ThinPlate) -> list[Finding]:
+    if given.obliquity == 0.0:
+        return []
+    angle = f"{math.degrees(given.obliquity):g} deg"
+    if given.geometry != "half":
+        limit = "0 deg in a body of revolution or a quarter model"
+        return [Finding("obliquity", angle, limit, "set geometry to half")]
+    if given.projectile_shape != "sphere":
+        return [Finding("obliquity", angle, "0 deg for a cylinder", "use a sphere")]
+    return []
+
+
 def _build(given: ThinPlate, materials: Materials) -> Setting:
-    return assemble(given, materials, thickness=given.plate_thickness, radius=_radius(given))
+    return assemble(
+        given,
+        materials,
+        thickness=given.plate_thickness,
+        radius=_radius(given),
+        obliquity=given.obliquity,
+    )
 
 
 def _size(given: ThinPlate, materials: Materials) -> Size:
@@ -68,7 +98,7 @@ def _cells(given: ThinPlate) -> dict[str, float]:
 SCENARIO = Scenario(
     name="thin_plate",
     title="Perforation of a plate",
-    description="A sphere or cylinder hits a plate at right angles; the hole is measured.",
+    description="A sphere or cylinder hits a plate, at right angles or (a sphere) obliquely; the hole is measured.",
     parameters=ThinPlate,
     materials=("projectile", "target"),
     measurements=(

@@ -12,9 +12,9 @@ from typing import Any
 
 from solver import step
 from solver.simulation import Simulation, start
+from studies.execution import setting_of
 from studies.materials import load
 from studies.run import resolve
-from studies.scenarios import thin_plate
 
 WARM, STEPS, REPEATS = 60, 40, 7  # steps before, steps in a repetition, repetitions
 STAGES = (
@@ -42,8 +42,7 @@ def simulation(geometry: str, cells: int, threads: int) -> Simulation:
         "cells_per_diameter": float(cells),
     }
     run = resolve("thin_plate", parameters, materials)
-    given = thin_plate.ThinPlate(**run.parameters)  # type: ignore[arg-type]
-    made = start(thin_plate.SCENARIO.build(given, materials).problem, threads=threads)
+    made = start(setting_of(run).problem, threads=threads)
     for _ in range(WARM):
         made.advance()
     return made

@@ -55,4 +55,9 @@ def _cube(name: str, shape: dict[str, int], path: Path) -> Iterator[Row]:
         for quantity in ("hole_diameter", "crater_depth", "crater_diameter"):
             if quantity in cube:
                 values = np.round(cube[quantity].to_numpy() * 1e3, 2).tolist()
-                yield Row(f"{quantity} by {', '.join(cube[quantity].dims)} (mm)", "", values, None)
+                yield Row(
+                    f"{quantity} by {', '.join(map(str, cube[quantity].dims))} (mm)",
+                    "",
+                    values,
+                    None,
+                )

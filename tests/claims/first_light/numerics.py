@@ -8,10 +8,9 @@ import numpy as np
 
 from solver.problem import ArtificialViscosity
 from solver.simulation import simulate
-from studies.execution import ENERGY_DRIFT_FLAG
+from studies.execution import ENERGY_DRIFT_FLAG, setting_of
 from studies.materials import load
 from studies.run import resolve
-from studies.scenarios import thin_plate
 from tests.claims import Row, at_most, claim
 from tests.verification.fields import expansion_error, force_of_uniform_pressure
 
@@ -34,9 +33,7 @@ def viscosity_work() -> Iterator[Row]:
     }
     copper = load("copper-ofhc")
     run = resolve("thin_plate", parameters, {"projectile": copper, "target": copper})
-    given = thin_plate.ThinPlate(**run.parameters)
-    problem = thin_plate.SCENARIO.build(given, {"projectile": copper, "target": copper}).problem
-    problem = replace(problem, end_time=8e-6)
+    problem = replace(setting_of(run).problem, end_time=8e-6)
     cold = ArtificialViscosity(problem.viscosity.linear, problem.viscosity.quadratic, heating=0.0)
     sound = simulate(problem).audit.energy_drift
     blind = simulate(replace(problem, viscosity=cold)).audit.energy_drift

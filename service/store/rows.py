@@ -1,0 +1,181 @@
+"""Rows turned into records, and what is accepted turned into rows."""
+
+import hashlib
+import json
+import uuid
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+import sqlalchemy as sa
+
+from service.jobs import ACTIVE, RUN_STATES, Claim, Kind, PointRow, RunRow, State, Stored, SweepRow
+from service.store.tables import JOBS, POINTS
+
+if TYPE_CHECKING:
+    from studies.run import Run
+    from studies.sweep import Point, Sweep
+
+Row = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
+
+PUBLISH_PRIORITY = -10  # a finished sweep is published before more runs begin; runs have 0
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """Everything that accepting a sweep writes."""
+
+    sweep: dict[str, Any]
+    jobs: list[dict[str, Any]]  # its runs, each once
+    points: list[dict[str, Any]]
+    publication: dict[str, Any]
+
+
+def acceptance_of(
+    sweep: "Sweep", *, cost: Callable[["Run"], float], moment: datetime
+) -> Acceptance:
+    """The rows of a sweep that is accepted now; ``cost`` gives core seconds."""
+    id = uuid.uuid4().hex
+    points, document = sweep.runs(), sweep.document()
+    run_ids = [point.run.id for point in points]  # each is a digest: ask once
+    jobs: dict[str, dict[str, Any]] = {}
+    for ordinal, (run_id, point) in enumerate(zip(run_ids, points, strict=True)):
+        if run_id not in jobs:
+            jobs[run_id] = _run(run_id, point.run, cost(point.run), ordinal, moment)
+    row = {
+        "id": id,
+        "name": sweep.name,
+        "title": sweep.title or sweep.name,
+        "scenario": sweep.scenario,
+        "document": document,
+        "digest": _digest(document, run_ids),
+        "planned": len(points),
+        "new": 0,
+        "created": moment,
+    }
+    links = [
+        _point(id, ordinal, run_id, point)
+        for ordinal, (run_id, point) in enumerate(zip(run_ids, points, strict=True))
+    ]
+    return Acceptance(row, [*jobs.values()], links, _publication(id, moment))
+
+
+def digest_of(sweep: "Sweep") -> str:
+    """Digest of a sweep's document and of its runs: the same question to the same physics."""
+    return _digest(sweep.document(), [point.run.id for point in sweep.runs()])
+
+
+def _digest(document: Mapping[str, Any], run_ids: Sequence[str]) -> str:
+    question = json.dumps([document, run_ids], sort_keys=True)
+    return hashlib.sha256(question.encode()).hexdigest()
+
+
+def _run(id: str, run: "Run", cost: float, ordinal: int, moment: datetime) -> dict[str, Any]:
+    """Row of a run that nobody has asked for yet."""
+    return {
+        "id": id,
+        "kind": Kind.RUN,
+        "scenario": run.scenario,
+        "spec": run.as_json(),
+        "state": State.QUEUED,
+        "priority": 0,
+        "ordinal": ordinal,
+        "cost": cost,
+        "attempt": 0,
+        "epoch": 0,
+        "crashes": 0,
+        "created": moment,
+        "queued": moment,
+    }
+
+
+def _publication(sweep_id: str, moment: datetime) -> dict[str, Any]:
+    """Row of the publication of a new sweep."""
+    return {
+        "id": uuid.uuid4().hex,
+        "kind": Kind.PUBLISH,
+        "sweep_id": sweep_id,
+        "state": State.WAITING,
+        "priority": PUBLISH_PRIORITY,
+        "ordinal": 0,
+        "cost": 1.0,
+        "attempt": 0,
+        "epoch": 0,
+        "crashes": 0,
+        "created": moment,
+        "queued": moment,
+    }
+
+
+def _point(sweep_id: str, ordinal: int, run_id: str, point: "Point") -> dict[str, Any]:
+    """Row of a point of a sweep."""
+    return {
+        "sweep_id": sweep_id,
+        "ordinal": ordinal,
+        "run_id": run_id,
+        "place": list(point.index),
+        "coordinates": dict(point.coordinates),
+        "detached": False,
+    }
+
+
+def sweep_record(row: Row, tallies: Sequence[Row]) -> SweepRow:
+    """A sweep from its row and from its tallies: points, cost, done and seconds per state."""
+    counts = dict.fromkeys((state.value for state in RUN_STATES), 0)
+    counts |= {tally.point_state.value: tally.points for tally in tallies}
+    active = [tally for tally in tallies if tally.point_state in ACTIVE]
+    remaining = sum(tally.cost - tally.done for tally in active)
+    total = sum(tally.cost for tally in tallies)
+    done = sum(tally.done for tally in tallies)
+    pace = sum(tally.seconds or 0.0 for tally in tallies) / done if done else None
+    return SweepRow(
+        id=row.id,
+        name=row.name,
+        title=row.title,
+        scenario=row.scenario,
+        state=row.state,
+        reason=row.reason,
+        planned=row.planned,
+        reused=row.planned - row.new,
+        new=row.new,
+        counts=counts,
+        progress=1.0 - remaining / total if total else 1.0,
+        eta_seconds=_eta(remaining, pace, side_by_side=counts[State.RUNNING]),
+        created=row.created,
+        cancelled=row.cancelled,
+        finished=row.finished,
+    )
+
+
+def _eta(remaining: float, pace: float | None, *, side_by_side: int) -> float | None:
+    """Seconds to go for ``remaining`` estimated core seconds, each taking ``pace`` seconds."""
+    if not remaining:
+        return 0.0
+    return None if pace is None else remaining * pace / max(1, side_by_side)
+
+
+def claim_record(row: Row) -> Claim:
+    """A claim from a row that has CLAIM_COLUMNS."""
+    return Claim(**{field: row._mapping[JOBS.c[field]] for field in Claim.__dataclass_fields__})
+
+
+def run_record(row: Row) -> RunRow:
+    """A run from a row that has RUN_COLUMNS."""
+    return RunRow(**{field: row._mapping[JOBS.c[field]] for field in RunRow.__dataclass_fields__})
+
+
+def point_record(row: Row) -> PointRow:
+    """A point from a row that has the columns of POINTS, RUN_COLUMNS and ``point_state``."""
+    return PointRow(
+        ordinal=row._mapping[POINTS.c.ordinal],
+        index=tuple(row.place),
+        coordinates=row.coordinates,
+        state=row.point_state,
+        run=run_record(row),
+    )
+
+
+def stored_record(row: Row) -> Stored:
+    """A file from a row of ARTIFACTS."""
+    return Stored(name=row.name, path=row.path, size=row.size, sha256=row.sha256)

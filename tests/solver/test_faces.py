@@ -1,0 +1,269 @@
+"""What faces hold, what they let go, and that they book what they give."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.faces import cross_faces, hold_face
+from solver.geometry import face_nodes, node_count
+from solver.problem import Face, Problem
+from solver.simulation import Simulation, start
+from solver.state import Nodes, empty_nodes, empty_particles
+from tests.solver.bodies import (
+    FREE,
+    SOUND_SPEED,
+    SPACING,
+    SYMMETRIC,
+    block,
+    box,
+    two_blocks,
+)
+
+BOX = box(4, 4, 4)
+ROUND_OFF = 1e-12
+DT = 1e-8
+MOMENTUM, FORCE = (1.0, 2.0, 3.0), (10e8, 20e8, 30e8)
+
+LENGTH, GAP = 20.0, 0.25  # of the bar and in front of it, in cells
+SPEED = 100.0
+
+
+# On nodes
+
+
+def held(
+    kind: Face, axis: int, side: int, *, momentum: Any = MOMENTUM, force: Any = FORCE
+) -> tuple[Nodes, np.ndarray, np.ndarray]:
+    """All nodes loaded alike, one face held: nodes, indices of the face, impulse."""
+    nodes = empty_nodes(node_count(BOX))
+    nodes.mass[:] = 1.0
+    nodes.momentum[:] = momentum
+    nodes.force[:] = force
+    index, impulse = face_nodes(BOX, axis, side), np.zeros(3)
+    hold_face(nodes, index, axis, side, int(kind), DT, impulse)
+    return nodes, index, impulse
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("kind", [Face.FIXED, Face.SYMMETRIC, Face.WALL])
+def test_face__touches_its_own_nodes_only(kind: Face, axis: int, side: int) -> None:
+    nodes, index, _ = held(kind, axis, side)
+    others = np.setdiff1d(np.arange(node_count(BOX)), index)
+    assert index.size == 25
+    assert (nodes.momentum[others] == MOMENTUM).all()
+    assert (nodes.force[others] == FORCE).all()
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_fixed_face__holds_all_components(side: int) -> None:
+    nodes, index, _ = held(Face.FIXED, 1, side)
+    assert not nodes.momentum[index].any()
+    assert not nodes.force[index].any()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_symmetric_face__holds_the_normal_component_and_lets_slide(axis: int) -> None:
+    nodes, index, _ = held(Face.SYMMETRIC, axis, 0)
+    along = [other for other in range(3) if other != axis]
+    assert not nodes.momentum[index, axis].any()
+    assert not nodes.force[index, axis].any()
+    assert (nodes.momentum[index][:, along] == np.array(MOMENTUM)[along]).all()
+    assert (nodes.force[index][:, along] == np.array(FORCE)[along]).all()
+
+
+@pytest.mark.parametrize(("side", "approach"), [(0, -1.0), (1, 1.0)])
+def test_wall__holds_what_approaches_and_lets_go_what_leaves(side: int, approach: float) -> None:
+    for direction, stays in ((approach, 0.0), (-approach, -approach)):
+        nodes, index, _ = held(
+            Face.WALL, 2, side, momentum=(0.0, 0.0, direction), force=(0.0, 0.0, 0.0)
+        )
+        assert (nodes.momentum[index, 2] == stays).all()
+
+
+def test_wall__judges_by_where_the_step_would_end() -> None:
+    """A node that still approaches is let go if the force turns it round within the step."""
+    nodes, index, impulse = held(
+        Face.WALL, 2, 0, momentum=(0.0, 0.0, -1.0), force=(0.0, 0.0, 2.0 / DT)
+    )
+    assert (nodes.momentum[index, 2] == -1.0).all()
+    assert not impulse.any()
+
+
+@pytest.mark.parametrize("kind", [Face.FIXED, Face.SYMMETRIC])
+def test_face__books_the_momentum_that_its_force_would_have_given(kind: Face) -> None:
+    _, index, impulse = held(kind, 0, 1)
+    taken = index.size * DT * np.array(FORCE)
+    if kind == Face.SYMMETRIC:
+        taken[1:] = 0.0
+    assert np.allclose(impulse, -taken, rtol=ROUND_OFF, atol=0.0)
+
+
+# On particles
+
+
+def crossed(*kinds: Face, place: float, velocity: float) -> tuple[Any, np.ndarray, int]:
+    """A particle of 2 kg past a face of the first axis, in cells from the lower one."""
+    particles = empty_particles(1)
+    particles.position[0] = (place * SPACING, 2.0 * SPACING, 2.0 * SPACING)
+    particles.velocity[0, 0] = velocity
+    particles.mass[0] = 2.0
+    faces = np.zeros((3, 2), np.int64)
+    faces[0] = [int(kind) for kind in kinds]
+    impulse = np.zeros(3)
+    return particles, impulse, cross_faces(BOX, faces, particles, impulse)
+
+
+@pytest.mark.parametrize("place", [-0.1, 4.0, 4.3])
+def test_free_face__lets_particles_go(place: float) -> None:
+    particles, impulse, reflected = crossed(*FREE, place=place, velocity=5.0)
+    assert particles.alive[0] == 0
+    assert reflected == 0
+    assert not impulse.any()
+
+
+@pytest.mark.parametrize("kind", [Face.FIXED, Face.SYMMETRIC, Face.WALL])
+@pytest.mark.parametrize(("place", "velocity"), [(-0.1, -5.0), (4.1, 5.0)])
+def test_closed_face__puts_back_turns_round_and_books(
+    kind: Face, place: float, velocity: float
+) -> None:
+    particles, impulse, reflected = crossed(kind, kind, place=place, velocity=velocity)
+    mirrored = -place if place < 0.0 else 8.0 - place
+    assert particles.alive[0] == 1
+    assert reflected == 1
+    assert particles.position[0, 0] == pytest.approx(mirrored * SPACING)
+    assert particles.velocity[0, 0] == -velocity
+    assert impulse[0] == pytest.approx(2.0 * -2.0 * velocity)
+
+
+def test_closed_face__does_not_turn_round_what_already_comes_back() -> None:
+    particles, impulse, _ = crossed(Face.WALL, Face.FREE, place=-0.1, velocity=3.0)
+    assert particles.velocity[0, 0] == 3.0
+    assert not impulse.any()
+
+
+@pytest.mark.parametrize("place", [-1e9, -7.0, 4.0, 4.0 + 1e-15, 12.0, 1e9])
+def test_closed_face__puts_back_inside_the_grid_from_anywhere(place: float) -> None:
+    particles, _, _ = crossed(Face.FIXED, Face.FIXED, place=place, velocity=0.0)
+    assert 0.0 <= particles.position[0, 0] < 4.0 * SPACING
+
+
+def test_closed_faces__do_not_keep_what_leaves_through_a_free_one_beside_them() -> None:
+    particles = empty_particles(1)
+    particles.position[0] = (-0.1 * SPACING, 4.2 * SPACING, 2.0 * SPACING)
+    faces = np.zeros((3, 2), np.int64)
+    faces[0, 0] = int(Face.FIXED)
+    cross_faces(BOX, faces, particles, np.zeros(3))
+    assert particles.alive[0] == 0
+
+
+# In a simulation
+
+
+def bar_towards(face: Face) -> Simulation:
+    """An elastic bar in uniaxial strain, a quarter of a cell in front of the lower face, flying towards it."""
+    geometry = box(2, 2, 30)
+    bar = block(geometry, (0.0, 0.0, GAP), (2.0, 2.0, GAP + LENGTH), velocity=(0.0, 0.0, -SPEED))
+    faces = (SYMMETRIC, SYMMETRIC, (face, Face.FREE))
+    return start(Problem(geometry, (bar,), faces, end_time=1.0), threads=1)
+
+
+def after_contact(simulation: Simulation) -> tuple[np.ndarray, float]:
+    """Impulse of the lower face in each step (N s) until well after the wave came back, and the bar's momentum."""
+    there_and_back = 2.0 * LENGTH * SPACING / SOUND_SPEED
+    impulses = []
+    while simulation.time < 1.6 * there_and_back:
+        before = simulation.impulse[2]
+        simulation.advance()
+        impulses.append(simulation.impulse[2] - before)
+    particles = simulation.particles
+    return np.array(impulses), float(particles.mass @ particles.velocity[:, 2])
+
+
+def test_wall__lets_a_bar_rebound() -> None:
+    simulation = bar_towards(Face.WALL)
+    momentum = simulation.particles.mass.sum() * SPEED
+    _, after = after_contact(simulation)
+    # Ringing of the bar and the viscosity of its shock keep a tenth.
+    assert 0.9 * momentum < after <= momentum
+    assert simulation.particles.position[:, 2].min() > SPACING  # out of the cell at the wall
+
+
+@pytest.mark.xfail(
+    strict=True,
+    reason="hold_face also cancels a force that points away from the wall while the node still approaches: "
+    "the last two steps of a contact pull with 0.08 % of its impulse",
+)
+def test_wall__never_pulls() -> None:
+    impulses, _ = after_contact(bar_towards(Face.WALL))
+    assert impulses.min() >= 0.0
+
+
+@pytest.mark.xfail(strict=True, reason="the same, on one node")
+def test_wall__cancels_no_force_that_points_away_from_it() -> None:
+    """The node still approaches at the end of the step: it is stopped, but its force is not the wall's."""
+    _, _, impulse = held(Face.WALL, 2, 0, momentum=(0.0, 0.0, -1.0), force=(0.0, 0.0, 0.5 / DT))
+    assert impulse[2] >= 0.0
+
+
+def test_wall__is_let_go_once_the_wave_has_come_back() -> None:
+    """In the last third of the time the ringing bar touches the wall with less than a thousandth of the impulse."""
+    impulses, _ = after_contact(bar_towards(Face.WALL))
+    late = impulses[-impulses.size // 3 :]
+    assert late.sum() < 1e-3 * impulses.sum()
+
+
+@pytest.mark.parametrize("face", [Face.FIXED, Face.SYMMETRIC])
+def test_closed_face__does_not_let_a_bar_go(face: Face) -> None:
+    simulation = bar_towards(face)
+    impulses, after = after_contact(simulation)
+    momentum = simulation.particles.mass.sum() * SPEED
+    assert impulses.min() < 0.0  # it pulls
+    assert after < 0.5 * momentum
+    assert (
+        simulation.particles.position[:, 2].min() < 0.75 * SPACING
+    )  # still in the cell at the face
+
+
+@pytest.mark.parametrize("face", [Face.FIXED, Face.SYMMETRIC, Face.WALL])
+def test_face__impulse_closes_the_momentum_balance(face: Face) -> None:
+    simulation = bar_towards(face)
+    after_contact(simulation)
+    assert abs(simulation.impulse[2]) > 0.0
+    assert simulation.audit().momentum_error <= ROUND_OFF
+
+
+def test_symmetric_face__lets_a_block_slide_along_it() -> None:
+    geometry = box(10, 3, 3)
+    sliding = block(geometry, (1.0, 0.0, 0.0), (3.0, 2.0, 2.0), velocity=(500.0, 0.0, 0.0))
+    faces = (FREE, (Face.SYMMETRIC, Face.FREE), (Face.SYMMETRIC, Face.FREE))
+    simulation = start(Problem(geometry, (sliding,), faces, end_time=1.0), threads=1)
+    for _ in range(40):
+        simulation.advance()
+    assert np.allclose(simulation.particles.velocity, (500.0, 0.0, 0.0), rtol=0.0, atol=1e-6)
+
+
+def test_axis__gets_no_momentum_along_itself() -> None:
+    """The symmetric face at r = 0 pushes in r alone, so the balance along z closes without it."""
+    simulation = start(two_blocks("axisymmetric"), threads=1)
+    for _ in range(40):
+        simulation.advance()
+    assert simulation.impulse[1] == 0.0
+    assert simulation.audit().momentum_error <= ROUND_OFF
+
+
+def test_face__is_where_the_momentum_of_a_pressed_block_goes() -> None:
+    """A block under pressure p between two fixed faces is pushed by p times the area from each side."""
+    geometry = box(2, 2, 4)
+    full = block(geometry, (0.0, 0.0, 0.0), (2.0, 2.0, 4.0))
+    fixed = (Face.FIXED, Face.FIXED)
+    lower_only = (SYMMETRIC, SYMMETRIC, (Face.FIXED, Face.FREE))
+    pressure = 1e9
+    for faces, expected in (((SYMMETRIC, SYMMETRIC, fixed), 0.0), (lower_only, 1.0)):
+        simulation = start(Problem(geometry, (full,), faces, end_time=1.0), threads=1)
+        simulation.particles.pressure[:] = pressure
+        dt = simulation.dt
+        simulation.advance()
+        push = simulation.impulse[2] / (pressure * (2.0 * SPACING) ** 2 * dt)
+        assert push == pytest.approx(expected, abs=1e-9)
