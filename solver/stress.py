@@ -31,6 +31,7 @@ from solver.tensor import (
     scaled,
     spin_increment,
     strain_increment,
+    volume_ratio,
 )
 from solver.transfer import gather_velocity_gradient, new_stencil
 
@@ -181,7 +182,8 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     Density, energy and pressure live at the new time; the gradient belongs to the step between.
     """
     strain, trace = strain_increment(gradient, dt)
-    density = old.density * math.exp(-trace)  # exact for a constant rate; cannot turn negative
+    ratio = volume_ratio(gradient, dt)
+    density = old.density / ratio
     homologous = homologous_temperature(matter, old.temperature)
 
     turned = rotated(old.deviator, spin_increment(gradient, dt))
@@ -196,11 +198,11 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     sound = max(sound_speed_squared(matter.eos, old.density, old.energy, old.pressure), 0.0)
     q = artificial_viscosity(viscosity, density, math.sqrt(sound), spacing, trace / dt)
 
-    # Energy with the work of the mean stress over the step; e1 = known - (p0 + p1) dv / 2 and p1 = a + b e1.
-    expansion = 1.0 / density - 1.0 / old.density
-    mean_volume = 0.5 * (1.0 / density + 1.0 / old.density)
+    # Energy with the work of the mean stress over the step; e1 = known - (p0 + p1) dv / 2 and p1 = a + b e1. With the
+    # volume that the moved points really span, this is the negative of what the nodal forces of n and n+1 do together.
+    expansion = (ratio - 1.0) / old.density
     shear_work = (
-        0.5 * mean_volume * (contract(turned, shape_change) + contract(new_deviator, shape_change))
+        0.5 * (contract(turned, shape_change) + contract(new_deviator, shape_change)) / old.density
     )
     viscous_work = 0.5 * viscosity.heating * (old.viscosity + q) * expansion
     known = old.energy + shear_work - viscous_work - 0.5 * old.pressure * expansion

@@ -69,6 +69,15 @@ def strain_increment(gradient, dt):
 
 
 @device
+def volume_ratio(gradient, dt):
+    """det(I + L dt): what the step x + v dt does to a volume, exactly."""
+    a, b, c = 1.0 + gradient[0, 0] * dt, gradient[0, 1] * dt, gradient[0, 2] * dt
+    d, e, f = gradient[1, 0] * dt, 1.0 + gradient[1, 1] * dt, gradient[1, 2] * dt
+    g, h, i = gradient[2, 0] * dt, gradient[2, 1] * dt, 1.0 + gradient[2, 2] * dt
+    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+
+
+@device
 def deviator(a, trace):
     """a - trace/3 I."""
     mean = trace / 3.0

@@ -17,7 +17,6 @@ from service.jobs import (
     State,
     SweepRow,
     SweepState,
-    before,
 )
 from service.store.rows import Row, sweep_record
 from service.store.tables import EVENTS, JOBS, POINTS, SWEEPS, words
@@ -169,7 +168,7 @@ def settle_cancelled_publication(
         return
     connection.execute(
         JOBS.update()
-        .where(JOBS.c.sweep_id == sweep_id, JOBS.c.state.in_(before(State.CANCELLED)))
+        .where(JOBS.c.sweep_id == sweep_id, JOBS.c.state == State.WAITING)
         .values(state=State.CANCELLED, finished=moment)
     )
 

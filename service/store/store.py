@@ -112,14 +112,16 @@ class Store(Queue):
     def cancel_sweep(self, id: str) -> SweepRow:
         """Stop waiting for the runs that are not done; a run that nobody waits for is stopped.
 
-        What was computed until then is published. Cancelling a sweep that has no unfinished run
+        What was computed until then is published. Cancelling a sweep that no longer waits for a run
         changes nothing.
         """
         moment = now()
         own = sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == id)
         unfinished = sa.select(JOBS.c.id).where(JOBS.c.id.in_(own), JOBS.c.state.in_(ACTIVE))
+        waits = sa.exists().where(JOBS.c.sweep_id == id, JOBS.c.state == State.WAITING)
         detach = POINTS.update().where(
-            POINTS.c.sweep_id == id, POINTS.c.detached.is_(False), POINTS.c.run_id.in_(unfinished)
+            *(POINTS.c.sweep_id == id, POINTS.c.detached.is_(False)),
+            *(POINTS.c.run_id.in_(unfinished), waits),
         )
         unwanted = JOBS.update().where(JOBS.c.id.in_(own), sa.not_(IS_WANTED))
         with self._ordering() as connection:

@@ -107,15 +107,16 @@ def with_particle(state: View, radius: float, depth: float) -> View:
         "attached": True,
         "attached_target": True,
     }
-    return dataclasses.replace(
-        state, **{name: np.append(getattr(state, name), value) for name, value in added.items()}
-    )
+    arrays: dict[str, Any] = {
+        name: np.append(getattr(state, name), value) for name, value in added.items()
+    }
+    return dataclasses.replace(state, **arrays)
 
 
 def reordered(state: View) -> View:
     """The same particles in another order."""
     order = np.random.default_rng(0).permutation(state.radius.size)
-    arrays = {
+    arrays: dict[str, Any] = {
         field.name: getattr(state, field.name)[order]
         for field in dataclasses.fields(state)
         if isinstance(getattr(state, field.name), np.ndarray)

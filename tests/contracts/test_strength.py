@@ -41,7 +41,7 @@ def directions(draw: st.DrawFn) -> tuple[float, ...]:
     deviator = (a, b, -a - b, *shear)
     size = equivalent_stress(deviator)
     assume(size > 1e-3)
-    return scaled(deviator, 1.0 / size)  # type: ignore[no-any-return]
+    return scaled(deviator, 1.0 / size)
 
 
 @pytest.fixture(params=list(MEMBERS))

@@ -9,7 +9,7 @@ import tempfile
 from pathlib import Path
 
 import sqlalchemy as sa
-from hypothesis import settings
+from hypothesis import Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
     Bundle,
@@ -170,5 +170,5 @@ class Rules(RuleBasedStateMachine):
             return list(reading.execute(query).scalars())
 
 
-Rules.TestCase.settings = settings(max_examples=300, stateful_step_count=40, derandomize=False)
+Rules.TestCase.settings = settings(max_examples=300, stateful_step_count=40, derandomize=False, phases=[Phase.generate], report_multiple_bugs=False)
 TestRules = Rules.TestCase

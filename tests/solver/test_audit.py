@@ -1,5 +1,7 @@
 """Sums and balances of states that can be added up by hand."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -152,10 +154,10 @@ def test_audit__of_a_world_at_rest_and_cold_divides_by_nothing() -> None:
 
 def test_audit__computes_no_term_from_the_balance() -> None:
     """Energy that the viscosity takes and does not give back stays missing."""
-    blind = ArtificialViscosity(heating=0.0)
+    blind: dict[str, Any] = {"viscosity": ArtificialViscosity(heating=0.0)}
     sound, short = (
         simulate(two_blocks("axisymmetric", end_time=1e-6, **changes)).audit.energy_drift
-        for changes in ({}, {"viscosity": blind})
+        for changes in ({}, blind)
     )
     assert abs(sound) < 0.01
     assert short < -0.01
