@@ -12,7 +12,7 @@ class Particles(NamedTuple):
     velocity: np.ndarray  # (n, 3) m/s
     mass: np.ndarray  # (n,) kg
     density: np.ndarray  # (n,) kg/m3
-    energy: np.ndarray  # (n,) specific internal energy, J/kg
+    energy: np.ndarray  # (n,) specific internal energy at the time level of the velocity, J/kg
     pressure: np.ndarray  # (n,) Pa, of the equation of state after the tensile floor
     viscosity: np.ndarray  # (n,) Pa, artificial, not negative
     deviator: np.ndarray  # (n, 6) Pa, components 11 22 33 12 23 31
@@ -28,6 +28,7 @@ class Nodes(NamedTuple):
     mass: np.ndarray  # (m,) kg
     momentum: np.ndarray  # (m, 3) kg m/s
     force: np.ndarray  # (m, 3) N
+    before: np.ndarray  # (m, 3) velocity before the forces of the step, m/s
     velocity: np.ndarray  # (m, 3) m/s
     acceleration: np.ndarray  # (m, 3) m/s2
 
@@ -65,6 +66,7 @@ def empty_nodes(count):
         mass=np.zeros(count),
         momentum=np.zeros((count, 3)),
         force=np.zeros((count, 3)),
+        before=np.zeros((count, 3)),
         velocity=np.zeros((count, 3)),
         acceleration=np.zeros((count, 3)),
     )

@@ -3,6 +3,14 @@
 Ma (2005), section 2.2.4. Particles hold x, v, sigma at time n. Nodes hold m, p at n and f at n; then p at n+1;
 particles take x, v at n+1; their momentum is mapped back and gives the nodal velocity at n+1, from which strain and
 stress at n+1 follow. All weights are those of x at n.
+
+Energy: the forces of stress n change the kinetic energy of the particles by f . (v(n) + v(n+1)) / 2 dt at the nodes,
+with v(n) mapped before and v(n+1) mapped back after them. That is, particle by particle, minus the work of its own
+stress in the mean of the two velocity gradients, and so the internal energy takes it: half when the forces act, half
+in the strain update. Kinetic and internal energy then live at the same time level and their sum is kept to round-off,
+whatever the stress is (compatible differencing: Caramana et al. 1998, J. Comput. Phys. 146, 227). Pressure and
+temperature want the energy at the time of the density, half a step later; they add that half by prediction, implicit
+in the pressure.
 """
 
 from typing import NamedTuple
@@ -41,6 +49,7 @@ class Stepper:
     def advance(self, stage: "Stage", tally: Tally, dt: float) -> tuple[np.ndarray, int]:
         """Take the particles from n to n+1; returns the impulse (3,) of the faces and the particles they put back."""
         geometry, shape, nodes = self.problem.geometry, self.problem.shape, self.nodes
+        heating = self.problem.viscosity.heating
         particles, moved, order, start = stage.particles, stage.moved, stage.order, stage.slab_start
         sort_into_slabs(geometry, particles, order, start)
         shares = self._shares(np.diff(start))
@@ -55,7 +64,7 @@ class Stepper:
         for slabs in shares:  # x, v at n+1
             self.team.run(
                 lambda share: move_particles(
-                    geometry, shape, particles, moved, order, start, share, nodes, dt
+                    geometry, shape, particles, moved, order, start, share, nodes, heating, dt
                 ),
                 slabs,
             )
@@ -121,10 +130,9 @@ def solve_momentum(nodes, begin, end, dt):
         if nodes.mass[i] > 0.0:
             for axis in range(3):
                 acceleration = nodes.force[i, axis] / nodes.mass[i]
+                nodes.before[i, axis] = nodes.momentum[i, axis] / nodes.mass[i]
                 nodes.acceleration[i, axis] = acceleration
-                nodes.velocity[i, axis] = (
-                    nodes.momentum[i, axis] / nodes.mass[i] + acceleration * dt
-                )
+                nodes.velocity[i, axis] = nodes.before[i, axis] + acceleration * dt
                 nodes.momentum[i, axis] = 0.0
                 nodes.force[i, axis] = 0.0
 

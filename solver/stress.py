@@ -198,14 +198,15 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     sound = max(sound_speed_squared(matter.eos, old.density, old.energy, old.pressure), 0.0)
     q = artificial_viscosity(viscosity, density, math.sqrt(sound), spacing, trace / dt)
 
-    # Energy with the work of the mean stress over the step; e1 = known - (p0 + p1) dv / 2 and p1 = a + b e1. With the
-    # volume that the moved points really span, this is the negative of what the nodal forces of n and n+1 do together.
-    expansion = (ratio - 1.0) / old.density
-    shear_work = (
-        0.5 * (contract(turned, shape_change) + contract(new_deviator, shape_change)) / old.density
+    # Energy at the time of the velocity: the second half of the work of the old stress, see step.py.
+    old_work = contract(old.deviator, shape_change) - trace * (
+        old.pressure + viscosity.heating * old.viscosity
     )
-    viscous_work = 0.5 * viscosity.heating * (old.viscosity + q) * expansion
-    known = old.energy + shear_work - viscous_work - 0.5 * old.pressure * expansion
+    energy = old.energy + 0.5 * old_work / old.density
+    # Energy at the time of the density: half the work of the new stress on top; e = known - p dv / 2 and p = a + b e.
+    expansion = (ratio - 1.0) / old.density
+    known = energy + 0.5 * contract(new_deviator, shape_change) / old.density
+    known -= 0.5 * viscosity.heating * q * expansion
     a, b = pressure_terms(matter.eos, density)
     pressure = (a + b * known) / (1.0 + 0.5 * b * expansion)
     floor = pressure_floor(matter.tension, homologous)
@@ -213,7 +214,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     if pressure < floor:
         pressure = floor
         floored = 1
-    energy = known - 0.5 * pressure * expansion  # the work of the pressure that is stored
+    present = known - 0.5 * pressure * expansion  # with the pressure that is stored
     new = Point(
         density,
         energy,
@@ -221,7 +222,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
         q,
         new_deviator,
         old.plastic_strain + slip,
-        temperature(matter.eos, density, energy),
+        temperature(matter.eos, density, present),
     )
     return new, floored
 

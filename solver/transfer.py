@@ -58,6 +58,20 @@ def sort_into_slabs(geometry, particles, order, slab_start):
             place[slab] += 1
 
 
+@device
+def total_stress(particles, p, heating):
+    """Stress of a particle with ``heating`` times its artificial viscosity, six components in Pa."""
+    isotropic = -(particles.pressure[p] + heating * particles.viscosity[p])
+    return (
+        particles.deviator[p, 0] + isotropic,
+        particles.deviator[p, 1] + isotropic,
+        particles.deviator[p, 2] + isotropic,
+        particles.deviator[p, 3],
+        particles.deviator[p, 4],
+        particles.deviator[p, 5],
+    )
+
+
 @kernel
 def scatter_state(geometry, shape, particles, order, slab_start, slabs, nodes):
     """Mass, momentum and internal force of the particles of some slabs: Ma (2005), Eqs. 2-29 to 2-31."""
@@ -75,15 +89,7 @@ def _scatter_state(geometry, shape, particles, order, begin, end, nodes):
         fill_stencil(geometry, shape, particles.position, p, stencil)
         mass = particles.mass[p]
         volume = mass / particles.density[p]
-        isotropic = -(particles.pressure[p] + particles.viscosity[p])
-        stress = (
-            particles.deviator[p, 0] + isotropic,
-            particles.deviator[p, 1] + isotropic,
-            particles.deviator[p, 2] + isotropic,
-            particles.deviator[p, 3],
-            particles.deviator[p, 4],
-            particles.deviator[p, 5],
-        )
+        stress = total_stress(particles, p, 1.0)
         for a in range(stencil_size(geometry, shape)):
             i = stencil.node[a]
             share = stencil.weight[a] * mass
@@ -95,18 +101,20 @@ def _scatter_state(geometry, shape, particles, order, begin, end, nodes):
 
 
 @kernel
-def move_particles(geometry, shape, particles, moved, order, slab_start, slabs, nodes, dt):
+def move_particles(geometry, shape, particles, moved, order, slab_start, slabs, nodes, heating, dt):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
-    New positions go to ``moved`` (n, 3): the strain update that follows still uses the weights of the old ones.
+    The internal energy takes the work of the stress in the velocities before the forces: the first half of the
+    step's (``heating`` times that of the viscosity). New positions go to ``moved`` (n, 3): the strain update that
+    follows still uses the weights of the old ones.
     """
     for slab in slabs:
         begin, end = slab_start[slab], slab_start[slab + 1]
-        _move(geometry, shape, particles, moved, order, begin, end, nodes, dt)
+        _move(geometry, shape, particles, moved, order, begin, end, nodes, heating, dt)
 
 
 @device
-def _move(geometry, shape, particles, moved, order, begin, end, nodes, dt):
+def _move(geometry, shape, particles, moved, order, begin, end, nodes, heating, dt):
     stencil = new_stencil(geometry, shape)
     drift = np.empty(3)
     kick = np.empty(3)
@@ -115,11 +123,20 @@ def _move(geometry, shape, particles, moved, order, begin, end, nodes, dt):
         fill_stencil(geometry, shape, particles.position, p, stencil)
         drift[:] = 0.0
         kick[:] = 0.0
+        stress = total_stress(particles, p, heating)
+        power = 0.0  # of the stress in the velocities before the forces, W/m3
         for a in range(stencil_size(geometry, shape)):
             i = stencil.node[a]
             for axis in range(3):
                 drift[axis] += stencil.weight[a] * nodes.velocity[i, axis]
                 kick[axis] += stencil.weight[a] * nodes.acceleration[i, axis]
+            force = internal_force(geometry, stress, stencil.gradient, a)
+            power += (
+                force[0] * nodes.before[i, 0]
+                + force[1] * nodes.before[i, 1]
+                + force[2] * nodes.before[i, 2]
+            )
+        particles.energy[p] += 0.5 * power * dt / particles.density[p]
         for axis in range(3):
             particles.velocity[p, axis] += kick[axis] * dt
             moved[p, axis] = particles.position[p, axis] + drift[axis] * dt

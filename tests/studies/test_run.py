@@ -1,0 +1,473 @@
+"""A run: its identity is its content, what it refuses, and what its computation leaves."""
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.state import Particles, Snapshot
+from studies import materials, measurements, run, scenarios
+from studies.errors import InvalidInput
+from studies.execution import OBSERVATIONS_PER_WINDOW
+from studies.materials import Material
+from studies.materials.schema import NOT_SIMULATED
+from studies.measurements._view import view
+from studies.parameters import Parameter, declared
+from studies.results import Progress, RunResult
+from studies.run import PHYSICS_VERSION, Run, estimate, execute, materials_of, resolve
+
+COPPER = materials.load("copper-ofhc")
+GIVEN: dict[str, Any] = {
+    "speed": 3000.0,
+    "projectile_diameter": 8e-3,
+    "plate_thickness": 2e-3,
+    "plate_radius": 16e-3,
+    "projectile": "copper-ofhc",
+    "target": "copper-ofhc",
+    "cells_per_diameter": 4.0,
+    "end_time": 2e-6,
+}
+BLOCK: dict[str, Any] = {
+    **{name: value for name, value in GIVEN.items() if not name.startswith("plate")},
+    "target_depth": 24e-3,
+    "target_radius": 24e-3,
+}
+THIN = declared(scenarios.load("thin_plate").parameters)
+
+
+def asked(
+    given: Mapping[str, Any] = GIVEN,
+    *,
+    scenario: str = "thin_plate",
+    projectile: Material = COPPER,
+    target: Material = COPPER,
+    **changes: Any,
+) -> Run:
+    """A small run, with some parameters changed; a parameter that is ``...`` is left out."""
+    values = {name: value for name, value in {**given, **changes}.items() if value is not ...}
+    return resolve(scenario, values, {"projectile": projectile, "target": target})
+
+
+def refused(*arguments: Any, **changes: Any) -> list[str]:
+    """The fields of the findings."""
+    with pytest.raises(InvalidInput) as caught:
+        asked(*arguments, **changes)
+    return [finding.field for finding in caught.value.findings]
+
+
+# Identity
+
+
+def test_identity__is_32_hexadecimal_digits() -> None:
+    assert len(asked().id) == 32
+    assert int(asked().id, 16) >= 0
+
+
+def test_identity__of_the_same_content_is_the_same() -> None:
+    backwards = dict(reversed(GIVEN.items()))
+    assert asked().id == asked(backwards).id
+    assert asked() is not asked(backwards)
+
+
+def test_identity__survives_json() -> None:
+    plain = json.loads(json.dumps(asked().as_json(), allow_nan=False))
+    assert Run.from_json(plain).id == asked().id
+
+
+def test_identity__of_a_default_is_that_of_the_same_value_spelled_out() -> None:
+    assert asked(courant=0.4).id == asked().id
+    assert asked(geometry="axisymmetric", stop="settled").id == asked().id
+
+
+def test_identity__takes_whole_numbers_for_numbers() -> None:
+    assert asked(speed=3000).id == asked().id
+
+
+def test_identity__ignores_what_lies_beyond_12_digits() -> None:
+    near = asked(speed=3000.0 * (1.0 + 1e-14))
+    assert near.id == asked().id
+    assert near.parameters["speed"] == 3000.0
+
+
+def test_identity__sees_the_12th_digit() -> None:
+    assert asked(speed=3000.00000001).id != asked().id
+
+
+def test_identity__ignores_beyond_12_digits_in_materials_too() -> None:
+    near = COPPER.with_value("strength.A", 90e6 * (1.0 + 1e-14))
+    assert asked(target=near).id == asked().id
+
+
+def test_identity__is_not_changed_by_the_name_of_a_material() -> None:
+    renamed = dataclasses.replace(COPPER, name="cu", title="My copper", family="red")
+    assert asked(target=renamed).id == asked().id
+
+
+def test_identity__is_not_changed_by_what_the_parameter_calls_a_material() -> None:
+    assert asked({**GIVEN, "projectile": "cu", "target": "cu"}).id == asked().id
+
+
+def test_identity__is_not_changed_by_numbers_that_only_laws_read() -> None:
+    without = dataclasses.replace(COPPER, yield_stresses=(), brinell_hardness=40.0)
+    assert asked(target=without).id == asked().id
+
+
+@pytest.mark.parametrize("path", sorted(set(COPPER.paths()) - set(NOT_SIMULATED)))
+@pytest.mark.parametrize("role", ["projectile", "target"])
+def test_identity__is_changed_by_every_physical_constant(role: str, path: str) -> None:
+    value = COPPER.value_at(path)
+    assert value is not None
+    changed: dict[str, Any] = {role: COPPER.with_value(path, value * (1.0 + 1e-9))}
+    assert asked(**changed).id != asked().id
+
+
+def changed_value(parameter: Parameter, value: Any) -> Any:
+    """Another value that the parameter allows."""
+    if parameter.kind == "boolean":
+        return not value
+    if parameter.choices:
+        return next(choice for choice in parameter.choices if choice != value)
+    if value is None:
+        assert parameter.minimum is not None
+        assert parameter.maximum is not None
+        return math.sqrt(parameter.minimum * parameter.maximum)
+    return value * 1.01 or 0.01
+
+
+# Where a parameter means something, and what must change with it.
+SETTING: dict[str, dict[str, Any]] = {
+    "projectile_length": {"projectile_shape": "cylinder", "projectile_length": 4e-3},
+    "obliquity": {"geometry": "half"},
+}
+FOLLOWS: dict[str, dict[str, Any]] = {"projectile_shape": {"projectile_length": 8e-3}}
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, parameter in THIN.items() if parameter.kind != "material"]
+)
+def test_identity__is_changed_by_every_parameter(name: str) -> None:
+    before = asked(**SETTING.get(name, {}))
+    change = {name: changed_value(THIN[name], before.parameters[name]), **FOLLOWS.get(name, {})}
+    assert asked(**{**SETTING.get(name, {}), **change}).id != before.id
+
+
+def test_identity__is_changed_by_the_scenario() -> None:
+    assert asked(BLOCK, scenario="thick_plate").id != asked().id
+
+
+def test_identity__is_changed_by_the_version_of_the_physics(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    before = asked().id
+    monkeypatch.setattr(run, "PHYSICS_VERSION", PHYSICS_VERSION + 1)
+    assert asked().id != before
+
+
+def test_identity__tells_projectile_from_target() -> None:
+    soft = COPPER.with_value("strength.A", 60e6)
+    assert asked(projectile=soft).id != asked(target=soft).id
+
+
+# Refusals
+
+
+def test_resolve__refuses_an_unknown_parameter_with_the_nearest_name() -> None:
+    with pytest.raises(InvalidInput, match="speed"):
+        asked(sped=3000.0)
+
+
+def test_resolve__refuses_an_unknown_scenario_with_the_nearest_name() -> None:
+    with pytest.raises(InvalidInput, match="thin_plate"):
+        resolve("thin_plat", GIVEN, {"projectile": COPPER, "target": COPPER})
+
+
+@pytest.mark.parametrize("value", [-3000.0, 0.0, math.nan, math.inf, 1e9, "fast", None, True])
+def test_resolve__refuses_a_speed_that_is_none(value: Any) -> None:
+    assert refused(speed=value) == ["parameters.speed"]
+
+
+def test_resolve__refuses_a_missing_parameter() -> None:
+    assert refused(speed=...) == ["parameters.speed"]
+
+
+def test_resolve__refuses_a_missing_material() -> None:
+    with pytest.raises(InvalidInput) as caught:
+        resolve("thin_plate", GIVEN, {"projectile": COPPER})
+    assert [finding.field for finding in caught.value.findings] == ["target"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"projectile_shape": "cylinder"}, "projectile_length"),
+        ({"projectile_length": 4e-3}, "projectile_length"),
+        ({"plate_radius": 7e-3}, "plate_radius"),
+        ({"plate_thickness": 0.9e-3}, "plate_thickness"),
+    ],
+)
+def test_resolve__refuses_parameters_that_contradict_each_other(
+    changes: dict[str, Any], field: str
+) -> None:
+    assert refused(**changes) == [field]
+
+
+@pytest.mark.parametrize("field", ["target_depth", "target_radius"])
+def test_resolve__refuses_a_block_smaller_than_the_projectile(field: str) -> None:
+    assert refused(BLOCK, scenario="thick_plate", **{field: 7e-3}) == [field]
+
+
+def test_resolve__finds_everything_at_once() -> None:
+    found = refused(speed=-1.0, courant=2.0, geometry="cube", sped=1.0)
+    assert sorted(found) == [
+        f"parameters.{name}" for name in ("courant", "geometry", "sped", "speed")
+    ]
+
+
+def test_resolve__says_limit_and_cure() -> None:
+    with pytest.raises(InvalidInput) as caught:
+        asked(speed=-1.0)
+    (finding,) = caught.value.findings
+    assert "100 m/s" in finding.limit
+    assert finding.cure
+
+
+def test_resolve__fills_in_every_default() -> None:
+    assert list(asked().parameters) == list(THIN)
+    assert asked().parameters["viscosity_quadratic"] == 1.5
+
+
+# Cost
+
+
+def test_estimate__grows_with_the_work() -> None:
+    small, large = estimate(asked()), estimate(asked(cells_per_diameter=8.0))
+    assert 0 < small.particles < large.particles
+    assert 0.0 < small.core_seconds < large.core_seconds
+    assert 0 < small.bytes < large.bytes
+
+
+# Computation
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Path, list[Progress]]:
+    """A small run: its result, its directory, and what it said on the way."""
+    directory = tmp_path_factory.mktemp("run") / "made by execute"
+    said: list[Progress] = []
+    return execute(asked(), directory, said.append, threads=1), directory, said
+
+
+Computed = tuple[RunResult, Path, list[Progress]]
+
+
+def unphysical(tmp_path: Path) -> RunResult:
+    """A run whose constant step is twenty times too long."""
+    return execute(asked(fixed_dt=1e-6, end_time=1e-4), tmp_path, threads=1)
+
+
+def plain_result(directory: Path) -> dict[str, Any]:
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"result.json holds {constant}")
+
+    text = (directory / "result.json").read_text(encoding="utf-8")
+    plain: dict[str, Any] = json.loads(text, parse_constant=refuse)
+    return plain
+
+
+def test_execute__succeeds_and_says_what_it_computed(computed: Computed) -> None:
+    result, _, _ = computed
+    assert (result.state, result.reason, result.failure) == ("succeeded", None, None)
+    assert result.run_id == asked().id
+    assert set(result.measurements) == set(scenarios.load("thin_plate").measurements)
+
+
+def test_execute__leaves_a_result_and_a_state_and_nothing_else(computed: Computed) -> None:
+    _, directory, _ = computed
+    assert sorted(file.name for file in directory.iterdir()) == ["result.json", "state.npz"]
+
+
+def test_execute__result_comes_back_from_its_file(computed: Computed) -> None:
+    result, directory, _ = computed
+    plain = plain_result(directory)
+    assert plain == result.as_json()
+    assert RunResult.from_json(plain).as_json() == plain
+
+
+def test_execute__a_number_that_is_none_is_null_with_a_flag(tmp_path: Path) -> None:
+    """A fifth of a microsecond is too short for a hole."""
+    hole = execute(asked(end_time=2e-7), tmp_path, threads=1).measurements["hole_diameter"]
+    assert (hole.value, hole.uncertainty, hole.flags) == (None, None, ("not_perforated",))
+    assert plain_result(tmp_path)["measurements"]["hole_diameter"]["value"] is None
+
+
+def test_execute__says_how_good_it_is(computed: Computed) -> None:
+    numbers = computed[0].numbers
+    assert numbers["cells_per_diameter"] == 4.0
+    assert numbers["cells_per_thickness"] == 1.0
+    assert abs(numbers["largest_energy_drift"]) < 0.01
+    assert numbers["momentum_error"] < 1e-10
+    assert numbers["mass_error"] < 1e-12
+    assert numbers["end_time"] >= 2e-6
+    assert all(math.isfinite(number) for number in numbers.values())
+
+
+def test_execute__says_what_computed(computed: Computed) -> None:
+    provenance = computed[0].provenance
+    assert provenance["physics_version"] == str(PHYSICS_VERSION)
+    assert {"whipple", "python", "numpy", "numba", "cpu", "started", "seconds"} <= set(provenance)
+
+
+def test_execute__reports_progress(computed: Computed) -> None:
+    _, _, said = computed
+    fractions = [progress.fraction for progress in said]
+    # Five observations in each window of 5 us: in 2 us two, and the start.
+    assert len(said) == 1 + round(2e-6 / (5e-6 / OBSERVATIONS_PER_WINDOW))
+    assert fractions[0] == 0.0
+    assert fractions[-1] == 1.0
+    assert fractions == sorted(fractions)
+    assert said[-1].end_time == 2e-6
+    assert all(json.dumps(progress.as_json(), allow_nan=False) for progress in said)
+
+
+def test_execute__keeps_a_history_of_each_measurement(computed: Computed) -> None:
+    result, _, said = computed
+    for measured in result.measurements.values():
+        assert measured.history["time"] == [progress.time for progress in said]
+        assert len(measured.history["value"]) == len(said)
+
+
+def test_execute__state_holds_the_living_particles(computed: Computed) -> None:
+    result, directory, _ = computed
+    state = np.load(directory / "state.npz", allow_pickle=False)
+    assert set(state.files) == {"body", "time", *Particles._fields} - {"alive"}
+    assert float(state["time"]) == result.numbers["end_time"]
+    assert state["mass"].size == state["body"].size <= result.numbers["particles"]
+    assert all(np.isfinite(state[name]).all() for name in state.files)
+
+
+def test_execute__state_can_be_measured_again(tmp_path: Path) -> None:
+    """A stored state gives the numbers of the result without solving."""
+    asking = asked(BLOCK, scenario="thick_plate", end_time=4e-6)
+    result = execute(asking, tmp_path, threads=1)
+    scenario = scenarios.load("thick_plate")
+    setting = scenario.build(scenario.parameters(**asking.parameters), materials_of(asking))
+    state = np.load(tmp_path / "state.npz")
+    particles = Particles(
+        **{name: state[name] for name in Particles._fields if name != "alive"},
+        alive=np.ones(state["mass"].size, np.uint8),
+    )
+    seen = view(setting, Snapshot(float(state["time"]), 0, particles, state["body"]))
+    for name, measured in result.measurements.items():
+        assert measurements.load(name).read(seen).value == measured.value
+
+
+def test_execute__twice_gives_the_same_numbers(computed: Computed, tmp_path: Path) -> None:
+    again = execute(asked(), tmp_path, threads=1)
+    assert again.numbers == computed[0].numbers
+    assert again.measurements == computed[0].measurements
+
+
+def test_execute__returns_an_unphysical_run_as_failed_with_its_reason(tmp_path: Path) -> None:
+    result = unphysical(tmp_path)
+    assert (result.state, result.failure) == ("failed", "UnphysicalState")
+    assert result.reason is not None
+    assert "particle" in result.reason
+    assert "t = " in result.reason
+    assert result.measurements == {}
+
+
+def test_execute__failed_leaves_a_result_and_no_state(tmp_path: Path) -> None:
+    result = unphysical(tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["result.json"]
+    assert RunResult.from_json(plain_result(tmp_path)).as_json() == result.as_json()
+
+
+def test_execute__returns_whatever_limit_the_solver_finds_crossed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("solver.simulation.SPEED_FACTOR", 0.5)
+    result = execute(asked(), tmp_path, threads=1)
+    assert result.state == "failed"
+    assert result.reason is not None
+    assert result.reason.startswith("speed = 3000 at particle ")
+
+
+def test_execute__does_not_hide_a_mistake_in_the_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*arguments: Any) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("studies.execution.view", broken)
+    with pytest.raises(ZeroDivisionError):
+        execute(asked(), tmp_path, threads=1)
+    assert not (tmp_path / "result.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "under_resolved"),
+    [
+        ({"cells_per_diameter": 15.0, "plate_thickness": 4e-3}, True),
+        ({"cells_per_diameter": 16.0, "plate_thickness": 1.9e-3}, True),
+        ({"cells_per_diameter": 16.0, "plate_thickness": 2e-3}, False),
+    ],
+)
+def test_flags__under_resolved_below_16_cells_a_diameter_and_4_a_thickness(
+    tmp_path: Path, changes: dict[str, Any], under_resolved: bool
+) -> None:
+    result = execute(asked(end_time=1e-7, **changes), tmp_path, threads=1)
+    assert ("under_resolved" in result.flags) == under_resolved
+
+
+def test_stop__says_end_time_where_it_ran_out_of_time(computed: Computed) -> None:
+    assert computed[0].stop == "end_time"
+
+
+def settling(**changes: Any) -> Run:
+    """A crater that is judged by a generous measure of growth."""
+    return asked(
+        BLOCK,
+        **{
+            "scenario": "thick_plate",
+            "end_time": 40e-6,
+            "settled_window": 3e-6,
+            "settled_growth": 0.2,
+            **changes,
+        },
+    )
+
+
+def test_stop__says_settled_where_growth_has_ended(tmp_path: Path) -> None:
+    result = execute(settling(), tmp_path, threads=1)
+    assert result.stop == "settled"
+    assert 6e-6 <= result.numbers["end_time"] < 40e-6
+    for name in ("crater_depth", "crater_diameter"):
+        measured = result.measurements[name]
+        assert measured.value is not None
+        assert measured.flags == ()
+        assert measured.parts["growth"] < 0.2 * measured.value
+
+
+def test_stop__waits_for_the_end_where_it_is_told_to(tmp_path: Path) -> None:
+    result = execute(settling(stop="end_time", end_time=12e-6), tmp_path, threads=1)
+    assert result.stop == "end_time"
+    assert result.numbers["end_time"] >= 12e-6
+
+
+def test_measurement__that_still_grows_is_flagged(tmp_path: Path) -> None:
+    result = execute(
+        settling(end_time=8e-6, settled_growth=1e-9, settled_window=2e-6), tmp_path, threads=1
+    )
+    assert result.stop == "end_time"
+    assert "still_growing" in result.measurements["crater_depth"].flags
+
+
+def test_measurement__uncertainty_is_the_root_of_the_squares_of_its_parts(tmp_path: Path) -> None:
+    measured = execute(settling(), tmp_path, threads=1).measurements["crater_diameter"]
+    assert set(measured.parts) == {"resolution", "azimuth", "growth"}
+    assert measured.uncertainty == pytest.approx(math.hypot(*measured.parts.values()))
