@@ -40,7 +40,7 @@ def check_binding(settings: Settings) -> None:
                 settings.host,
                 "an address of this machine's loopback: there is no login yet",
                 "use 127.0.0.1; or, behind a proxy that checks who is asking, set WHIPPLE_TRUSTED_PROXY=true "
-                'and the names it is reached by, WHIPPLE_ALLOWED_HOSTS=\'["whipple.example.org"]\'',
+                "and the names it is reached by, WHIPPLE_ALLOWED_HOSTS='[\"whipple.example.org\"]'",
             )
         ]
     )

@@ -13,6 +13,7 @@ of words that a user wrote.
 
 import hashlib
 import json
+import os
 import re
 import shutil
 from collections.abc import Iterable
@@ -59,6 +60,20 @@ class Artifacts:
         if not path.is_file() or path.stat().st_size != stored.size:
             return False
         return digest(path) == stored.sha256
+
+    def bring_to_disk(self, folder: Path) -> None:
+        """Make the names of ``folder`` and of the folders above it survive a power cut.
+
+        Files are brought to the disk by whoever writes them; a row must not outlive their names.
+        """
+        for place in (folder, *folder.parents):
+            if not place.is_relative_to(self.root):
+                return
+            descriptor = os.open(place, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
 
     def read_json(self, stored: Stored) -> Any:
         """What a registered JSON file says."""

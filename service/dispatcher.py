@@ -36,6 +36,7 @@ from service.worker import Ending, Ticket
 log = logging.getLogger(__name__)
 
 PROGRESS_SECONDS = 1.0  # between two writes of progress
+STUCK_SECONDS = 60.0  # without a turn that succeeded, before it counts as dead
 
 
 class Engine(Protocol):
@@ -70,6 +71,7 @@ class Dispatcher:
         self._thread = threading.Thread(target=self._run, name="dispatcher", daemon=True)
         self._epoch: int | None = None
         self._reconciled = self._written = -math.inf  # monotonic
+        self._worked = time.monotonic()  # end of the last turn that succeeded
 
     def start(self) -> None:
         """Begin to work through the queue."""
@@ -77,8 +79,9 @@ class Dispatcher:
         self._thread.start()
 
     def is_alive(self) -> bool:
-        """Whether somebody looks after the queue."""
-        return self._thread.is_alive() and not self._closing.is_set()
+        """Whether somebody looks after the queue, and could do so lately."""
+        works = time.monotonic() - self._worked < STUCK_SECONDS
+        return works and self._thread.is_alive() and not self._closing.is_set()
 
     def wake(self) -> None:
         """Look at the queue now."""
@@ -125,6 +128,7 @@ class Dispatcher:
         self._reconcile(claimed)
         self._stop_unwanted(claimed)
         self._fill()
+        self._worked = time.monotonic()
 
     def _listen(self, *, wait: float) -> None:
         """Take what the engine says, and wait for it at most so long."""
@@ -182,6 +186,7 @@ class Dispatcher:
         damaged = [file.name for file in files if not self._artifacts.is_intact(file)]
         if damaged:
             raise ValueError(f"{', '.join(damaged)} does not match its checksum")
+        self._artifacts.bring_to_disk(self._artifacts.attempt_directory(claim))
         if claim.kind is Kind.PUBLISH:
             return self._store.publish(claim, files, seconds=ending.seconds)
         [file] = files

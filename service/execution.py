@@ -10,6 +10,7 @@ import threading
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from multiprocessing import spawn
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
@@ -22,6 +23,7 @@ from service.jobs import Cause
 from service.worker import Ending, Ticket
 
 PROGRESS = "whipple-progress"  # topic
+WORKER_PROCESS = "Dask Worker process"  # how distributed.nanny names them
 CLOSE_SECONDS = 10.0  # a child needs half a second to go, a worker a few
 
 CONFIGURATION = {
@@ -60,18 +62,19 @@ class Engine:
         self._inbox = inbox
         self._futures: dict[str, distributed.Future] = {}
         self._changed = threading.Condition()  # guards the futures
-        dask.config.set(CONFIGURATION)
-        self._cluster = distributed.LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            protocol="tls://",
-            security=distributed.Security.temporary(),
-            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-            memory_limit=None,  # the supervisor is small, and Dask does not see its child
-            local_directory=str(scratch),
-            silence_logs=logging.CRITICAL,
-        )
+        _spare_the_main_module()
+        with dask.config.set(CONFIGURATION):
+            self._cluster = distributed.LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                protocol="tls://",
+                security=distributed.Security.temporary(),
+                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+                memory_limit=None,  # the supervisor is small, and Dask does not see its child
+                local_directory=str(scratch),
+                silence_logs=logging.CRITICAL,
+            )
         self._client = distributed.Client(self._cluster, set_as_default=False)
         self._client.register_plugin(_Undisturbed())
         self._client.subscribe_topic(PROGRESS, self._hear)
@@ -118,6 +121,25 @@ class Engine:
         """Called in the loop of the client."""
         words = dict(event[1])
         self._inbox.put(Told(words.pop("key"), words))
+
+
+def _spare_the_main_module() -> None:
+    """Let workers start without importing the program that called us.
+
+    Else a script that calls ``run_sweep`` outside of ``if __name__ == "__main__"`` would run again
+    in each worker, and fail there; so would every worker that is replaced later.
+    """
+    plain = spawn.get_preparation_data
+
+    def prepare(name: str) -> dict[str, Any]:
+        prepared = plain(name)
+        if name.startswith(WORKER_PROCESS):
+            for entry in ("init_main_from_name", "init_main_from_path"):
+                prepared.pop(entry, None)
+        return prepared
+
+    if plain.__module__ == spawn.__name__:  # else it is ours already
+        spawn.get_preparation_data = prepare
 
 
 class _Undisturbed(distributed.WorkerPlugin):

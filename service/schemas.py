@@ -158,9 +158,9 @@ class EstimateModel(Answer):
 
     runs: int = Field(description="points of the sweep")
     reused: int = Field(description="different runs that are computed or under way already")
-    core_seconds: float = Field(description="of all runs together, as if none could be reused")
+    core_seconds: float = Field(description="of the runs that are not there yet")
     seconds: float = Field(description="the same on the workers of this service")
-    bytes: int = Field(description="that the results would take, as if none could be reused")
+    bytes: int = Field(description="that their results would take")
 
 
 class ParameterModel(Answer):

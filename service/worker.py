@@ -13,6 +13,7 @@ The answer is files in the attempt's folder. Crash, time limit and cancel touch 
 
 import ctypes
 import json
+import math
 import os
 import selectors
 import signal
@@ -23,7 +24,7 @@ import time
 import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import IO, Any
@@ -193,13 +194,13 @@ class Supervisor:
 
     def _judge(self, status: int) -> Ending:
         """How it ended, from its status and its files."""
+        if status == 0:  # also if it was about to be stopped
+            return self._collect()
         if self._cut is Cause.LOST:
             return self.ending(Cause.LOST, "Stopped", "stopped on request")
         if self._cut is Cause.TIME_LIMIT:
             limit = f"stopped after the limit of {self._ticket.seconds_limit:g} s"
             return self.ending(Cause.TIME_LIMIT, "TimeLimit", limit)
-        if status == 0:
-            return self._collect()
         if self._error is not None:
             return self.ending(Cause.ERROR, self._error["failure"], self._error["reason"])
         name = signal.Signals(-status).name if status < 0 else f"status {status}"
@@ -280,7 +281,9 @@ def perform(
     """Compute a run, or publish a sweep, into ``directory``."""
     target = import_module(targets or TARGETS[kind])
     if kind is Kind.RUN:
-        target.execute(target.Run.from_json(spec), directory, lambda told: tell(_plain(told)))
+        target.execute(
+            target.Run.from_json(spec), directory, lambda told: tell(_finite(asdict(told)))
+        )
         return
     answers = {one["run_id"]: _answer(one) for one in spec["outcomes"]}
     target.publish(spec["document"], answers, directory)
@@ -296,8 +299,11 @@ def _answer(outcome: Mapping[str, Any]) -> Mapping[str, Any]:
     return json.loads(file.read_bytes())
 
 
-def _plain(told: Any) -> Mapping[str, Any]:
-    return asdict(told) if is_dataclass(told) and not isinstance(told, type) else dict(told)
+def _finite(value: Any) -> Any:
+    """The same with None for NaN and infinity, which JSON does not have."""
+    if isinstance(value, Mapping):
+        return {name: _finite(one) for name, one in value.items()}
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _die_with_parent() -> None:

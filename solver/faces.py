@@ -25,7 +25,13 @@ def hold_face(nodes, index, axis, side, kind, dt, impulse):
                 outward = nodes.momentum[i, axis] + nodes.force[i, axis] * dt
                 if (outward > 0.0) == (side == 0):
                     continue
-            impulse[component] -= nodes.force[i, component] * dt
+            push = nodes.force[i, component] * dt
+            if kind == _WALL and push != 0.0 and (push > 0.0) == (side == 0):
+                nodes.momentum[
+                    i, component
+                ] = -push  # stopped by the wall, and pushed off it by the body alone
+                continue
+            impulse[component] -= push
             nodes.momentum[i, component] = 0.0
             nodes.force[i, component] = 0.0
 

@@ -8,7 +8,7 @@ function of the run: the same call in a notebook, a worker and a test. Only it, 
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -95,8 +95,10 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
         raise InvalidInput(
             Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent
         )
-    run = Run(scenario, values, {name: materials[name].resolved() for name in chosen.materials})
-    findings = chosen.check(chosen.parameters(**values), materials_of(run))
+    given = chosen.fill(chosen.parameters(**values))
+    resolved = {name: materials[name].resolved() for name in chosen.materials}
+    run = Run(scenario, asdict(given), resolved)
+    findings = chosen.check(given, materials_of(run))
     if findings:
         raise InvalidInput(findings)
     return run

@@ -48,13 +48,14 @@ def estimate_sweep(sweep: SweepGiven, store: StoreGiven, settings: SettingsGiven
     """What a sweep would cost. Nothing is stored."""
     points = sweep.runs()
     runs = {point.run.id: point.run for point in points}
-    estimates = [estimate(run) for run in runs.values()]
+    known = store.known_runs(runs)
+    estimates = [estimate(run) for id, run in runs.items() if id not in known]
     core_seconds = sum(one.core_seconds for one in estimates) * (store.pace() or 1.0)
     return EstimateModel(
         runs=len(points),
-        reused=store.known_runs(runs),
+        reused=len(known),
         core_seconds=core_seconds,
-        seconds=core_seconds / min(settings.workers, len(runs)),
+        seconds=core_seconds / max(1, min(settings.workers, len(estimates))),
         bytes=sum(one.bytes for one in estimates),
     )
 

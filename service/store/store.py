@@ -286,15 +286,16 @@ class Store(Queue):
             seconds, cost = connection.execute(query).one()
         return seconds / cost if cost else None
 
-    def known_runs(self, ids: Iterable[str]) -> int:
-        """How many of these runs are finished or under way, so that asking computes nothing new."""
+    def known_runs(self, ids: Iterable[str]) -> set[str]:
+        """Which of these runs are finished or under way, so that asking computes nothing new."""
         known = sa.not_(queries.ended_by_accident(verdicts=False))
-        count = sa.select(sa.func.count()).select_from(JOBS).where(known)
+        found = sa.select(JOBS.c.id).where(known)
         with self._database.reading() as connection:
-            return sum(
-                connection.execute(count.where(JOBS.c.id.in_(batch))).scalar_one()
+            return {
+                id
                 for batch in queries.batches(ids)
-            )
+                for id in connection.scalars(found.where(JOBS.c.id.in_(batch)))
+            }
 
 
 def _estimated_core_seconds(run: "Run") -> float:

@@ -6,6 +6,7 @@ at mu = 1 / (s - 1). In expansion p = rho0 c0^2 mu + gamma0 rho e: keeping gamma
 of 40 at rho = 0.05 rho0 and leave the implicit solve without an answer.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 from solver.eos import EosEntry, pressure_terms, sound_speed_squared
@@ -36,6 +37,7 @@ class MieGrueneisen(NamedTuple):
     isentrope: tuple[float, ...]  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
 
 
+@cache
 def mie_grueneisen(*, density, c0, s, gamma0, heat_capacity, temperature):
     """The closed form with its isentrope."""
     mu_tangent = min(TANGENT_FROM / (s - 1.0), STIFF) if s > 1.0 else STIFF

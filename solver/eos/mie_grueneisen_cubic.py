@@ -6,6 +6,7 @@ and gamma0 in expansion: with Eq. 2-22 on both sides, expanded matter had a gamm
 thesis' own 6 km/s problem reached 68 km/s.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 from solver.eos import EosEntry, pressure_terms, sound_speed_squared
@@ -34,6 +35,7 @@ class MieGrueneisenCubic(NamedTuple):
     isentrope: tuple[float, ...]  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
 
 
+@cache
 def mie_grueneisen_cubic(*, density, c0, s, gamma0, heat_capacity, temperature):
     """The thesis' cubic form with its isentrope."""
     return with_isentrope(

@@ -54,6 +54,7 @@ class Scenario:
     materials: tuple[str, ...]  # parameters that name a material
     measurements: tuple[str, ...]  # quantities read off its runs
     settles: tuple[str, ...]  # the measurements that must stop growing before a run may end early
+    fill: Callable[[Any], Any]  # the same parameters with the defaults that follow from others
     check: Callable[[Any, Materials], list[Finding]]  # what no single field can tell
     build: Callable[[Any, Materials], Setting]
     estimate: Callable[[Any, Materials], Size]

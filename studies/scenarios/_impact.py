@@ -7,13 +7,14 @@ lengths are exact; the masses of a body are scaled to the analytic mass, from wh
 """
 
 import math
-from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Second
 from studies.errors import Finding
 from studies.parameters import MaterialName
+from studies.quantities import round_quantity
 from studies.scenarios import Materials, Setting, Size
 
 if TYPE_CHECKING:
@@ -108,6 +109,16 @@ class Impact:
     fixed_dt: Second | None = described(
         "constant time step instead of the stable one, for comparisons", 1e-15, 1e-3, default=None
     )
+
+
+Given = TypeVar("Given", bound="Impact")
+
+
+def filled(given: Given, **derived: float) -> Given:
+    """The parameters with every default that follows from others, at 12 significant digits."""
+    derived = {"end_time": end_time(given), "settled_window": settled_window(given), **derived}
+    changes: dict[str, Any] = {name: round_quantity(value) for name, value in derived.items()}
+    return replace(given, **changes)
 
 
 def spacing(given: Impact) -> float:

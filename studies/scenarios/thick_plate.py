@@ -5,7 +5,15 @@ from dataclasses import dataclass
 from solver.units import Metre
 from studies.errors import Finding
 from studies.scenarios import Materials, Scenario, Setting, Size
-from studies.scenarios._impact import Impact, assemble, check_projectile, described, size, spacing
+from studies.scenarios._impact import (
+    Impact,
+    assemble,
+    check_projectile,
+    described,
+    filled,
+    size,
+    spacing,
+)
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
 # at 7 km/s is 3.5 diameters deep and three wide on each side.
@@ -33,6 +41,10 @@ def _depth(given: ThickPlate) -> float:
 
 def _radius(given: ThickPlate) -> float:
     return given.target_radius or RADIUS * given.projectile_diameter
+
+
+def _fill(given: ThickPlate) -> ThickPlate:
+    return filled(given, target_depth=_depth(given), target_radius=_radius(given))
 
 
 def _check(given: ThickPlate, materials: Materials) -> list[Finding]:
@@ -73,6 +85,7 @@ SCENARIO = Scenario(
     materials=("projectile", "target"),
     measurements=("crater_depth", "crater_diameter", "crater_depth_over_diameter"),
     settles=("crater_depth", "crater_diameter"),
+    fill=_fill,
     check=_check,
     build=_build,
     estimate=_size,

@@ -6,7 +6,15 @@ from dataclasses import dataclass
 from solver.units import Metre, Radian
 from studies.errors import Finding
 from studies.scenarios import Materials, Scenario, Setting, Size
-from studies.scenarios._impact import Impact, assemble, check_projectile, described, size, spacing
+from studies.scenarios._impact import (
+    Impact,
+    assemble,
+    check_projectile,
+    described,
+    filled,
+    size,
+    spacing,
+)
 
 RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
 
@@ -36,6 +44,10 @@ class ThinPlate(Impact):
 
 def _radius(given: ThinPlate) -> float:
     return given.plate_radius or RADIUS * given.projectile_diameter
+
+
+def _fill(given: ThinPlate) -> ThinPlate:
+    return filled(given, plate_radius=_radius(given))
 
 
 def _check(given: ThinPlate, materials: Materials) -> list[Finding]:
@@ -108,6 +120,7 @@ SCENARIO = Scenario(
         "hole_diameter_lip",
     ),
     settles=("hole_diameter",),
+    fill=_fill,
     check=_check,
     build=_build,
     estimate=_size,

@@ -258,7 +258,7 @@ def test_eos__continues_its_curve_beyond_the_tangent_without_a_jump(copper: Any)
 def test_eos__implicit_energy_has_an_answer_for_every_allowed_step(
     copper: Any, trace: float
 ) -> None:
-    """e1 = known - (p0 + a + b e1) dv / 2 divides by 1 + b dv / 2, for volume changes up to a tenth."""
+    """e = known - (a + b e) dv / 2 divides by 1 + b dv / 2, for volume changes up to a tenth."""
     for density, _ in CORNERS:
         after = density * math.exp(-trace)
         _, b = pressure_terms(copper, after)

@@ -404,3 +404,16 @@ def test_close__what_was_under_way_is_queued_and_what_had_ended_is_kept(bench: B
     assert bench.store.run(run_id(0)).state is State.SUCCEEDED
     assert bench.store.run(run_id(1)).state is State.QUEUED
     assert bench.store.claimed() == ()
+
+
+def test_alive__not_when_no_turn_has_succeeded_for_long(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def trouble() -> None:
+        raise RuntimeError("nobody foresaw this")
+
+    monkeypatch.setattr("service.dispatcher.STUCK_SECONDS", 0.0)
+    monkeypatch.setattr(bench.dispatcher, "turn", trouble)
+    bench.dispatcher.start()
+    assert not bench.dispatcher.is_alive()
+    bench.dispatcher.close()

@@ -275,3 +275,18 @@ def test_this_side__loads_no_solver_and_no_dataset() -> None:
         [sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True
     )
     assert answer.stdout.strip() == "[]"
+
+
+def test_run_sweep__from_a_script_without_a_guard_runs_it_once(tmp_path: Path) -> None:
+    out, script = tmp_path / "out", tmp_path / "script.py"
+    call = f"run_sweep({document()!r}, {str(out)!r})"
+    script.write_text(f"from service.local import run_sweep\nprint({call}.counts['succeeded'])\n")
+    environment = {"WHIPPLE_TARGETS_MODULE": "tests.service.targets", "PYTHONPATH": str(ROOT)}
+    answer = subprocess.run(
+        [sys.executable, script],
+        env={**os.environ, **environment},
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert answer.stdout == "2\n"

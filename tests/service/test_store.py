@@ -384,6 +384,32 @@ def test_cancel__a_run_that_somebody_wants_again_is_queued_when_it_has_stopped(
     assert store.sweep(again.id).state is SweepState.SUCCEEDED
 
 
+def test_cancel__a_sweep_that_is_being_published_goes_on(store: Store) -> None:
+    publishing = store.create_sweep(sweep_of(1))
+    [claim] = claim_runs(store, 1)
+    store.finish(claim, result(succeeded=False))
+    [publication] = store.claim(1, EPOCH)
+    # Another sweep asks for the same run again, so that it is unfinished once more.
+    other = store.create_sweep(sweep_of(1))
+    [second] = store.claim(1, EPOCH)
+    store.publish(second, [stored("cube.nc")], seconds=1.0)
+    store.retry_sweep(other.id, verdicts=True)
+    assert store.cancel_sweep(publishing.id).state is SweepState.PUBLISHING
+    assert store.publish(publication, [stored("cube.nc")], seconds=1.0)
+
+
+def test_cancel__a_sweep_that_is_done_keeps_no_run_going(store: Store) -> None:
+    done = store.create_sweep(sweep_of(1))
+    [claim] = claim_runs(store, 1)
+    store.fail(claim, Cause.CRASH, failure="SIGSEGV", reason="died")
+    finish_all(store)
+    assert store.sweep(done.id).is_terminal
+    again = store.create_sweep(sweep_of(1))
+    claim_runs(store, 1)
+    store.cancel_sweep(again.id)
+    assert [one.state for one in store.claimed()] == [State.CANCELLING]
+
+
 def test_retry__accidents_and_cancelled_runs_but_no_verdict(store: Store) -> None:
     row = store.create_sweep(sweep_of(3))
     crashed, verdict, _ = claim_runs(store, 3)
@@ -525,7 +551,7 @@ def test_known_runs__those_that_need_no_computation(store: Store) -> None:
     done, accident, _ = claim_runs(store, 3)
     store.finish(done, result())
     store.fail(accident, Cause.CRASH, failure="SIGSEGV", reason="died")
-    assert store.known_runs(run_id(number) for number in range(2000)) == 2
+    assert len(store.known_runs(run_id(number) for number in range(2000))) == 2
 
 
 # --- size, database ------------------------------------------------------------------------------

@@ -290,11 +290,14 @@ def test_simulate__keeps_an_audit_of_each_observation() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_simulate__keeps_mass_and_momentum_to_round_off_in_an_impact(kind: str) -> None:
-    audit = simulate(two_blocks(kind)).audit
+def test_simulate__keeps_mass_momentum_and_energy_to_round_off_in_an_impact(kind: str) -> None:
+    """Shock, plastic flow, cut tension and outflow: the internal energy takes what the nodal forces do."""
+    outcome = simulate(two_blocks(kind, end_time=4e-6))
+    audit = outcome.audit
+    assert outcome.counters.tension_floors > 0
     assert audit.mass_error <= ROUND_OFF
     assert audit.momentum_error <= ROUND_OFF
-    assert abs(audit.energy_drift) < 0.01
+    assert abs(audit.energy_drift) <= ROUND_OFF
 
 
 def test_counters__notice_matter_beyond_the_range_of_its_equation_of_state() -> None:

@@ -17,6 +17,7 @@ from solver.tensor import (
     scaled,
     spin_increment,
     strain_increment,
+    volume_ratio,
 )
 
 ROUND_OFF = 1e-12
@@ -84,6 +85,13 @@ def test_gradient__is_strain_plus_spin(gradient: np.ndarray) -> None:
     whole = matrix(strain) + skew(spin_increment(gradient, dt))
     assert np.allclose(whole, gradient * dt, rtol=0.0, atol=1e6 * dt * ROUND_OFF)
     assert math.isclose(trace, np.trace(gradient) * dt, rel_tol=1e-9, abs_tol=1e6 * dt * ROUND_OFF)
+
+
+@given(gradients)
+def test_volume_ratio__is_the_determinant_of_the_step(gradient: np.ndarray) -> None:
+    dt = 1e-7
+    expected = np.linalg.det(np.eye(3) + gradient * dt)
+    assert math.isclose(volume_ratio(gradient, dt), expected, rel_tol=ROUND_OFF, abs_tol=ROUND_OFF)
 
 
 @given(tensors, spins)

@@ -453,6 +453,12 @@ def test_stop__says_settled_where_growth_has_ended(tmp_path: Path) -> None:
         assert measured.parts["growth"] < 0.2 * measured.value
 
 
+def test_stop__waits_for_two_windows_even_where_growth_is_slow_before(tmp_path: Path) -> None:
+    result = execute(settling(settled_window=10e-6, settled_growth=0.5), tmp_path, threads=1)
+    assert result.stop == "settled"
+    assert result.numbers["end_time"] >= 20e-6
+
+
 def test_stop__waits_for_the_end_where_it_is_told_to(tmp_path: Path) -> None:
     result = execute(settling(stop="end_time", end_time=12e-6), tmp_path, threads=1)
     assert result.stop == "end_time"

@@ -127,10 +127,19 @@ def test_rotation__keeps_the_von_mises_stress(angle: float) -> None:
     assert math.isclose(equivalent_stress(after.deviator), expected, rel_tol=300.0 * 1e-15)
 
 
-def test_rotation__does_no_work_and_changes_no_volume() -> None:
+def test_rotation__does_no_work() -> None:
     before, after = turned(300, (0.06, 0.0, 0.08))
-    assert (after.energy, after.density) == (before.energy, before.density)
+    assert after.energy == before.energy
     assert after.plastic_strain == 0.0
+
+
+@pytest.mark.parametrize("steps", [100, 1000])
+def test_rotation__spans_the_volume_of_its_straight_steps(steps: int) -> None:
+    """Points move along tangents, so a turn by one radian grows a volume by (1 + 1 / steps^2)^steps."""
+    before, after = turned(steps, (0.0, 0.0, 1.0 / steps))
+    grown = (1.0 + 1.0 / steps**2) ** steps
+    assert math.isclose(before.density / after.density, grown, rel_tol=ROUND_OFF)
+    assert grown - 1.0 < 1.01 / steps
 
 
 @pytest.mark.parametrize("steps", [100, 200])
