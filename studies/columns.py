@@ -15,7 +15,13 @@ from studies.layout import Cell, Layout, floats, labels, shared
 from studies.parameters import Parameter
 from studies.variables import NUMBERS, STATES, Quantity, SchemaError, Vocabulary, variable_name
 
-RUN_FLAGS = ("under_resolved", "energy_drift", "runaway_particles")
+RUN_FLAGS = (
+    "under_resolved",
+    "energy_drift",
+    "runaway_particles",
+    "below_zero_kelvin",
+    "beyond_hugoniot",
+)
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
 HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
 FLAG_BITS = 31  # of a signed 32-bit integer

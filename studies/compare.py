@@ -9,7 +9,7 @@ import itertools
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -30,6 +30,7 @@ WITH_OBSERVATIONS = (
     "brought. Only those against observations say how well a law or the simulation describes "
     "nature."
 )
+ELSEWHERE = "not simulated: another"
 SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
 
 Place = Mapping[str, float | str]
@@ -85,6 +86,11 @@ class Sighting:
     simulation_uncertainty: float | None
     how: str  # how the simulation was brought to the shot's parameters, or why it could not be
 
+    @property
+    def elsewhere(self) -> bool:
+        """Whether the shot is of another set-up than any run: it has no place among them."""
+        return self.how.startswith(ELSEWHERE)
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -129,15 +135,23 @@ def statistics(subject: np.ndarray, reference: np.ndarray, places: Sequence[Plac
     if not len(known):
         return Statistics(0)
     residual = (subject - reference)[known]
-    relative = residual / reference[known]
-    return Statistics(
+    absolute = Statistics(
         n=len(known),
         bias=float(residual.mean()),
         rms=_rms(residual),
         largest=_largest(residual, known, places),
+    )
+    sized = (
+        reference[known] != 0.0
+    )  # nothing is relative to zero: a plate that held has a hole of 0 mm
+    if not sized.any():
+        return absolute
+    relative = residual[sized] / reference[known][sized]
+    return replace(
+        absolute,
         relative_bias=float(relative.mean()),
         relative_rms=_rms(relative),
-        relative_largest=_largest(relative, known, places),
+        relative_largest=_largest(relative, known[sized], places),
     )
 
 
@@ -279,6 +293,9 @@ def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, s
     absent = [axis for axis in axes if axis not in at]
     if absent:
         return math.nan, math.nan, f"the shot does not state {', '.join(absent)}"
+    other = [name for name in at if name not in axes and _is_another(dataset, name, at[name])]
+    if other:
+        return math.nan, math.nan, f"{ELSEWHERE} {', '.join(other)}"
     try:
         corners = _corners(dataset, axes, at)
     except LookupError as error:
@@ -292,6 +309,13 @@ def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, s
         uncertainty,
         "computed" if len(corners) == 1 else "linear between neighbouring runs",
     )
+
+
+def _is_another(dataset: xr.Dataset, name: str, wanted: float | str) -> bool:
+    """Whether the shot states a value for something fixed that no run of the sweep has."""
+    if name not in dataset:
+        return False
+    return not any(_same(plain(value), wanted) for value in dataset[name].values.ravel())
 
 
 Corner = tuple[float, dict[str, int]]  # weight, and the place of a run

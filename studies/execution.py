@@ -252,6 +252,7 @@ def _flags(numbers: Mapping[str, float]) -> tuple[str, ...]:
         flags.append("energy_drift")
     if numbers["hottest_energy_share"] > HOTTEST_SHARE_FLAG:
         flags.append("runaway_particles")
+    flags += [name for name in ("below_zero_kelvin", "beyond_hugoniot") if numbers[name] > 0.0]
     return tuple(flags)
 
 

@@ -316,6 +316,7 @@ def _observations(
         for sighting in sightings
         if sighting.quantity == name
         and view.abscissa.name in sighting.at
+        and not sighting.elsewhere
         and _near(sighting.at, piece.at)
     ]
     if mine:

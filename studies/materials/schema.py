@@ -181,11 +181,11 @@ class Material:
 
     def parameters(self) -> dict[str, Parameter]:
         """Every constant that can be set, by dotted path."""
-        return dict(self._parameters())
+        return {path: one for path, one in self._parameters() if path not in NOT_SET}
 
     def paths(self) -> dict[str, str]:
         """The SI unit of every constant that can be set, by dotted path."""
-        return {path: parameter.unit or "1" for path, parameter in self._parameters()}
+        return {path: parameter.unit or "1" for path, parameter in self.parameters().items()}
 
     def value_at(self, path: str) -> float | None:
         """The constant at a dotted path; raises InvalidInput with the nearest path."""
@@ -251,13 +251,19 @@ class Material:
                 yield f"{section}.{name}", parameter
 
 
-# What laws and reports read and no simulation does: runs that differ in these alone are the same.
+# What laws, reports and checks read and no simulation does: runs that differ in these alone are the same. The bulk
+# modulus that acts is rho0 c0^2 of the equation of state; the stated one is there to be compared with it.
 NOT_SIMULATED = ("name", "title", "family", "yield_stresses", "brinell_hardness")
+NOT_SET = ("elastic.bulk_modulus",)
 
 
 def simulated(resolved: Mapping[str, Any]) -> dict[str, Any]:
     """The part of a resolved material that decides the outcome of a simulation."""
-    return {key: value for key, value in resolved.items() if key not in NOT_SIMULATED}
+    kept = {key: value for key, value in resolved.items() if key not in NOT_SIMULATED}
+    for path in NOT_SET:
+        section, _, name = path.partition(".")
+        kept[section] = {key: value for key, value in kept[section].items() if key != name}
+    return kept
 
 
 def record_of(section: str, kind: object, path: str) -> type:

@@ -138,6 +138,10 @@ def _observation(row: Mapping[str, Any], known: Known, where: str) -> Observatio
             name, cell = _cell(header, given, where)
             if name not in OWN_COLUMNS:
                 cell = _parameter(name, cell, known, where)
+            if name in cells:
+                raise refusal(
+                    f"{where}.{name}", header, "each column once", "remove one of the two"
+                )
             cells[name] = cell
         except InvalidInput as error:
             findings.extend(error.findings)

@@ -4,8 +4,10 @@ Sweeps share runs out of a small pool; attempts end in every way, some of them l
 happens, an attempt counts once, nobody waits in vain, and nothing is computed for nobody.
 """
 
+import atexit
 import shutil
 import tempfile
+from functools import cache
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -27,13 +29,15 @@ from tests.service.doubles import open_store, run_id, settings_in, stored, sweep
 from tests.service.targets import Run
 
 POOL = 5  # runs that sweeps can ask for
-EMPTY = Path(tempfile.mkdtemp(prefix="whipple-rules-"))  # an empty store, made once, then copied
 
 
+@cache
 def empty_store() -> Path:
-    if not any(EMPTY.iterdir()):
-        open_store(settings_in(EMPTY)).close()
-    return EMPTY
+    """An empty store, made once, then copied."""
+    folder = Path(tempfile.mkdtemp(prefix="whipple-rules-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    open_store(settings_in(folder)).close()
+    return folder
 
 
 class Rules(RuleBasedStateMachine):

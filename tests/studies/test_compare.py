@@ -48,6 +48,23 @@ def test_statistics__over_no_points_is_n_0_and_no_number() -> None:
     assert (found.bias, found.rms, found.largest) == (None, None, None)
 
 
+def test_statistics__nothing_is_relative_to_zero() -> None:
+    places = [{"x": 0.0}, {"x": 1.0}]
+    found = statistics(np.array([1.0, 3.0]), np.array([0.0, 2.0]), places)
+    assert (found.n, found.bias) == (2, 1.0)
+    assert found.relative_bias == 0.5
+    none = statistics(np.array([1.0]), np.array([0.0]), places)
+    assert (none.n, none.relative_bias, none.relative_largest) == (1, None, None)
+
+
+def test_observation_of_another_set_up__is_not_compared_with_a_run() -> None:
+    at: dict[str, float | str] = {"speed": 4e3, "plate_thickness": 2e-3}
+    at["projectile"] = "al-2024-t3"
+    value, _, how = bring_to(holes(), "hole_diameter", at)
+    assert math.isnan(value)
+    assert how == "not simulated: another projectile"
+
+
 def test_law__is_judged_where_it_answers_and_again_inside_its_range() -> None:
     dataset = holes()
     found = residual(compare(dataset), "maiden_al")

@@ -50,6 +50,12 @@ def test_document__reads_back_as_the_same_shots() -> None:
     assert read_observations(rows, KNOWN) == shots
 
 
+def test_read_observations__of_a_column_given_twice_is_refused() -> None:
+    table = "quantity,value,source,speed [km/s],speed [m/s]\nhole_diameter,19 mm,x,3,9000\n"
+    with pytest.raises(InvalidInput, match="each column once"):
+        read_observations(table, KNOWN)
+
+
 def test_read_observations__takes_a_plain_ratio() -> None:
     table = "quantity,value,source\ncrater_depth_over_diameter,0.55,x\n"
     assert read_observations(table, KNOWN)[0].value == 0.55

@@ -35,7 +35,8 @@ SWEEPS = {
 def cube_of(case: str) -> xr.Dataset:
     sweep = SWEEPS[case]
     known = fakes.with_trouble(sweep) if case == "grid" else fakes.results(sweep)
-    shots = fakes.SHOTS if case == "grid" else ()
+    none_through = (fakes.observed(5e3, 0.002, 0.0),)  # nothing is relative to it
+    shots = {"grid": fakes.SHOTS, "one run": none_through}.get(case, ())
     return cube.build(sweep, known, fakes.catalogue(sweep.scenario, shots))
 
 
