@@ -36,11 +36,12 @@ from solver.tensor import (
 from solver.transfer import gather_velocity_gradient, new_stencil
 
 CHUNK = 1024  # particles whose tallies are kept together
-RETURN_TOLERANCE = 1e-5  # of the trial stress: the relative error of the plastic strain increment; the stress itself
-# lies on the surface exactly
-SOUND_SPEED_FLOOR = (
-    0.2  # of c0, in the time step only: expanded matter must not stop it from falling
-)
+
+# Of the trial stress: the relative error of the plastic strain increment. The stress itself is on the surface exactly.
+RETURN_TOLERANCE = 1e-5
+
+# Of c0, in the time step only: an expanded solid has no sound to speak of, and steps without bound would follow.
+SOUND_SPEED_FLOOR = 0.2
 
 # Kinds of unphysical state, as kernels report them; the text is what the error says.
 QUANTITIES = ("", "density", "specific internal energy", "pressure", "speed", "position")

@@ -150,16 +150,6 @@ def dimension_of(unit: str) -> str:
     return _DIMENSIONS[unit][0] if unit in _DIMENSIONS else f"quantity in {unit}"
 
 
-def base_unit(unit_text: str, field: str) -> str:
-    """The SI unit, of those with a name here, that a unit converts to; raises InvalidInput."""
-    for unit in _DIMENSIONS:
-        if len(unit_text) <= LONGEST_TEXT and _same_dimension(unit_text, unit):
-            return unit
-    raise refusal(
-        field, unit_text, "a unit of a measured quantity", "write a unit such as mm or km/s"
-    )
-
-
 def refusal(field: str, given: object, limit: str, cure: str) -> InvalidInput:
     """The error of one finding."""
     return InvalidInput([Finding(field, shown(given), limit, cure)])

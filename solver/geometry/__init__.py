@@ -21,7 +21,6 @@ import numpy as np
 from solver.jit import device, generic
 
 AXES = 3
-SIDES = ("lower", "upper")
 
 
 class Stencil(NamedTuple):

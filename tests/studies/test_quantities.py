@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from studies.errors import InvalidInput
-from studies.quantities import base_unit, exact_number, parse_quantity, readable, round_quantity
+from studies.quantities import exact_number, parse_quantity, readable, round_quantity
 
 UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1"]
 
@@ -106,10 +106,6 @@ def test_round_quantity__gives_zero_no_sign() -> None:
 
 def test_exact_number__keeps_the_decimals_of_a_float() -> None:
     assert exact_number(0.1, "field") + exact_number(0.2, "field") == Decimal("0.3")
-
-
-def test_base_unit__finds_the_dimension_of_a_unit() -> None:
-    assert [base_unit(text, "field") for text in ("mm", "km/s", "us")] == ["m", "m s-1", "s"]
 
 
 def test_import__of_quantities_leaves_pint_for_the_first_unit() -> None:
