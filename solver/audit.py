@@ -1,6 +1,7 @@
 """What is accounted for: mass, momentum, energy on the grid and in the ledger of what left it.
 
-E = kinetic + internal + ledger. Every face stands still, so boundaries do no work; what they give is the impulse.
+E = kinetic + internal + ledger + taken. Every face stands still, so boundaries do no work; what they give is the
+impulse. Damping, contact and walls that stop a pulled node take energy, which they book themselves.
 Each term is summed from its own quantity and none is the remainder of the others: their sum is what drifts.
 """
 
@@ -60,6 +61,7 @@ class Audit:
     kinetic: float  # J, on the grid
     internal: float  # J, on the grid
     outflow_mass: float  # of the initial mass
+    taken_energy: float  # by damping, contact and walls, of the initial energy
     outflow_energy: float  # of the initial energy
     hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass
     largest_speed: float  # m/s
@@ -87,12 +89,13 @@ def audit(
     start: Totals,
     ledger: Ledger,
     impulse: np.ndarray,
+    taken: float = 0.0,
 ) -> Audit:
     """Balance the present state, the ledger and the impulse of the faces against the start."""
     living = np.flatnonzero(particles.alive)
     now = totals(particles, living)
     start_energy = start.kinetic + start.internal
-    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal
+    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal + taken
     missing = now.momentum + ledger.momentum - impulse - start.momentum
     gauge = start.momentum_scale or 1.0
     return Audit(
@@ -103,6 +106,7 @@ def audit(
         kinetic=now.kinetic,
         internal=now.internal,
         outflow_mass=ledger.mass / start.mass,
+        taken_energy=taken / start_energy if start_energy else 0.0,
         outflow_energy=(ledger.kinetic + ledger.internal) / start_energy if start_energy else 0.0,
         hottest_energy_share=_hottest_share(particles, living, now.internal),
         largest_speed=float(

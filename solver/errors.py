@@ -7,6 +7,8 @@
     +-- UnphysicalState    a run left the range of its own physics: particle, time, quantity, value
     +-- RegistryError      a folder of models holds something that cannot be used
     +-- InvalidInput       (studies.errors) what a user gave is refused, with a cure for each finding
+
+    Interrupted            a run left when it was asked to: no error, and so outside the tree
 """
 
 
@@ -40,3 +42,15 @@ class UnphysicalState(WhippleError):
         self.step = step
         self.quantity = quantity
         self.value = value
+
+
+class Interrupted(Exception):
+    """A run left when it was asked to, its checkpoint written; the same call goes on from there.
+
+    Attributes: ``time`` (s) and ``step``.
+    """
+
+    def __init__(self, *, time: float, step: int):
+        super().__init__(f"left at t = {time:.6g} s, step {step}")
+        self.time = time
+        self.step = step

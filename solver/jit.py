@@ -22,11 +22,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import llvmlite
 import llvmlite.binding
 import numba
 from numba.extending import overload, register_jitable
 
-__all__ = ["device", "generic", "implements", "kernel", "software"]
+__all__ = ["compiler", "device", "generic", "implements", "kernel", "software"]
 
 # Fused multiply-add is allowed; everything that could hide a NaN or reorder a sum is not.
 _FLOATING_POINT = {"contract"}
@@ -77,19 +78,33 @@ def software() -> dict[str, str]:
     return {"numba": numba.__version__, "cpu": llvmlite.binding.get_host_cpu_name()}
 
 
+def compiler() -> dict[str, str]:
+    """All that decides which bits the kernels compute: two processes in which it is the same compute the same."""
+    settings = (numba.config.CPU_NAME, numba.config.CPU_FEATURES, numba.config.DISABLE_JIT)
+    return {
+        **software(),
+        "cpu_features": llvmlite.binding.get_host_cpu_features().flatten(),
+        "llvmlite": llvmlite.__version__,
+        "settings": "/".join(map(str, settings)),
+        "solver": _text_digest().hexdigest()[:16],
+    }
+
+
 def _cache_directory() -> Path:
     root = os.environ.get("WHIPPLE_KERNEL_CACHE") or Path.home() / ".cache" / "whipple"
-    return Path(root) / f"kernels-{_fingerprint()}"
+    digest = _text_digest()
+    digest.update("/".join(software().values()).encode())
+    return Path(root) / f"kernels-{digest.hexdigest()[:16]}"
 
 
-def _fingerprint() -> str:
+def _text_digest() -> "hashlib._Hash":
+    """Of all of ``solver/**/*.py``."""
     digest = hashlib.sha256()
     folder = Path(__file__).parent
     for file in sorted(folder.rglob("*.py")):
         digest.update(file.relative_to(folder).as_posix().encode())
         digest.update(file.read_bytes())
-    digest.update("/".join(software().values()).encode())
-    return digest.hexdigest()[:16]
+    return digest
 
 
 numba.config.CACHE_DIR = str(_cache_directory())

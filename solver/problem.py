@@ -7,8 +7,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver.errors import ProblemError
+from solver.failure.none import NoFailure
 from solver.shapes.linear import Linear
-from solver.units import Dimensionless, Kelvin, KilogramPerCubicMetre, Pascal, Second
+from solver.units import (
+    Dimensionless,
+    JoulePerKilogram,
+    Kelvin,
+    KilogramPerCubicMetre,
+    Pascal,
+    PerSecond,
+    Second,
+)
 
 
 class Face(IntEnum):
@@ -20,6 +29,14 @@ class Face(IntEnum):
     WALL = 3  # holds the normal component against approach only, and lets go
 
 
+class Scheme(IntEnum):
+    """Which nodal velocity strains the particles, and when in the step: Ma (2005), section 2.2.4."""
+
+    MUSL = 0  # mapped back from the moved particles, after them
+    USF = 1  # mapped before the forces, which the new stress then gives
+    USL = 2  # that of the grid's own momentum after the forces
+
+
 class Matter(NamedTuple):
     """What a body is made of: one record for each law."""
 
@@ -29,6 +46,7 @@ class Matter(NamedTuple):
     shear_modulus: Pascal
     room_temperature: Kelvin
     melt_temperature: Kelvin  # inf: never softens, never melts
+    failure: Any = NoFailure()
 
 
 @dataclass(frozen=True)
@@ -38,10 +56,11 @@ class Body:
     name: str
     matter: Matter
     position: np.ndarray  # (n, 3) m
-    velocity: np.ndarray  # (3,) m/s, the same for all particles
+    velocity: np.ndarray  # (3,) m/s, the same for all particles, or (n, 3)
     mass: np.ndarray  # (n,) kg (per radian in axisymmetry)
     density: KilogramPerCubicMetre  # initial
     spacing: tuple[float, float, float]  # of the initial lattice along each axis, m
+    energy: JoulePerKilogram = 0.0  # initial specific internal energy
 
 
 class ArtificialViscosity(NamedTuple):
@@ -57,6 +76,24 @@ class ArtificialViscosity(NamedTuple):
     heating: float = 1.0
 
 
+class Damping(NamedTuple):
+    """The part of a velocity that its neighbours do not share decays at ``rate``; the energy it takes is booked.
+
+    In a step of dt a particle gives up 1 - exp(-rate dt) of (1 - P)^order v, where P maps velocities to the nodes and
+    back: order 1 is the particle-in-cell update, order 2 is XPIC (Hammerquist and Nairn 2017, Comput. Methods Appl.
+    Mech. Eng. 318, 724). Defined per time, it does not depend on the step.
+    """
+
+    rate: PerSecond = 0.0
+    order: int = 1
+
+
+class Contact(NamedTuple):
+    """Bodies with velocity fields of their own that meet on the nodes: Ma (2005), section 2.2.3."""
+
+    friction: Dimensionless = 0.0  # Coulomb
+
+
 @dataclass(frozen=True)
 class Problem:
     """Everything that decides the outcome of a simulation."""
@@ -69,6 +106,9 @@ class Problem:
     viscosity: ArtificialViscosity = field(default_factory=ArtificialViscosity)
     courant: Dimensionless = 0.4
     fixed_dt: Second | None = None
+    scheme: Scheme = Scheme.MUSL
+    damping: Damping = field(default_factory=Damping)
+    contact: Contact | None = None  # None: one velocity field for all bodies
 
     def __post_init__(self) -> None:
         if not self.bodies or not all(body.mass.size for body in self.bodies):

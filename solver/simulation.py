@@ -2,27 +2,44 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, fields
+from time import monotonic
 
 import numpy as np
 
-from solver.audit import Audit, Ledger, audit, totals
-from solver.eos import reference_density, reference_sound_speed, temperature
-from solver.errors import ProblemError, UnphysicalState
+from solver.audit import Audit, Ledger, Totals, audit, totals
+from solver.checkpoint import (
+    Carried,
+    Checkpointing,
+    Refused,
+    fingerprint,
+    read_checkpoint,
+    write_checkpoint,
+)
+from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
+from solver.errors import Interrupted, ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
 from solver.problem import Body, Problem
-from solver.state import Particles, Snapshot, empty_nodes, empty_particles, joined, selected
+from solver.state import Particles, Snapshot, empty_particles, joined, selected
 from solver.step import Stage, Stepper
 from solver.stress import QUANTITIES, Limits, Tally, chunks_of, empty_tally
 from solver.threads import Team
 from solver.timestep import first_step, stable_step
-from solver.transfer import slab_count
 
 SORT_INTERVAL = 50  # steps between reorderings of the particle arrays: memory locality only
 
 # Limits of a physical state. A shock of any strength compresses a solid less than fourfold; no particle ends ten times
 # faster than the fastest body began, or with a hundred times its specific kinetic energy.
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
+
+CARRIED = (
+    "time",
+    "step",
+    "dt",
+    "smallest_step",
+    "particle_steps",
+    "taken",
+)  # numbers of a Simulation
 
 Observer = Callable[[Snapshot], str | None]
 
@@ -33,14 +50,22 @@ class Counters:
 
     tension_floors: int = 0
     beyond_hugoniot: int = 0
+    below_expansion: int = 0
     below_zero_kelvin: int = 0
+    molten: int = 0
+    sound_floors: int = 0
+    unstable: int = 0
+    failed: int = 0  # particles, each once
     reflected: int = 0
 
     def add(self, tally: Tally) -> None:
         """Take over one step's tallies."""
-        self.tension_floors += int(tally.tension_floors.sum())
-        self.beyond_hugoniot += int(tally.beyond_hugoniot.sum())
-        self.below_zero_kelvin += int(tally.below_zero_kelvin.sum())
+        for name in COUNTED:
+            setattr(self, name, getattr(self, name) + int(getattr(tally, name).sum()))
+
+
+# What each chunk of particles counts for itself.
+COUNTED = [one.name for one in fields(Counters) if one.name in Tally._fields]
 
 
 @dataclass(frozen=True)
@@ -69,14 +94,13 @@ class Simulation:
     counters: Counters = field(default_factory=Counters)
     smallest_step: float = math.inf
     particle_steps: int = 0
+    taken: float = 0.0  # energy that damping, walls and contact took, J
     team: Team = field(default_factory=Team)
 
     def __post_init__(self) -> None:
         problem = self.problem
         self.limits = _limits(problem)
-        nodes = empty_nodes(node_count(problem.geometry))
-        self.stepper = Stepper(problem, nodes, self.limits, self.team)
-        self.slab_start = np.zeros(slab_count(problem.geometry) + 1, np.int64)
+        self.stepper = Stepper(problem, self.limits, self.team)
         self.impulse = np.zeros(3)
         self.start = totals(self.particles)
         self.dt = problem.fixed_dt or _first_step(problem)
@@ -95,16 +119,49 @@ class Simulation:
             start=self.start,
             ledger=self.ledger,
             impulse=self.impulse,
+            taken=self.taken,
         )
+
+    def carried(self) -> Carried:
+        """What goes from this step to the next, and into a checkpoint."""
+        ledger, first = asdict(self.ledger), asdict(self.start)
+        arrays = {
+            **self.particles._asdict(),
+            "body": self.body,
+            "impulse": self.impulse,
+            "ledger_momentum": ledger.pop("momentum"),
+            "start_momentum": first.pop("momentum"),
+        }
+        numbers = {
+            **{name: getattr(self, name) for name in CARRIED},
+            "counters": asdict(self.counters),
+            "ledger": ledger,
+            "start": first,
+        }
+        return Carried(numbers, arrays)
+
+    def take_over(self, carried: Carried) -> None:
+        """Go on from what a simulation of the same problem carried."""
+        numbers, arrays = carried.numbers, carried.arrays
+        for name in CARRIED:
+            setattr(self, name, numbers[name])
+        self.counters = Counters(**numbers["counters"])
+        self.ledger = Ledger(**numbers["ledger"], momentum=arrays["ledger_momentum"])
+        self.start = Totals(**numbers["start"], momentum=arrays["start_momentum"])
+        self.impulse = arrays["impulse"]
+        self.particles = Particles(**{name: arrays[name] for name in Particles._fields})
+        self.body = arrays["body"]
+        self._lay_out()
 
     def advance(self) -> None:
         """One step; raises UnphysicalState."""
         if self.step and self.step % SORT_INTERVAL == 0:
             self._arrange()
         dt = self.dt
-        impulse, reflected = self.stepper.advance(self.stage, self.tally, dt)
-        self.impulse += impulse
-        self.counters.reflected += reflected
+        booked = self.stepper.advance(self.stage, self.tally, dt)
+        self.impulse += booked.impulse
+        self.taken += booked.energy
+        self.counters.reflected += booked.reflected
         self.time += dt
         self.step += 1
         self.particle_steps += self.particles.mass.size
@@ -156,14 +213,24 @@ class Simulation:
         order = order[self.particles.alive[order] == 1]
         self.particles = selected(self.particles, order)
         self.body = np.ascontiguousarray(self.body[order])
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """The scratch that goes with the present order of the particles."""
         count = self.body.size
         edges = np.searchsorted(self.body, np.arange(len(self.problem.bodies) + 1))
         ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(edges) - 1)]
         self.tally = empty_tally(sum(chunks_of(end - begin) for begin, end in ranges))
-        self.stage = Stage(
-            self.particles, np.empty((count, 3)), np.empty(count, np.int64), self.slab_start, ranges
-        )
-        self.booked = np.zeros(count, bool)
+        self.stage = Stage(self.particles, np.empty((count, 3)), np.empty(count, np.int64), ranges)
+        self.booked = self.particles.alive == 0
+
+
+@dataclass
+class Watch:
+    """What an observed run keeps besides its simulation."""
+
+    history: list[Audit] = field(default_factory=list)
+    due: float = 0.0  # time of the next observation, s
 
 
 def simulate(
@@ -172,36 +239,98 @@ def simulate(
     *,
     interval: float | None = None,
     threads: int | None = None,
+    checkpoint: Checkpointing | None = None,
 ) -> Outcome:
     """Run a problem to its end time, or until the observer gives a reason to stop.
 
     ``observe`` is called with the initial state and then at the first step at or after each multiple of ``interval``
-    (s); a word that it returns ends the run. Raises UnphysicalState and ProblemError.
+    (s); a word that it returns ends the run. With ``checkpoint`` the run goes on from the file, if it is there and
+    fits, and ends with the same bits as one that never stopped. Raises UnphysicalState and ProblemError; Interrupted
+    when ``checkpoint.leave`` asks for it.
     """
     simulation = start(problem, threads=threads)
     interval = interval or problem.end_time
-    history: list[Audit] = []
+    watch = Watch()
+    keeper = Keeper(simulation, watch, checkpoint, interval) if checkpoint else None
+    if keeper:
+        keeper.restore()
     stop = None
-    due = 0.0
     while stop is None:
         last = simulation.time >= problem.end_time
-        if simulation.time >= due or last:
-            history.append(simulation.audit())
+        if simulation.time >= watch.due or last:
+            watch.history.append(simulation.audit())
             stop = observe(simulation.snapshot()) if observe else None
-            due = (math.floor(simulation.time / interval * (1.0 + 1e-12)) + 1) * interval
+            watch.due = (math.floor(simulation.time / interval * (1.0 + 1e-12)) + 1) * interval
         if stop is None and last:
             stop = "end_time"
         if stop is None:
             simulation.advance()
+            if keeper:
+                keeper.after_step()
     return Outcome(
         snapshot=simulation.snapshot(),
         stop=stop,
-        audit=history[-1],
-        history=tuple(history),
+        audit=watch.history[-1],
+        history=tuple(watch.history),
         counters=simulation.counters,
         smallest_step=simulation.smallest_step,
         particle_steps=simulation.particle_steps,
     )
+
+
+class Keeper:
+    """Writes the checkpoints of a run, and takes it back to the last one."""
+
+    def __init__(
+        self, simulation: Simulation, watch: Watch, checkpoint: Checkpointing, interval: float
+    ):
+        self.simulation = simulation
+        self.watch = watch
+        self.checkpoint = checkpoint
+        self.mark = fingerprint(
+            simulation.problem, interval=repr(interval), caller=checkpoint.caller
+        )
+        self.written = monotonic()
+
+    def restore(self) -> None:
+        """Go on from the file, or say why not."""
+        try:
+            carried = read_checkpoint(self.checkpoint.path, self.mark)
+        except FileNotFoundError:
+            return
+        except (Refused, OSError) as error:
+            self.checkpoint.tell(f"from the start, without the checkpoint: {error}")
+            return
+        watch = carried.numbers["watch"]
+        self.checkpoint.recall(watch["remembered"])
+        self.watch.history = [Audit(**audit) for audit in watch["history"]]
+        self.watch.due = watch["due"]
+        self.simulation.take_over(carried)
+        self.checkpoint.tell(
+            f"from the checkpoint at t = {self.simulation.time:.6g} s, step {self.simulation.step}"
+        )
+
+    def after_step(self) -> None:
+        """Write when it is time; leave when asked to, by Interrupted."""
+        leave = self.checkpoint.leave()
+        if leave or monotonic() - self.written >= self.checkpoint.seconds_between:
+            self._write()
+        if leave:
+            raise Interrupted(time=self.simulation.time, step=self.simulation.step)
+
+    def _write(self) -> None:
+        carried = self.simulation.carried()
+        watch = {
+            "history": [asdict(audit) for audit in self.watch.history],
+            "due": self.watch.due,
+            "remembered": self.checkpoint.remember(),
+        }
+        carried = Carried({**carried.numbers, "watch": watch}, carried.arrays)
+        try:
+            write_checkpoint(self.checkpoint.path, self.mark, carried)
+        except OSError as error:
+            self.checkpoint.tell(f"a checkpoint could not be written: {error}")
+        self.written = monotonic()
 
 
 def start(problem: Problem, *, threads: int | None = None) -> Simulation:
@@ -219,7 +348,10 @@ def _initial(body: Body) -> Particles:
     particles.velocity[:] = body.velocity
     particles.mass[:] = body.mass
     particles.density[:] = body.density
-    particles.temperature[:] = temperature(body.matter.eos, body.density, 0.0)
+    particles.energy[:] = body.energy
+    a, b = pressure_terms(body.matter.eos, body.density)
+    particles.pressure[:] = a + b * body.energy
+    particles.temperature[:] = temperature(body.matter.eos, body.density, body.energy)
     return particles
 
 
@@ -238,7 +370,11 @@ def _check_inside(problem: Problem, particles: Particles, body: np.ndarray) -> N
 
 
 def _fastest(problem: Problem) -> float:
-    return max(float(np.sqrt((np.asarray(body.velocity) ** 2).sum())) for body in problem.bodies)
+    """Largest initial speed of any particle, m/s."""
+    return max(
+        float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max())
+        for body in problem.bodies
+    )
 
 
 def _limits(problem: Problem) -> Limits:

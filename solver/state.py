@@ -18,6 +18,7 @@ class Particles(NamedTuple):
     deviator: np.ndarray  # (n, 6) Pa, components 11 22 33 12 23 31
     plastic_strain: np.ndarray  # (n,)
     temperature: np.ndarray  # (n,) K
+    damage: np.ndarray  # (n,) 0 whole .. 1 failed
     number: np.ndarray  # (n,) permanent, int64
     alive: np.ndarray  # (n,) 1 on the grid, 0 once it has left, uint8
 
@@ -31,6 +32,10 @@ class Nodes(NamedTuple):
     before: np.ndarray  # (m, 3) velocity before the forces of the step, m/s
     velocity: np.ndarray  # (m, 3) m/s
     acceleration: np.ndarray  # (m, 3) m/s2
+    smooth: (
+        np.ndarray
+    )  # (m, 3) ``before`` mapped to the particles and back, for damping of second order, m/s
+    surface: np.ndarray  # (m, 3) outward area of a body, for contact, m2 (m2 per radian)
 
 
 class Snapshot(NamedTuple):
@@ -55,6 +60,7 @@ def empty_particles(count):
         deviator=np.zeros((count, 6)),
         plastic_strain=np.zeros(count),
         temperature=np.zeros(count),
+        damage=np.zeros(count),
         number=np.arange(count, dtype=np.int64),
         alive=np.ones(count, dtype=np.uint8),
     )
@@ -69,6 +75,8 @@ def empty_nodes(count):
         before=np.zeros((count, 3)),
         velocity=np.zeros((count, 3)),
         acceleration=np.zeros((count, 3)),
+        smooth=np.zeros((count, 3)),
+        surface=np.zeros((count, 3)),
     )
 
 

@@ -1,4 +1,4 @@
-"""Stress update of one body: strain rate, spin, return to the yield surface, pressure, energy, temperature.
+"""Stress update of one body: strain rate, spin, return to the yield surface, pressure, energy, failure, temperature.
 
 Called body by body, because the laws are chosen by the types in its ``Matter``. Chunks of fixed size make the tallies
 independent of the number of threads.
@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.eos import (
+    below_range,
     outside_range,
     pressure_terms,
     reference_density,
@@ -17,10 +18,11 @@ from solver.eos import (
     sound_speed_squared,
     temperature,
 )
-from solver.failure import pressure_floor
+from solver.failure import grown_damage
 from solver.geometry import exit_face
 from solver.jit import device, kernel
 from solver.strength import hardening, rate_and_heat
+from solver.tension import pressure_floor
 from solver.tensor import (
     added,
     contract,
@@ -64,7 +66,12 @@ class Tally(NamedTuple):
     volume_rate: np.ndarray  # largest |tr D|, 1/s
     tension_floors: np.ndarray  # particles whose pressure was lifted to the tensile floor
     beyond_hugoniot: np.ndarray  # particles denser than the range of the equation of state
+    below_expansion: np.ndarray  # particles thinner than the range of the equation of state
     below_zero_kelvin: np.ndarray  # particles whose temperature was lifted to 0 K
+    molten: np.ndarray  # particles whose homologous temperature was held at 1
+    sound_floors: np.ndarray  # particles whose signal speed rests on the floor of the sound speed
+    unstable: np.ndarray  # particles whose negative c^2 counted as zero for the viscosity
+    failed: np.ndarray  # particles that failed in this step
     outside: np.ndarray  # particles now outside the grid, for ``faces.cross_faces``
     fault: np.ndarray  # 0 or the first kind of unphysical state
     culprit: np.ndarray  # its particle
@@ -81,6 +88,15 @@ class Point(NamedTuple):
     deviator: tuple[float, float, float, float, float, float]
     plastic_strain: float
     temperature: float
+    damage: float = 0.0
+
+
+class Acts(NamedTuple):
+    """Which safeguards acted on a point in a step, each 0 or 1."""
+
+    tension_floor: int
+    molten: int
+    unstable: int
 
 
 def empty_tally(chunks):
@@ -98,11 +114,25 @@ def chunks_of(count):
 
 @kernel
 def update_chunks(
-    geometry, shape, matter, viscosity, limits, particles, moved, begin, end, nodes, tally, row, dt
+    geometry,
+    shape,
+    matter,
+    viscosity,
+    limits,
+    particles,
+    moved,
+    begin,
+    end,
+    nodes,
+    tally,
+    row,
+    dt,
+    keep,
 ):
     """Advance stress, density, energy and position of the particles begin..end of one body.
 
-    The tally of each chunk of ``CHUNK`` particles goes to its own row, from ``row`` on.
+    The tally of each chunk of ``CHUNK`` particles goes to its own row, from ``row`` on. ``keep`` 1 stores the energy
+    with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that follow.
     """
     for start in range(begin, end, CHUNK):
         stop = min(start + CHUNK, end)
@@ -120,38 +150,61 @@ def update_chunks(
             tally,
             row,
             dt,
+            keep,
         )
         row += 1
 
 
 @device
 def _update_chunk(
-    geometry, shape, matter, viscosity, limits, particles, moved, start, stop, nodes, tally, row, dt
+    geometry,
+    shape,
+    matter,
+    viscosity,
+    limits,
+    particles,
+    moved,
+    start,
+    stop,
+    nodes,
+    tally,
+    row,
+    dt,
+    keep,
 ):
     # Arrays by their own names: taking them from a record inside the loop costs their reference counts each time.
     position, velocity, alive = particles.position, particles.velocity, particles.alive
     density, energy, pressure = particles.density, particles.energy, particles.pressure
     q, s, kelvin = particles.viscosity, particles.deviator, particles.temperature
-    plastic_strain = particles.plastic_strain
+    plastic_strain, damage = particles.plastic_strain, particles.damage
     stencil = new_stencil(geometry, shape)
     gradient = np.empty((3, 3))
     signal = volume_rate = value = 0.0
-    floors = beyond = cold = outside = fault = culprit = 0
+    floors = beyond = below = cold = molten = slow = unstable = failed = 0
+    outside = fault = culprit = 0
     for p in range(start, stop):
         if not alive[p]:
             continue
         gather_velocity_gradient(geometry, shape, position, p, nodes, stencil, gradient)
         deviatoric = (s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5])
         old = Point(
-            density[p], energy[p], pressure[p], q[p], deviatoric, plastic_strain[p], kelvin[p]
+            density[p],
+            energy[p],
+            pressure[p],
+            q[p],
+            deviatoric,
+            plastic_strain[p],
+            kelvin[p],
+            damage[p],
         )
-        new, floored = advance(matter, viscosity, geometry.spacing, dt, gradient, old)
+        new, present, acts = advance(matter, viscosity, geometry.spacing, dt, gradient, old)
         density[p] = new.density
-        energy[p] = new.energy
+        energy[p] = present if keep else new.energy
         pressure[p] = new.pressure
         q[p] = new.viscosity
         plastic_strain[p] = new.plastic_strain
         kelvin[p] = max(new.temperature, 0.0)
+        damage[p] = new.damage
         s[p, 0], s[p, 1], s[p, 2] = new.deviator[0], new.deviator[1], new.deviator[2]
         s[p, 3], s[p, 4], s[p, 5] = new.deviator[3], new.deviator[4], new.deviator[5]
         position[p, 0] = moved[p, 0]
@@ -160,27 +213,36 @@ def _update_chunk(
 
         rate = gradient[0, 0] + gradient[1, 1] + gradient[2, 2]
         speed = math.sqrt(velocity[p, 0] ** 2 + velocity[p, 1] ** 2 + velocity[p, 2] ** 2)
-        signal = max(signal, speed + signal_speed(matter, viscosity, geometry.spacing, rate, new))
+        own, floored = signal_speed(matter, viscosity, geometry.spacing, rate, new)
+        signal = max(signal, speed + own)
         volume_rate = max(volume_rate, abs(rate))
-        floors += floored
+        floors += acts.tension_floor
+        molten += acts.molten
+        unstable += acts.unstable
+        slow += floored
         beyond += outside_range(matter.eos, new.density)
+        below += below_range(matter.eos, new.density)
         cold += new.temperature < 0.0
+        failed += (new.damage >= 1.0) > (old.damage >= 1.0)
         outside += exit_face(geometry, position, p) >= 0
         if fault == 0:
             place = position[p, 0] + position[p, 1] + position[p, 2]
             fault, value = find_fault(matter, limits, new, speed, place)
             culprit = p
     tally.signal[row], tally.volume_rate[row] = signal, volume_rate
-    tally.tension_floors[row], tally.beyond_hugoniot[row] = floors, beyond
-    tally.below_zero_kelvin[row], tally.outside[row] = cold, outside
+    tally.tension_floors[row], tally.molten[row] = floors, molten
+    tally.beyond_hugoniot[row], tally.below_expansion[row] = beyond, below
+    tally.sound_floors[row], tally.unstable[row] = slow, unstable
+    tally.below_zero_kelvin[row], tally.failed[row], tally.outside[row] = cold, failed, outside
     tally.fault[row], tally.culprit[row], tally.value[row] = fault, culprit, value
 
 
 @device
 def advance(matter, viscosity, spacing, dt, gradient, old):
-    """One point over one step with the velocity gradient (3, 3); returns the new Point and 1 if its tension was cut.
+    """One point over one step with the velocity gradient (3, 3): the new Point, its energy to come, and the Acts.
 
-    Density, energy and pressure live at the new time; the gradient belongs to the step between.
+    Density and pressure live at the new time, and so does the energy to come; the Point's own energy lacks the half of
+    the new stress' work. The gradient belongs to the step between.
     """
     strain, trace = strain_increment(gradient, dt)
     ratio = volume_ratio(gradient, dt)
@@ -196,8 +258,8 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
         matter.strength, trial, modulus, old.plastic_strain, rate, homologous
     )
 
-    sound = max(sound_speed_squared(matter.eos, old.density, old.energy, old.pressure), 0.0)
-    q = artificial_viscosity(viscosity, density, math.sqrt(sound), spacing, trace / dt)
+    sound = sound_speed_squared(matter.eos, old.density, old.energy, old.pressure)
+    q = artificial_viscosity(viscosity, density, math.sqrt(max(sound, 0.0)), spacing, trace / dt)
 
     # Energy at the time of the velocity: the second half of the work of the old stress, see step.py.
     old_work = contract(old.deviator, shape_change) - trace * (
@@ -209,12 +271,19 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     known = energy + 0.5 * contract(new_deviator, shape_change) / old.density
     known -= 0.5 * viscosity.heating * q * expansion
     a, b = pressure_terms(matter.eos, density)
-    pressure = (a + b * known) / (1.0 + 0.5 * b * expansion)
+    stiffness = 1.0 + 0.5 * b * expansion
+    pressure = (a + b * known) / stiffness
     floor = pressure_floor(matter.tension, homologous)
-    floored = 0
-    if pressure < floor:
-        pressure = floor
-        floored = 1
+    damage = grown_damage(matter.failure, old.damage, old.plastic_strain + slip, pressure, dt)
+    if damage >= 1.0:  # neither shear nor tension, from this step on
+        known -= 0.5 * contract(new_deviator, shape_change) / old.density
+        new_deviator = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        pressure = (a + b * known) / stiffness
+        floor = 0.0
+        if old.damage >= 1.0:
+            slip = 0.0
+    acts = Acts(int(pressure < floor), int(homologous >= 1.0), int(sound < 0.0))
+    pressure = floor if pressure < floor else pressure
     present = known - 0.5 * pressure * expansion  # with the pressure that is stored
     new = Point(
         density,
@@ -224,8 +293,9 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
         new_deviator,
         old.plastic_strain + slip,
         temperature(matter.eos, density, present),
+        damage,
     )
-    return new, floored
+    return new, present, acts
 
 
 @device
@@ -275,7 +345,7 @@ def return_to_yield(strength, trial, modulus, plastic_strain, rate, homologous):
 
 @device
 def signal_speed(matter, viscosity, spacing, rate, point):
-    """Fastest signal in a point at rest, m/s: longitudinal waves, slowed steps under artificial viscosity.
+    """Fastest signal in a point at rest, m/s, and 1 if its sound is the floor: longitudinal waves and viscosity.
 
     With viscosity the stable step is dt (Q + sqrt(Q^2 + c^2)) < h: Benson (1992), Comput. Methods Appl. Mech. Eng. 99,
     235.
@@ -283,11 +353,12 @@ def signal_speed(matter, viscosity, spacing, rate, point):
     slowest = SOUND_SPEED_FLOOR * reference_sound_speed(matter.eos)
     bulk = sound_speed_squared(matter.eos, point.density, point.energy, point.pressure)
     modulus = matter.shear_modulus * min(1.0, point.density / reference_density(matter.eos))
-    sound = max(bulk + 4.0 / 3.0 * modulus / point.density, slowest * slowest)
+    longitudinal = bulk + 4.0 / 3.0 * modulus / point.density
+    sound = max(longitudinal, slowest * slowest)
     damping = 0.0
     if rate < 0.0:
         damping = viscosity.linear * math.sqrt(sound) - viscosity.quadratic * spacing * rate
-    return damping + math.sqrt(damping * damping + sound)
+    return damping + math.sqrt(damping * damping + sound), int(longitudinal < slowest * slowest)
 
 
 @device

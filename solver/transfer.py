@@ -18,7 +18,8 @@ from solver.geometry import (
 from solver.jit import device, kernel
 from solver.shapes import width
 
-# Columns of cells in a slab: at least the width of any stencil, so that slabs of one parity never share a node.
+# Columns of cells in a slab. Its particles touch at most the node left of it and three right of its first ones: two
+# more columns than the slab has, so slabs of one parity, eight columns apart, never share a node.
 SLAB_COLUMNS = 4
 
 
@@ -41,17 +42,20 @@ def new_stencil(geometry, shape):
 
 
 @kernel
-def sort_into_slabs(geometry, particles, order, slab_start):
-    """Counting sort of living particles by slab, stable; fills ``order`` (n,) and ``slab_start`` (slabs + 1,)."""
+def sort_into_slabs(geometry, particles, begin, end, order, slab_start):
+    """Counting sort of the living particles begin..end by slab, stable; fills ``order`` and ``slab_start``.
+
+    ``order`` has room for them, ``slab_start`` (slabs + 1,) tells where each slab begins in it.
+    """
     slab_start[:] = 0
-    for p in range(particles.mass.size):
+    for p in range(begin, end):
         if particles.alive[p]:
             column = int(position_in_cells(geometry, particles.position, p, 0))
             slab_start[column // SLAB_COLUMNS + 1] += 1
     for slab in range(slab_start.size - 1):
         slab_start[slab + 1] += slab_start[slab]
     place = slab_start[:-1].copy()
-    for p in range(particles.mass.size):
+    for p in range(begin, end):
         if particles.alive[p]:
             slab = int(position_in_cells(geometry, particles.position, p, 0)) // SLAB_COLUMNS
             order[place[slab]] = p
@@ -101,29 +105,46 @@ def _scatter_state(geometry, shape, particles, order, begin, end, nodes):
 
 
 @kernel
-def move_particles(geometry, shape, particles, moved, order, slab_start, slabs, nodes, heating, dt):
+def move_particles(
+    geometry, shape, particles, moved, order, slab_start, slabs, nodes, work, damping, dt, lost
+):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
-    The internal energy takes the work of the stress in the velocities before the forces: the first half of the
-    step's (``heating`` times that of the viscosity). New positions go to ``moved`` (n, 3): the strain update that
-    follows still uses the weights of the old ones.
+    The internal energy takes the part ``work[0]`` of the work of the stress in the velocities before the forces
+    (``work[1]`` times that of the viscosity). New positions go to ``moved`` (n, 3): the strain update that follows
+    still uses the weights of the old ones. ``damping`` is (part of the step, order); ``lost`` (slabs, 4) takes the
+    momentum and, last, the energy that it took from each slab.
     """
     for slab in slabs:
         begin, end = slab_start[slab], slab_start[slab + 1]
-        _move(geometry, shape, particles, moved, order, begin, end, nodes, heating, dt)
+        _move(
+            geometry,
+            shape,
+            particles,
+            moved,
+            order,
+            begin,
+            end,
+            nodes,
+            work,
+            damping,
+            dt,
+            lost[slab],
+        )
 
 
 @device
-def _move(geometry, shape, particles, moved, order, begin, end, nodes, heating, dt):
+def _move(geometry, shape, particles, moved, order, begin, end, nodes, work, damping, dt, lost):
     stencil = new_stencil(geometry, shape)
     drift = np.empty(3)
     kick = np.empty(3)
+    lost[:] = 0.0
     for place in range(begin, end):
         p = order[place]
         fill_stencil(geometry, shape, particles.position, p, stencil)
         drift[:] = 0.0
         kick[:] = 0.0
-        stress = total_stress(particles, p, heating)
+        stress = total_stress(particles, p, work[1])
         power = 0.0  # of the stress in the velocities before the forces, W/m3
         for a in range(stencil_size(geometry, shape)):
             i = stencil.node[a]
@@ -136,7 +157,9 @@ def _move(geometry, shape, particles, moved, order, begin, end, nodes, heating, 
                 + force[1] * nodes.before[i, 1]
                 + force[2] * nodes.before[i, 2]
             )
-        particles.energy[p] += 0.5 * power * dt / particles.density[p]
+        particles.energy[p] += work[0] * power * dt / particles.density[p]
+        if damping[0] > 0.0:
+            _damp(geometry, shape, particles, p, nodes, stencil, damping, kick, dt, lost)
         for axis in range(3):
             particles.velocity[p, axis] += kick[axis] * dt
             moved[p, axis] = particles.position[p, axis] + drift[axis] * dt
@@ -145,6 +168,42 @@ def _move(geometry, shape, particles, moved, order, begin, end, nodes, heating, 
             share = stencil.weight[a] * particles.mass[p]
             for axis in range(3):
                 nodes.momentum[i, axis] += share * particles.velocity[p, axis]
+
+
+@device
+def _damp(geometry, shape, particles, p, nodes, stencil, damping, kick, dt, lost):
+    """Take the part ``damping[0]`` of (1 - P)^order v from the velocity of a particle, through its kick (3,).
+
+    Its share of the kinetic energy is that in the mean of old and new velocity, as the work of the forces is.
+    """
+    for axis in range(3):
+        noise = particles.velocity[p, axis]
+        for a in range(stencil_size(geometry, shape)):
+            i = stencil.node[a]
+            noise -= stencil.weight[a] * damping[1] * nodes.before[i, axis]
+            noise += stencil.weight[a] * (damping[1] - 1.0) * nodes.smooth[i, axis]
+        change = -damping[0] * noise
+        mean = particles.velocity[p, axis] + 0.5 * (kick[axis] * dt + change)
+        lost[axis] -= particles.mass[p] * change
+        lost[3] -= particles.mass[p] * mean * change
+        kick[axis] += change / dt
+
+
+@kernel
+def scatter_smoothed(geometry, shape, particles, order, slab_start, slabs, nodes):
+    """Momentum of particles that move with the nodes' velocities before the forces, onto ``nodes.smooth``."""
+    stencil = new_stencil(geometry, shape)
+    for slab in slabs:
+        for place in range(slab_start[slab], slab_start[slab + 1]):
+            p = order[place]
+            fill_stencil(geometry, shape, particles.position, p, stencil)
+            for axis in range(3):
+                mean = 0.0
+                for a in range(stencil_size(geometry, shape)):
+                    mean += stencil.weight[a] * nodes.before[stencil.node[a], axis]
+                for a in range(stencil_size(geometry, shape)):
+                    share = stencil.weight[a] * particles.mass[p]
+                    nodes.smooth[stencil.node[a], axis] += share * mean
 
 
 @device

@@ -24,6 +24,7 @@ Pascal = Annotated[float, Unit("Pa")]
 PerSecond = Annotated[float, Unit("s-1")]
 MetrePerSecond = Annotated[float, Unit("m s-1")]
 KilogramPerCubicMetre = Annotated[float, Unit("kg m-3")]
+JoulePerKilogram = Annotated[float, Unit("J kg-1")]
 JoulePerKilogramKelvin = Annotated[float, Unit("J kg-1 K-1")]
 
 

@@ -45,6 +45,11 @@ def outside_range(eos, density):
 
 
 @generic
+def below_range(eos, density):
+    """True where matter is so thin that the form holds on to a constant."""
+
+
+@generic
 def reference_density(eos):
     """Density without pressure at zero internal energy, kg/m3."""
 

@@ -9,7 +9,7 @@ of 40 at rho = 0.05 rho0 and leave the implicit solve without an answer.
 from functools import cache
 from typing import NamedTuple
 
-from solver.eos import EosEntry, pressure_terms, sound_speed_squared
+from solver.eos import EosEntry, below_range, pressure_terms, sound_speed_squared
 from solver.eos._hugoniot import (
     implement_common,
     isentropic_sound_speed_squared,
@@ -76,6 +76,11 @@ def _(eos, density, energy, pressure):
     if mu < 0.0:
         return eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure / density)
     return isentropic_sound_speed_squared(eos, mu, density, pressure)
+
+
+@implements(below_range, MieGrueneisen)
+def _(eos, density):
+    return False
 
 
 implement_common(MieGrueneisen)

@@ -9,7 +9,7 @@ thesis' own 6 km/s problem reached 68 km/s.
 from functools import cache
 from typing import NamedTuple
 
-from solver.eos import EosEntry, pressure_terms, sound_speed_squared
+from solver.eos import EosEntry, below_range, pressure_terms, sound_speed_squared
 from solver.eos._hugoniot import (
     implement_common,
     isentropic_sound_speed_squared,
@@ -75,6 +75,11 @@ def _(eos, density, energy, pressure):
     if mu < THINNEST:
         return thermal
     return eos.c0 * eos.c0 * (1.0 - eos.gamma0 * mu) + thermal
+
+
+@implements(below_range, MieGrueneisenCubic)
+def _(eos, density):
+    return density / eos.density - 1.0 < THINNEST
 
 
 implement_common(MieGrueneisenCubic)

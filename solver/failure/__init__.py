@@ -1,6 +1,8 @@
-"""Failure and tension: what matter does when it is pulled.
+"""Failure: what breaks matter for good; a failed point bears neither shear nor tension.
 
-A file adds one: a parameter record under ``TENSION`` and ``pressure_floor`` for its type.
+A file adds one: a parameter record under ``FAILURE`` and ``grown_damage`` for its type. Damage 0 is whole and damage 1
+has failed; between them it is a record of what happened and weakens nothing. ``tests/contracts/test_failure.py`` asks
+each member that damage stays within 0..1, never falls, and that what has failed carries no shear and no tension.
 """
 
 from typing import NamedTuple
@@ -8,13 +10,16 @@ from typing import NamedTuple
 from solver.jit import generic
 
 
-class TensionEntry(NamedTuple):
-    """What a file of this folder offers as ``TENSION``."""
+class FailureEntry(NamedTuple):
+    """What a file of this folder offers as ``FAILURE``."""
 
     name: str
     record: type
 
 
 @generic
-def pressure_floor(tension, homologous):
-    """Lowest pressure in Pa that matter at a homologous temperature sustains (negative is tension)."""
+def grown_damage(failure, damage, plastic_strain, pressure, dt):
+    """Damage 0..1 after a step of dt (s) that ends at a plastic strain and at a pressure (Pa, negative is tension).
+
+    The pressure is that of the equation of state, before any floor: the floor would hide what tension was asked for.
+    """

@@ -10,8 +10,10 @@ geometry        coordinates (1, 2, 3)  gradient G of a node           mass, forc
 ``Axisymmetric``  r, z, theta            (dN/dr, dN/dz, N/r)           per radian
 ==============  =====================  ============================  ==================
 
-Both records have the same fields: ``lower`` corner (m), ``spacing`` of the cells (m) and ``nodes`` along each axis
-(the third is 1 in axisymmetry). The node (i, j, k) stands at index (i * nodes[1] + j) * nodes[2] + k.
+Both records have the same fields: ``lower`` corner of the domain (m), ``spacing`` of the cells (m), ``cells`` along
+each axis (none along the third in axisymmetry) and ``nodes``. Outside each face stands one layer of ghost nodes,
+because wide shapes reach over it; what they receive is folded back where the face is closed (``faces.py``), and stays
+where it is free. The node (i, j, k), counted from the ghosts on, stands at index (i * nodes[1] + j) * nodes[2] + k.
 """
 
 from typing import NamedTuple
@@ -21,6 +23,7 @@ import numpy as np
 from solver.jit import device, generic
 
 AXES = 3
+MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reaches
 
 
 class Stencil(NamedTuple):
@@ -70,8 +73,8 @@ def impact_axis(geometry):
 
 @device
 def position_in_cells(geometry, position, p, axis):
-    """Coordinate of particle ``p`` along an axis, counted in cells from the lower corner."""
-    return (position[p, axis] - geometry.lower[axis]) / geometry.spacing
+    """Coordinate of particle ``p`` along an axis, counted in cells from the first node, which is a ghost."""
+    return (position[p, axis] - geometry.lower[axis]) / geometry.spacing + MARGIN
 
 
 @device
@@ -79,7 +82,7 @@ def exit_face(geometry, position, p):
     """The face through which particle ``p`` of ``position`` (n, 3) lies outside the grid, as 2 axis + side, or -1."""
     inverse = 1.0 / geometry.spacing
     for axis in range(3):
-        last = geometry.nodes[axis] - 1
+        last = geometry.cells[axis]
         if last > 0:
             place = (position[p, axis] - geometry.lower[axis]) * inverse
             if place < 0.0:
@@ -94,16 +97,26 @@ def node_count(geometry):
     return int(np.prod(geometry.nodes))
 
 
+def layer_nodes(geometry, axis, side, depth):
+    """Indices of the nodes ``depth`` layers inside a face (-1: its ghosts); side 0 is the lower one.
+
+    Ghosts of the faces of other axes belong to the layer.
+    """
+    index = np.arange(node_count(geometry)).reshape(tuple(geometry.nodes))
+    place = MARGIN + depth if side == 0 else geometry.nodes[axis] - 1 - MARGIN - depth
+    return np.ascontiguousarray(np.take(index, place, axis=axis).ravel())
+
+
 def face_nodes(geometry, axis, side):
     """Indices of the nodes on a face; side 0 is the lower one."""
-    index = np.arange(node_count(geometry)).reshape(tuple(geometry.nodes))
-    return np.ascontiguousarray(np.take(index, 0 if side == 0 else -1, axis=axis).ravel())
+    return layer_nodes(geometry, axis, side, 0)
 
 
 def node_positions(geometry):
     """Coordinates of all nodes, (nodes, 3)."""
     axes = [
-        geometry.lower[axis] + geometry.spacing * np.arange(geometry.nodes[axis])
+        geometry.lower[axis]
+        + geometry.spacing * (np.arange(geometry.nodes[axis]) - MARGIN * (geometry.cells[axis] > 0))
         for axis in range(AXES)
     ]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, AXES)
@@ -111,4 +124,6 @@ def node_positions(geometry):
 
 def grid(record, *, lower, cells, spacing):
     """A geometry from its lower corner (m), its cells along each axis (0: no extent) and their size (m)."""
-    return record(np.array(lower, dtype=float), float(spacing), np.array(cells, dtype=np.int64) + 1)
+    cells = np.array(cells, dtype=np.int64)
+    nodes = cells + 1 + 2 * MARGIN * (cells > 0)
+    return record(np.array(lower, dtype=float), float(spacing), cells, nodes)

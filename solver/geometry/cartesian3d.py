@@ -23,7 +23,8 @@ class Cartesian3D(NamedTuple):
 
     lower: np.ndarray  # (3,) m
     spacing: float  # m
-    nodes: np.ndarray  # (3,) int64
+    cells: np.ndarray  # (3,) int64, of the domain
+    nodes: np.ndarray  # (3,) int64, ghosts included
 
 
 @implements(stencil_size, Cartesian3D)

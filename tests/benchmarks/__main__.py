@@ -1,35 +1,38 @@
-"""``make bench``: nanoseconds per particle-step, their split over the stages, and the worth of a second thread.
+"""``make bench``: nanoseconds per particle-step by shape, their split over the stages, the worth of a second thread.
 
-Machines are noisy: what counts are ratios within one run, with nothing else at work. Each figure is the median over
-repetitions of the same steps.
+``SECONDS_PER_PARTICLE_STEP`` in studies/run.py has its figures from here. Machines are noisy: what counts are ratios
+within one run, with nothing else at work. Each figure is the median over repetitions of the same steps.
 """
 
 import statistics
 import time
 from collections import defaultdict
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 from solver import step
 from solver.simulation import Simulation, start
 from studies.execution import setting_of
 from studies.materials import load
+from studies.recipes import Shape
 from studies.run import resolve
 
 WARM, STEPS, REPEATS = 60, 40, 7  # steps before, steps in a repetition, repetitions
 STAGES = (
     "sort_into_slabs",
     "scatter_state",
-    "hold_face",
+    "fold_state",
+    "hold_state",
     "solve_momentum",
     "move_particles",
-    "finish_nodes",
+    "take_mapped",
+    "clear_nodes",
     "update_chunks",
 )
 
 
-def simulation(geometry: str, cells: int, threads: int) -> Simulation:
-    """A copper perforation at 4 km/s, warmed until the shock is well inside."""
+def simulation(geometry: str, cells: int, shape: str, threads: int) -> Simulation:
+    """A copper perforation at 4 km/s in the thesis' numerics but for the shape, warmed until the shock is inside."""
     copper = load("copper-ofhc")
     materials = {"projectile": copper, "target": copper}
     parameters = {
@@ -40,6 +43,8 @@ def simulation(geometry: str, cells: int, threads: int) -> Simulation:
         "target": "copper-ofhc",
         "geometry": geometry,
         "cells_per_diameter": float(cells),
+        "recipe": "thesis",
+        "shape": shape,
     }
     run = resolve("thin_plate", parameters, materials)
     made = start(setting_of(run).problem, threads=threads)
@@ -88,15 +93,15 @@ def split(made: Simulation) -> dict[str, float]:
 def main() -> None:
     """Print the figures."""
     for geometry, cells in (("axisymmetric", 32), ("quarter", 16)):
-        one = simulation(geometry, cells, threads=1)
-        cost = nanoseconds(one)
-        print(
-            f"{geometry}, {one.particles.mass.size} particles, one thread: {cost:.0f} ns per particle-step"
-        )
-        for name, part in split(one).items():
-            print(f"    {name:16} {part:6.1f} ns  {part / cost:5.0%}")
-        two = nanoseconds(simulation(geometry, cells, threads=2))
-        print(f"    two threads: {two:.0f} ns, {cost / two:.2f} times as fast")
+        for shape in get_args(Shape):
+            one = simulation(geometry, cells, shape, threads=1)
+            cost = nanoseconds(one)
+            particles = one.particles.mass.size
+            print(f"{geometry}, {shape}, {particles} particles: {cost:.0f} ns per particle-step")
+            for name, part in split(one).items():
+                print(f"    {name:16} {part:6.1f} ns  {part / cost:5.0%}")
+            two = nanoseconds(simulation(geometry, cells, shape, threads=2))
+            print(f"    two threads: {two:.0f} ns, {cost / two:.2f} times as fast")
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ def line(shape: Any, place: float) -> tuple[int, np.ndarray, np.ndarray]:
 def filled(kind: str, shape: Any, position: tuple[float, ...]) -> tuple[np.ndarray, Stencil]:
     """A particle's place (m) and its stencil in a geometry."""
     geometry = BOXES[kind]
-    place = np.array(position) * SPACING * (geometry.nodes > 1)
+    place = np.array(position) * SPACING * (geometry.cells > 0)
     stencil = new_stencil(geometry, shape)
     fill_stencil(geometry, shape, place[None, :], 0, stencil)
     return place, stencil

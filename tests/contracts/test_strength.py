@@ -3,15 +3,25 @@
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
 from solver.strength import StrengthEntry, hardening, rate_and_heat, yield_stress
-from solver.stress import RETURN_TOLERANCE, homologous_temperature, return_to_yield
+from solver.stress import RETURN_TOLERANCE, Point, advance, homologous_temperature, return_to_yield
 from solver.tensor import added, contract, equivalent_stress, rotated, scaled
-from tests.solver.bodies import MELT, ROOM, SHEAR_MODULUS, elastic_copper, real_copper
+from tests.solver.bodies import (
+    DENSITY,
+    MELT,
+    ROOM,
+    SHEAR_MODULUS,
+    SPACING,
+    elastic_copper,
+    real_copper,
+)
 
 MEMBERS = entries("solver.strength", "STRENGTH")
 
@@ -42,6 +52,19 @@ def directions(draw: st.DrawFn) -> tuple[float, ...]:
     size = equivalent_stress(deviator)
     assume(size > 1e-3)
     return scaled(deviator, 1.0 / size)
+
+
+def stretched(
+    matter: Matter, *, kelvin: float, strain: float, rate: float = 1e4, steps: int = 1
+) -> Point:
+    """A point that is stretched in one direction, at constant volume and temperature, to an equivalent strain."""
+    point = Point(DENSITY, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, kelvin)
+    dt = strain / rate / steps
+    gradient = rate * np.diag([1.0, -0.5, -0.5])
+    for _ in range(steps):
+        point, _, _ = advance(matter, ArtificialViscosity(), SPACING, dt, gradient, point)
+        point = point._replace(density=DENSITY, energy=0.0, temperature=kelvin)
+    return point
 
 
 @pytest.fixture(params=list(MEMBERS))
@@ -103,6 +126,20 @@ def test_melt__leaves_no_shear_stress(
     trial = scaled(direction, 1e9)
     molten, _ = return_to_yield(copper(name), trial, SHEAR_MODULUS, plastic_strain, 1e5, 1.0)
     assert equivalent_stress(molten) == 0.0
+
+
+@pytest.mark.parametrize("kelvin", [MELT, 1.5 * MELT])
+def test_melt__takes_the_shear_stress_of_a_point(strength: Any, kelvin: float) -> None:
+    point = stretched(real_copper()._replace(strength=strength), kelvin=kelvin, strain=1e-3)
+    assert equivalent_stress(point.deviator) == 0.0
+
+
+@pytest.mark.parametrize("kelvin", [MELT - 1.0, 1.5 * MELT])
+def test_melt__never_comes_to_matter_without_a_melting_point(strength: Any, kelvin: float) -> None:
+    matter = real_copper()._replace(strength=strength, melt_temperature=math.inf)
+    hot, cold = (stretched(matter, kelvin=one, strain=1e-3) for one in (kelvin, ROOM))
+    assert equivalent_stress(cold.deviator) > 0.0
+    assert hot.deviator == cold.deviator
 
 
 @given(yielding, directions(), plastic_strains, rates, solid_temperatures, st.floats(1.0, 1e3))
@@ -193,6 +230,41 @@ def test_return__turns_with_the_trial_stress(
 def test_johnson_cook__has_the_published_point() -> None:
     """90 + 292 * 0.2^0.31 = 267 MPa at a strain of 0.2 and 1/s: reference/physics.md 5.7."""
     assert round(yield_stress(copper("johnson_cook"), 0.2, 1.0, 0.0) / 1e6) == 267
+
+
+# Copper at a point, MPa: 90 at no strain, 90 + 292 * 0.2^0.31 = 267.3 at 0.2 (267 in reference/physics.md 5.7), times
+# 1 + 0.025 ln(1e6) = 1.3454, times 1 - T*^1.09: 0.5303 at 827 K (T* = 0.5), 0.0010302 at 1355 K (T* = 1 - 1 / 1058).
+POINTS = [
+    (0.0, 1.0, ROOM, 90.0),
+    (0.2, 1.0, ROOM, 267.3),
+    (0.0, 1e6, ROOM, 121.1),
+    (0.2, 1e6, ROOM, 359.6),
+    (0.0, 1.0, 827.0, 47.73),
+    (0.2, 1.0, 827.0, 141.8),
+    (0.2, 1.0, 1355.0, 0.2754),
+    (0.2, 1.0, MELT, 0.0),
+    (0.2, 1e6, 2000.0, 0.0),
+]
+FOUR_DIGITS = 5e-4  # half of the last digit of the smallest first one
+
+
+@pytest.mark.parametrize(("strain", "rate", "kelvin", "expected"), POINTS)
+def test_johnson_cook__has_its_value_at_a_point(
+    strain: float, rate: float, kelvin: float, expected: float
+) -> None:
+    homologous = homologous_temperature(real_copper(), kelvin)
+    got = yield_stress(copper("johnson_cook"), strain, rate, homologous)
+    assert math.isclose(got / 1e6, expected, rel_tol=FOUR_DIGITS)
+
+
+@pytest.mark.parametrize(("strain", "rate", "kelvin", "expected"), POINTS)
+def test_johnson_cook__is_what_a_stretched_point_bears(
+    strain: float, rate: float, kelvin: float, expected: float
+) -> None:
+    """The strain in all is the plastic one and the elastic one, stress / 3 G, on top of it."""
+    total = strain + expected * 1e6 / (3.0 * SHEAR_MODULUS)
+    point = stretched(real_copper(), kelvin=kelvin, strain=total, rate=rate, steps=400)
+    assert math.isclose(equivalent_stress(point.deviator) / 1e6, expected, rel_tol=FOUR_DIGITS)
 
 
 def test_johnson_cook__grows_by_its_constant_with_each_decade_of_rate() -> None:

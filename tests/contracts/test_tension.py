@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.failure import TensionEntry, pressure_floor
 from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
 from solver.stress import Point, advance
+from solver.tension import TensionEntry, pressure_floor
 from tests.solver.bodies import DENSITY, MELT, ROOM, SPACING, elastic_copper, real_copper
 
-MEMBERS = entries("solver.failure", "TENSION")
+MEMBERS = entries("solver.tension", "TENSION")
 CUTOFF = 1.9e9  # Pa, of copper
 COPPER: dict[str, tuple[float, ...]] = {"recoverable": (CUTOFF,), "unlimited": ()}
 
@@ -36,8 +36,8 @@ def at_rest(temperature: float = ROOM) -> Point:
 def stretched(matter: Matter, volume: float, old: Point) -> tuple[Point, int]:
     """A point whose volume grows by a part in a step, the same in all directions."""
     gradient = np.eye(3) * volume / 3.0 / DT
-    point, floored = advance(matter, ArtificialViscosity(), SPACING, DT, gradient, old)
-    return point, floored
+    point, _, acts = advance(matter, ArtificialViscosity(), SPACING, DT, gradient, old)
+    return point, acts.tension_floor
 
 
 def test_tension__brings_an_example() -> None:

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.failure.recoverable import RecoverableTension
-from solver.failure.unlimited import UnlimitedTension
 from solver.geometry import grid, lattice_measure
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Matter, Problem
 from solver.strength.johnson_cook import JohnsonCook
 from solver.strength.perfectly_plastic import PerfectlyPlastic
+from solver.tension.recoverable import RecoverableTension
+from solver.tension.unlimited import UnlimitedTension
 
 DENSITY, SOUND_SPEED, SHEAR_MODULUS = 8930.0, 3940.0, 47.7e9
 ROOM, MELT = 298.0, 1356.0

@@ -13,9 +13,6 @@ import pytest
 
 from solver import jit
 from solver.eos import pressure_terms, sound_speed_squared, temperature
-from solver.failure import pressure_floor
-from solver.failure.recoverable import RecoverableTension
-from solver.failure.unlimited import UnlimitedTension
 from solver.jit import kernel
 from solver.simulation import start
 from solver.state import Particles
@@ -24,6 +21,9 @@ from solver.strength.elastic import Elastic
 from solver.strength.johnson_cook import JohnsonCook
 from solver.strength.linear_hardening import LinearHardening
 from solver.strength.perfectly_plastic import PerfectlyPlastic
+from solver.tension import pressure_floor
+from solver.tension.recoverable import RecoverableTension
+from solver.tension.unlimited import UnlimitedTension
 from tests.solver.bodies import DENSITY, real_copper, two_blocks
 
 ROOT = Path(__file__).parents[2]

@@ -351,3 +351,27 @@ def test_body__of_another_matter_keeps_its_own_laws() -> None:
     strain = outcome.snapshot.particles.plastic_strain
     assert strain[outcome.snapshot.body == 0].max() == 0.0
     assert strain[outcome.snapshot.body == 1].max() > 0.01
+
+
+# Velocities that differ from particle to particle
+
+
+def test_body__with_one_velocity_for_each_particle_moves_as_with_one_for_all() -> None:
+    """The same numbers in another form: the same first step, the same limits, the same bits."""
+    problem = two_blocks("axisymmetric")
+    flyer, plate = problem.bodies
+    each = np.tile(flyer.velocity, (flyer.mass.size, 1))
+    other = replace(problem, bodies=(replace(flyer, velocity=each), plate))
+    one, two = (simulate(which, threads=1).snapshot.particles for which in (problem, other))
+    assert all(a.tobytes() == b.tobytes() for a, b in zip(one, two, strict=True))
+
+
+def test_first_step__is_that_of_the_fastest_particle() -> None:
+    problem = two_blocks("axisymmetric")
+    flyer, plate = problem.bodies
+    each = np.zeros((flyer.mass.size, 3))
+    each[3] = (0.0, *flyer.velocity[1:])
+    slow = replace(problem, bodies=(replace(flyer, velocity=0.0 * flyer.velocity), plate))
+    mixed = replace(problem, bodies=(replace(flyer, velocity=each), plate))
+    assert start(mixed).dt == start(problem).dt
+    assert start(mixed).dt < start(slow).dt

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.problem import ArtificialViscosity, Problem
+from solver.registry import entries
 from solver.simulation import Simulation, start
 from solver.stress import Point, advance
 from solver.tensor import equivalent_stress
@@ -29,23 +30,41 @@ STRESS_NOISE = 1e-9 * DENSITY * SPEED**2
 NEAR_AXIS, NEAR_AXIS_ERROR = 3.0, 0.01  # cells, and what the hoop rate may miss beyond them
 
 
+SHAPES = {name: entry.record() for name, entry in entries("solver.shapes", "SHAPE").items()}
+# Midpoints of two particles per cell miss the integral of r N' + N by 1/32 at the first node of a spline, where its
+# support is cut by the axis; anywhere else, and for the other shapes, the sum is exact.
+AT_FIRST_NODE = {"linear": ROUND_OFF, "gimp": ROUND_OFF, "quadratic-bspline": 1.0 / 32.0}
+
+
+@pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("kind", ["cartesian", "axisymmetric"])
-def test_uniform_pressure__leaves_inner_nodes_without_force(kind: str) -> None:
-    assert force_of_uniform_pressure(kind) <= ROUND_OFF
+def test_uniform_pressure__leaves_nodes_without_force(kind: str, name: str) -> None:
+    largest = force_of_uniform_pressure(kind, SHAPES[name])
+    allowed = AT_FIRST_NODE[name] if kind == "axisymmetric" else ROUND_OFF
+    assert largest <= allowed * (1.0 + ROUND_OFF)
 
 
-def test_uniform_expansion__is_exact_in_a_box() -> None:
-    assert expansion_error("cartesian").relative.max() <= ROUND_OFF
+@pytest.mark.parametrize("name", SHAPES)
+def test_uniform_pressure__leaves_nodes_off_the_axis_without_force(name: str) -> None:
+    off_axis = force_of_uniform_pressure("axisymmetric", SHAPES[name], first_column=2)
+    assert off_axis <= ROUND_OFF
 
 
-def test_uniform_expansion__is_within_a_percent_beyond_three_cells_from_the_axis() -> None:
-    error = expansion_error("axisymmetric")
+@pytest.mark.parametrize("name", SHAPES)
+def test_uniform_expansion__is_exact_in_a_box(name: str) -> None:
+    assert expansion_error("cartesian", SHAPES[name]).relative.max() <= ROUND_OFF
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_uniform_expansion__is_within_a_percent_beyond_three_cells_from_the_axis(name: str) -> None:
+    error = expansion_error("axisymmetric", SHAPES[name])
     far = error.cells_from_axis > NEAR_AXIS
     assert error.relative[far].max() <= NEAR_AXIS_ERROR
 
 
-def test_uniform_expansion__error_falls_with_the_distance_from_the_axis() -> None:
-    error = expansion_error("axisymmetric")
+@pytest.mark.parametrize("name", SHAPES)
+def test_uniform_expansion__error_falls_with_the_distance_from_the_axis(name: str) -> None:
+    error = expansion_error("axisymmetric", SHAPES[name])
     largest = [
         error.relative[(error.cells_from_axis > cell) & (error.cells_from_axis < cell + 1.0)].max()
         for cell in (1.0, 3.0, 6.0)
@@ -116,7 +135,7 @@ def turned(steps: int, spin: tuple[float, float, float]) -> tuple[Point, Point]:
     gradient = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) / dt
     viscosity = ArtificialViscosity()
     for _ in range(steps):
-        point, _ = advance(elastic_copper(), viscosity, SPACING, dt, gradient, point)
+        point, *_ = advance(elastic_copper(), viscosity, SPACING, dt, gradient, point)
     return before, point
 
 

@@ -6,8 +6,8 @@ pressure of particles, whose scatter behind a shock is 5 to 30 GPa, would fail m
 
 from typing import NamedTuple
 
-from solver.failure import TensionEntry, pressure_floor
 from solver.jit import implements
+from solver.tension import TensionEntry, pressure_floor
 
 
 class RecoverableTension(NamedTuple):

@@ -3,8 +3,8 @@
 import math
 from typing import NamedTuple
 
-from solver.failure import TensionEntry, pressure_floor
 from solver.jit import implements
+from solver.tension import TensionEntry, pressure_floor
 
 
 class UnlimitedTension(NamedTuple):

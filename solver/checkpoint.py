@@ -1,0 +1,158 @@
+"""Checkpoints: what a simulation carries from step to step <-> a file, bit for bit.
+
+A file is one line of JSON (fingerprint, numbers, layout of the arrays), the bytes of the arrays behind one another, and
+the SHA-256 of all that. It is read only where the run that goes on computes the same bits as the one that wrote it:
+same processor, compiler, solver and problem. Anything else, damage included, means "from the start", with a reason.
+"""
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from solver import PHYSICS_VERSION
+from solver.jit import compiler
+
+MINUTE = 60.0  # s
+DIGEST_SIZE = hashlib.sha256().digest_size
+
+Fingerprint = Mapping[str, str]
+
+
+def _nothing(_: str) -> None:
+    """A listener that does not listen."""
+
+
+def _never() -> bool:
+    return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checkpointing:
+    """Where a run keeps its checkpoint, how often, and what the caller has to do with it.
+
+    The file is the caller's: it outlives the run, so that a result which could not be kept is soon there again.
+    """
+
+    path: Path
+    seconds_between: float = MINUTE  # of wall clock
+    caller: str = ""  # what else must be the same: the text that ``recall`` understands
+    remember: Callable[[], str] = str  # the observer's own text, stored beside
+    recall: Callable[[str], object] = _nothing  # gives it back before the run goes on
+    leave: Callable[[], bool] = _never  # asked after each step; true: write and raise Interrupted
+    tell: Callable[[str], object] = (
+        _nothing  # one sentence: where a run goes on, or why it does not
+    )
+
+
+@dataclass(frozen=True)
+class Carried:
+    """What a simulation carries from one step to the next."""
+
+    numbers: Mapping[str, Any]  # plain objects
+    arrays: Mapping[str, np.ndarray]
+
+
+class Refused(Exception):
+    """A checkpoint cannot be used; the reason in words."""
+
+
+def fingerprint(problem: Any, **others: str) -> Fingerprint:
+    """What must be the same for a run to go on: whatever decides the bits that it computes."""
+    return {
+        **compiler(),
+        "numpy": np.__version__,
+        "physics": str(PHYSICS_VERSION),
+        "problem": content_hash(problem),
+        **others,
+    }
+
+
+def content_hash(record: Any) -> str:
+    """SHA-256 of a tree of records, tuples, numbers, words and arrays; TypeError for anything else."""
+    digest = hashlib.sha256()
+    for piece in _pieces(record):
+        digest.update(len(piece).to_bytes(8))
+        digest.update(piece)
+    return digest.hexdigest()
+
+
+def write_checkpoint(path: Path, mark: Fingerprint, carried: Carried) -> None:
+    """Write a checkpoint: whole, or not at all; raises OSError."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    temporary = Path(name)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            digest = hashlib.sha256()
+            for piece in _content(mark, carried):
+                digest.update(piece)
+                file.write(piece)
+            file.write(digest.digest())
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def read_checkpoint(path: Path, mark: Fingerprint) -> Carried:
+    """The content of a checkpoint of the same fingerprint; raises Refused, and OSError where there is no file."""
+    whole = path.read_bytes()
+    content = memoryview(whole)[: max(0, len(whole) - DIGEST_SIZE)]
+    if hashlib.sha256(content).digest() != whole[len(content) :]:
+        raise Refused("the file is damaged")
+    begin = whole.index(b"\n") + 1
+    header = json.loads(whole[:begin])
+    found = header["fingerprint"]
+    changed = [name for name in sorted({*mark, *found}) if mark.get(name) != found.get(name)]
+    if changed:
+        raise Refused("not of this run and machine: another " + ", ".join(changed))
+    arrays = {}
+    for name, kind, shape in header["arrays"]:
+        array = np.empty(shape, kind)
+        array.reshape(-1).view(np.uint8)[:] = content[begin : begin + array.nbytes]
+        arrays[name] = array
+        begin += array.nbytes
+    return Carried(header["numbers"], arrays)
+
+
+def _content(mark: Fingerprint, carried: Carried) -> Iterator[bytes | memoryview]:
+    layout = [(name, array.dtype.str, array.shape) for name, array in carried.arrays.items()]
+    header = {"fingerprint": dict(mark), "numbers": carried.numbers, "arrays": layout}
+    yield json.dumps(header).encode() + b"\n"  # repr of a float gives the same bits back
+    for array in carried.arrays.values():
+        yield _bytes(array)
+
+
+def _bytes(array: np.ndarray) -> memoryview:
+    return np.ascontiguousarray(array).reshape(-1).view(np.uint8).data
+
+
+def _pieces(value: Any) -> Iterator[bytes | memoryview]:
+    """A value as bytes from which it could be told from every other value."""
+    yield f"{type(value).__module__}.{type(value).__qualname__}".encode()
+    if isinstance(value, np.ndarray):
+        yield f"{value.dtype.str} {value.shape}".encode()
+        yield _bytes(value)
+    elif is_dataclass(value):
+        for one in fields(value):
+            yield from _pieces(getattr(value, one.name))
+    elif isinstance(value, tuple):
+        yield str(len(value)).encode()
+        for item in value:
+            yield from _pieces(item)
+    elif value is None or isinstance(value, bool | int | float | str | np.generic):
+        yield repr(value).encode()
+    else:
+        raise TypeError(f"a problem holds a {type(value)}, which has no content hash")

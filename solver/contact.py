@@ -1,0 +1,109 @@
+"""Bodies that meet, each with a velocity field of its own: Bardenhagen, Brackbill and Sulsky (2000), Comput. Methods
+Appl. Mech. Eng. 187, 529; Ma (2005), section 2.2.3.
+
+A node that two bodies reach is where they may touch. They do when they would still approach each other along the
+normal after the step; then they get the impulse that gives both the normal velocity of their common centre of mass,
+and along the surface as much of it as Coulomb's friction allows. Bodies that draw apart are left alone. Bodies meet
+before their surfaces do, by about a cell: a node cannot tell how far from it a body ends.
+
+The impulse is a force of the step like any other, equal and opposite on the two fields. Bodies that meet give up
+kinetic energy of their relative motion that no stress has taken: minus the impulse times the mean of the relative
+velocities before and after, booked as taken.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.geometry import fill_stencil, internal_force, stencil_size
+from solver.jit import device, kernel
+from solver.transfer import new_stencil
+
+
+class Meeting(NamedTuple):
+    """A pair of bodies in a step."""
+
+    impulse: np.ndarray  # (m, 3) that the first got from the second at each node, N s
+
+
+def empty_meeting(nodes):
+    """A pair that does not touch, on a number of nodes."""
+    return Meeting(np.zeros((nodes, 3)))
+
+
+@kernel
+def scatter_surface(geometry, shape, particles, order, slab_start, slabs, surface):
+    """Outward area of a body at each node, (m, 3) m2 (m2 per radian): the sum of V grad N.
+
+    It is the force of a unit tension, and so vanishes inside a body in either geometry.
+    """
+    stencil = new_stencil(geometry, shape)
+    unit = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
+    for slab in slabs:
+        for place in range(slab_start[slab], slab_start[slab + 1]):
+            p = order[place]
+            fill_stencil(geometry, shape, particles.position, p, stencil)
+            volume = particles.mass[p] / particles.density[p]
+            for a in range(stencil_size(geometry, shape)):
+                area = internal_force(geometry, unit, stencil.gradient, a)
+                for c in range(3):
+                    surface[stencil.node[a], c] += volume * area[c]
+
+
+@kernel
+def meet(first, second, meeting, friction, dt):
+    """Contact forces between two fields whose mass, momentum, force and surface are complete.
+
+    The normal is that of the difference of the two surfaces, so that both fields see the same one. Returns the number
+    of nodes in contact.
+    """
+    touching = 0
+    normal, relative = np.empty(3), np.empty(3)
+    for i in range(first.mass.size):
+        meeting.impulse[i, :] = 0.0
+        if first.mass[i] <= 0.0 or second.mass[i] <= 0.0:
+            continue
+        size = approach = 0.0
+        for c in range(3):
+            normal[c] = first.surface[i, c] - second.surface[i, c]
+            size += normal[c] * normal[c]
+            relative[c] = _trial(first, i, c, dt) - _trial(second, i, c, dt)
+            approach += relative[c] * normal[c]
+        if approach <= 0.0:
+            continue
+        size = math.sqrt(size)
+        approach /= size
+        sliding = 0.0
+        for c in range(3):
+            normal[c] /= size
+            relative[c] -= approach * normal[c]
+            sliding += relative[c] * relative[c]
+        # Coulomb: what stops the sliding, but at most friction times the normal impulse.
+        grip = min(1.0, friction * approach / math.sqrt(sliding)) if sliding > 0.0 else 0.0
+        reduced = first.mass[i] * second.mass[i] / (first.mass[i] + second.mass[i])
+        for c in range(3):
+            given = -reduced * (approach * normal[c] + grip * relative[c])
+            meeting.impulse[i, c] = given
+            first.force[i, c] += given / dt
+            second.force[i, c] -= given / dt
+        touching += 1
+    return touching
+
+
+@device
+def _trial(nodes, i, c, dt):
+    """Velocity at the end of the step without contact."""
+    return (nodes.momentum[i, c] + nodes.force[i, c] * dt) / nodes.mass[i]
+
+
+@kernel
+def energy_taken(first, second, meeting):
+    """Minus the work of the contact impulses in the means of velocities before and mapped back after them, J."""
+    energy = 0.0
+    for i in range(first.mass.size):
+        for c in range(3):
+            before = first.before[i, c] - second.before[i, c]
+            after = first.velocity[i, c] - second.velocity[i, c]
+            energy -= 0.5 * meeting.impulse[i, c] * (before + after)
+    return energy

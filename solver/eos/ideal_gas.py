@@ -1,0 +1,75 @@
+"""Ideal gas, for verification: p = (gamma - 1) rho e.
+
+Its reference state is not one without pressure, as a solid's is, but any state of the problem: density, sound speed
+and temperature there say what a fast signal, a thin state and a hot one are.
+"""
+
+from typing import NamedTuple
+
+from solver.eos import (
+    EosEntry,
+    below_range,
+    outside_range,
+    pressure_terms,
+    reference_density,
+    reference_sound_speed,
+    sound_speed_squared,
+    temperature,
+)
+from solver.jit import implements
+
+
+class IdealGas(NamedTuple):
+    """Parameters of the gas; made by ``ideal_gas``."""
+
+    density: float  # of the reference state, kg/m3
+    sound_speed: float  # of the reference state, m/s; 0 for a cold gas
+    gamma: float  # ratio of heat capacities
+    heat_capacity: float  # cv, J/(kg K)
+    temperature: float  # of the reference state, K
+
+
+def ideal_gas(*, density, sound_speed, gamma, heat_capacity, temperature):
+    """The gas of a ratio of heat capacities."""
+    return IdealGas(density, sound_speed, gamma, heat_capacity, temperature)
+
+
+EOS = EosEntry("ideal_gas", IdealGas, ideal_gas)
+
+
+@implements(pressure_terms, IdealGas)
+def _(eos, density):
+    return 0.0, (eos.gamma - 1.0) * density
+
+
+@implements(sound_speed_squared, IdealGas)
+def _(eos, density, energy, pressure):
+    return (eos.gamma - 1.0) * (energy + pressure / density)
+
+
+@implements(temperature, IdealGas)
+def _(eos, density, energy):
+    reference = (
+        eos.sound_speed * eos.sound_speed / (eos.gamma * (eos.gamma - 1.0))
+    )  # c^2 = gamma (gamma - 1) e
+    return eos.temperature + (energy - reference) / eos.heat_capacity
+
+
+@implements(outside_range, IdealGas)
+def _(eos, density):
+    return False
+
+
+@implements(below_range, IdealGas)
+def _(eos, density):
+    return False
+
+
+@implements(reference_density, IdealGas)
+def _(eos):
+    return eos.density
+
+
+@implements(reference_sound_speed, IdealGas)
+def _(eos):
+    return eos.sound_speed
