@@ -3,6 +3,7 @@
 Names, dimensions and units are declared in :mod:`studies.variables`; here are the values alone.
 """
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from studies.catalogue import Catalogue, Observed
+from studies.convergence import VERDICTS, Convergence, Sample, converge
 from studies.layout import Cell, Layout, floats, labels, shared
 from studies.parameters import Parameter
+from studies.sweep import RESOLUTION
 from studies.variables import NUMBERS, STATES, Quantity, SchemaError, Vocabulary, variable_name
 
 RUN_FLAGS = (
@@ -25,6 +28,7 @@ RUN_FLAGS = (
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
 HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
 FLAG_BITS = 31  # of a signed 32-bit integer
+SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
 
 Column = tuple[str, Any]  # the name of a variable and its values
 
@@ -45,8 +49,9 @@ def all_columns(layout: Layout, words: Vocabulary, catalogue: Catalogue) -> Iter
     for quantity in words.quantities.values():
         yield from of_quantity(layout, quantity, words)
         yield from of_history(layout, quantity.name)
-        yield from of_laws(layout, quantity.name, catalogue)
-    yield from of_observations(layout, words, catalogue)
+        yield from of_convergence(layout, quantity.name)
+        yield from of_laws(layout.points, quantity.name, catalogue)
+    yield from of_observations(words, catalogue)
 
 
 # ---- parameters and runs -------------------------------------------------------------------------
@@ -54,7 +59,7 @@ def all_columns(layout: Layout, words: Vocabulary, catalogue: Catalogue) -> Iter
 
 def of_parameters(layout: Layout, words: Vocabulary) -> Iterator[Column]:
     """Coordinates of the axes, and each other parameter: a scalar where all runs share it."""
-    axes = {axis.name: axis for axis in layout.axes}
+    axes = {axis.name: axis for axis in (*layout.axes, *layout.refinements)}
     for name, parameter in words.parameters.items():
         if name in axes:
             yield variable_name(name), _column(parameter, _axis_values(axes[name], layout))
@@ -65,7 +70,9 @@ def of_parameters(layout: Layout, words: Vocabulary) -> Iterator[Column]:
 
 
 def _axis_values(axis: Any, layout: Layout) -> Sequence[Any]:
-    return axis.values if layout.grid else [cell.coordinates[axis.name] for cell in layout.cells]
+    if layout.grid or axis in layout.refinements:
+        return axis.values
+    return [cell.coordinates[axis.name] for cell in layout.points.cells]
 
 
 def _column(parameter: Parameter, values: Iterable[Any]) -> np.ndarray:
@@ -73,13 +80,14 @@ def _column(parameter: Parameter, values: Iterable[Any]) -> np.ndarray:
 
 
 def _compact(values: np.ndarray, layout: Layout) -> np.ndarray:
-    """Values by cell: a scalar where all are equal, an array over the axes otherwise."""
+    """Values by cell: a scalar where all are equal, an array over points or runs otherwise."""
     if shared(list(values)):
         return np.array(values[0], values.dtype)
     filled = np.empty(layout.shape, values.dtype)
     for cell, value in zip(layout.cells, values, strict=True):
         filled[cell.index] = value
-    return filled
+    by_point = filled.reshape(*layout.points.shape, -1)
+    return by_point[..., 0] if (by_point == by_point[..., :1]).all() else filled
 
 
 def of_runs(layout: Layout) -> Iterator[Column]:
@@ -189,6 +197,49 @@ def _padded(values: Sequence[float | None], samples: int) -> np.ndarray:
     return np.pad(known, (0, samples - len(known)), constant_values=np.nan)
 
 
+# ---- convergence ---------------------------------------------------------------------------------
+
+
+def of_convergence(layout: Layout, quantity: str) -> Iterator[Column]:
+    """What refinement makes of a quantity at each point, where there is any."""
+    if not layout.refinements:
+        return
+    points = layout.points
+    found = {place: converge_runs(runs, quantity) for place, runs in layout.refined().items()}
+    name = f"{quantity}_converged"
+
+    def numbers(pick: Callable[[Convergence], float]) -> np.ndarray:
+        return points.numbers(lambda cell: pick(found[cell.index]))
+
+    yield name, numbers(lambda one: one.value)
+    yield f"{name}_uncertainty", numbers(lambda one: one.uncertainty)
+    yield f"{name}_uncertainty_mesh", numbers(lambda one: one.mesh)
+    yield f"{name}_uncertainty_offsets", numbers(lambda one: one.offsets)
+    yield f"{name}_uncertainty_measurement", numbers(lambda one: one.measurement)
+    yield f"{name}_order", numbers(lambda one: one.order)
+    yield f"{name}_extrapolated", numbers(lambda one: one.extrapolated)
+    yield f"{name}_gci", numbers(lambda one: one.gci)
+    yield (
+        f"{name}_verdict",
+        points.integers(lambda cell: VERDICTS.index(found[cell.index].verdict), np.int8),
+    )
+    yield f"{name}_reason", points.texts(lambda cell: found[cell.index].reason)
+
+
+def converge_runs(runs: Iterable[Cell], quantity: str) -> Convergence:
+    """The verdict over the runs of one point."""
+    return converge(_sample(cell, cell.measurements.get(quantity)) for cell in runs)
+
+
+def _sample(cell: Cell, measured: Any | None) -> Sample:
+    """A run as convergence sees it; one that did not succeed has no value."""
+    spacing = 1.0 / cell.coordinates.get(RESOLUTION, 1.0)  # in diameters; one alone has no name
+    if measured is None or measured.value is None or cell.state != "succeeded":
+        return Sample(spacing, np.nan)
+    rest = math.hypot(*(size for part, size in measured.parts.items() if part != SUB_CELL))
+    return Sample(spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest)
+
+
 # ---- laws and observations -----------------------------------------------------------------------
 
 
@@ -225,7 +276,7 @@ LAW_WORDS: Mapping[str, Callable[[Any], str]] = {
 
 def of_laws(layout: Layout, quantity: str, catalogue: Catalogue) -> Iterator[Column]:
     """What each law, with each of its variants, answers for each run; and the laws' own words."""
-    choices = _choices(layout, quantity, catalogue)
+    choices = _choices(catalogue, quantity, [cell.shot for cell in layout.cells])
     if not choices:
         return
     answers = {
@@ -250,9 +301,8 @@ def of_laws(layout: Layout, quantity: str, catalogue: Catalogue) -> Iterator[Col
         yield f"{quantity}_law_{key}", labels(words(choice.law) for choice in choices)
 
 
-def _choices(layout: Layout, quantity: str, catalogue: Catalogue) -> list[LawChoice]:
-    """Each law of a quantity with each variant that it states for a run or an observed shot."""
-    shots = [cell.shot for cell in layout.cells] + [seen.shot for seen in catalogue.observations]
+def _choices(catalogue: Catalogue, quantity: str, shots: Sequence[Any | None]) -> list[LawChoice]:
+    """Each law of a quantity with each variant that it states for one of the shots."""
     return [
         LawChoice(law, variant)
         for law in catalogue.laws
@@ -278,7 +328,7 @@ def _answer(choice: LawChoice, shot: Any | None) -> Any:
     return choice.law.evaluate(shot, choice.variant)
 
 
-def of_observations(layout: Layout, words: Vocabulary, catalogue: Catalogue) -> Iterator[Column]:
+def of_observations(words: Vocabulary, catalogue: Catalogue) -> Iterator[Column]:
     """The shots that the sweep brought, and what the laws answer for each."""
     seen = catalogue.observations
     if not seen:
@@ -295,19 +345,21 @@ def of_observations(layout: Layout, words: Vocabulary, catalogue: Catalogue) -> 
             yield f"observation_{variable_name(name)}", _column(parameter, values)
     for quantity in words.quantities:
         if any(one.quantity == quantity for one in seen):
-            yield from _observed(seen, quantity, _choices(layout, quantity, catalogue))
+            yield from _observed(seen, quantity, catalogue)
 
 
-def _observed(
-    seen: Sequence[Observed], quantity: str, choices: Sequence[LawChoice]
-) -> Iterator[Column]:
+def _observed(seen: Sequence[Observed], quantity: str, catalogue: Catalogue) -> Iterator[Column]:
+    """The shots of one quantity; the constants of laws are those of the shots' own materials."""
     mine = [one if one.quantity == quantity else None for one in seen]
     yield f"{quantity}_observed", floats(one.value if one else None for one in mine)
     yield (
         f"{quantity}_observed_uncertainty",
         floats(one.uncertainty if one else None for one in mine),
     )
+    choices = _choices(catalogue, quantity, [one.shot for one in mine if one])
     if choices:
+        yield f"{quantity}_observed_law", labels(choice.label for choice in choices)
+        yield f"{quantity}_observed_law_title", labels(choice.law.title for choice in choices)
         answers = [[_answer(choice, one.shot) for choice in choices] for one in seen]
         yield (
             f"{quantity}_by_law_at_observation",

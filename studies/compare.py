@@ -15,9 +15,9 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from studies.variables import STATES
+from studies.formats import display_of, of_share, printed_in
+from studies.points import points_of, refinements_of, simulated
 
-Scope = Literal["where it answers", "inside its range"]
 Reference = Literal["simulation", "observation"]
 
 ONLY_SIMULATION = (
@@ -55,6 +55,10 @@ class Statistics:
     relative_bias: float | None = None  # of residual / reference
     relative_rms: float | None = None
     relative_largest: Extreme | None = None
+    judged: int = 0  # points whose reference has an error bar
+    within: int = 0  # of these, where the subject lies inside it
+    bar: float | None = None  # median error bar of these, in the unit of the quantity
+    relative_bar: float | None = None  # median, over the reference
 
 
 @dataclass(frozen=True)
@@ -99,19 +103,24 @@ class Comparison:
     statement: str
     residuals: tuple[Residual, ...]
     sightings: tuple[Sighting, ...]
+    refined: bool = False  # whether the simulation is converged over resolutions or offsets
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for the report's twin."""
         return {
             "statement": self.statement,
-            "residuals": [asdict(residual) for residual in self.residuals],
+            "residuals": [
+                {**asdict(one), "sentence": sentence(one, refined=self.refined)}
+                for one in self.residuals
+            ],
             "observations": [asdict(sighting) for sighting in self.sightings],
         }
 
 
-def compare(dataset: xr.Dataset) -> Comparison:
-    """Compare the simulation of a cube with its laws, and both with its observations."""
-    quantities = str(dataset.attrs["quantities"]).split()
+def compare(cube: xr.Dataset) -> Comparison:
+    """Compare the simulation of a cube with its laws, and both with its observations, point by point."""
+    quantities = str(cube.attrs["quantities"]).split()
+    dataset = points_of(cube)
     sightings = tuple(sighting for name in quantities for sighting in _sightings(dataset, name))
     residuals = [
         *_against_simulation(dataset, quantities),
@@ -121,16 +130,20 @@ def compare(dataset: xr.Dataset) -> Comparison:
         statement=WITH_OBSERVATIONS if sightings else ONLY_SIMULATION,
         residuals=tuple(residuals),
         sightings=sightings,
+        refined=bool(refinements_of(cube)),
     )
 
 
-def simulated(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """A measured variable where the run succeeded; NaN elsewhere."""
-    return dataset[name].where(dataset.run_state == STATES.index("succeeded"))
+def statistics(
+    subject: np.ndarray,
+    reference: np.ndarray,
+    places: Sequence[Place],
+    bars: np.ndarray | None = None,
+) -> Statistics:
+    """Statistics of ``subject - reference``, arrays (points,), where both are numbers.
 
-
-def statistics(subject: np.ndarray, reference: np.ndarray, places: Sequence[Place]) -> Statistics:
-    """Statistics of ``subject - reference``, arrays (points,), where both are numbers."""
+    ``bars`` (points,) are the error bars of the reference, NaN where it has none.
+    """
     known = np.flatnonzero(np.isfinite(subject) & np.isfinite(reference))
     if not len(known):
         return Statistics(0)
@@ -140,6 +153,7 @@ def statistics(subject: np.ndarray, reference: np.ndarray, places: Sequence[Plac
         bias=float(residual.mean()),
         rms=_rms(residual),
         largest=_largest(residual, known, places),
+        **({} if bars is None else _inside(residual, reference[known], bars[known])),
     )
     sized = (
         reference[known] != 0.0
@@ -153,6 +167,21 @@ def statistics(subject: np.ndarray, reference: np.ndarray, places: Sequence[Plac
         relative_rms=_rms(relative),
         relative_largest=_largest(relative, known[sized], places),
     )
+
+
+def _inside(residual: np.ndarray, reference: np.ndarray, bars: np.ndarray) -> dict[str, Any]:
+    """How many residuals are inside the error bars of their references, and how long those are."""
+    barred = np.isfinite(bars)
+    if not barred.any():
+        return {}
+    sized = barred & (reference != 0.0)
+    relative = float(np.median(bars[sized] / np.abs(reference[sized]))) if sized.any() else None
+    return {
+        "judged": int(barred.sum()),
+        "within": int((np.abs(residual[barred]) <= bars[barred]).sum()),
+        "bar": float(np.median(bars[barred])),
+        "relative_bar": relative,
+    }
 
 
 def _rms(values: np.ndarray) -> float:
@@ -172,30 +201,48 @@ def _against_simulation(dataset: xr.Dataset, quantities: Sequence[str]) -> Itera
     for name in quantities:
         if f"{name}_by_law" in dataset:
             laws, inside = dataset[f"{name}_by_law"], dataset[f"{name}_by_law_in_range"]
-            reference = simulated(dataset, name).values.ravel()
-            yield from _of_laws(dataset, name, "simulation", laws, inside, reference, places)
+            reference = _Reference(
+                "simulation",
+                simulated(dataset, name).values.ravel(),
+                simulated(dataset, f"{name}_uncertainty").values.ravel(),
+                places,
+            )
+            yield from _of_laws(dataset, name, laws, inside, reference)
+
+
+@dataclass(frozen=True)
+class _Reference:
+    """What laws are compared with: arrays (points,)."""
+
+    name: Reference
+    values: np.ndarray
+    bars: np.ndarray  # NaN where there is no error bar
+    places: Sequence[Place]
 
 
 def _of_laws(
     dataset: xr.Dataset,
     name: str,
-    reference: Reference,
     laws: xr.DataArray,
     inside: xr.DataArray,
-    values: np.ndarray,
-    places: Sequence[Place],
+    reference: _Reference,
 ) -> Iterator[Residual]:
-    for number, label in enumerate(dataset[f"{name}_law"].values):
+    labels = str(laws.dims[-1])  # laws at observed shots have labels of their own
+    for number, label in enumerate(dataset[labels].values):
         answer = laws.values[..., number].ravel()
         in_range = inside.values[..., number].ravel() == 1
+
+        def judged(values: np.ndarray) -> Statistics:
+            return statistics(values, reference.values, reference.places, reference.bars)
+
         yield Residual(
             quantity=name,
             unit=dataset[name].attrs["units"],
             subject=str(label),
-            title=str(dataset[f"{name}_law_title"].values[number]),
-            reference=reference,
-            everywhere=statistics(answer, values, places),
-            in_range=statistics(np.where(in_range, answer, np.nan), values, places),
+            title=str(dataset[f"{labels}_title"].values[number]),
+            reference=reference.name,
+            everywhere=judged(answer),
+            in_range=judged(np.where(in_range, answer, np.nan)),
         )
 
 
@@ -213,8 +260,8 @@ def places_of(dataset: xr.Dataset) -> list[dict[str, float | str]]:
 
 
 def axes_of(dataset: xr.Dataset) -> list[str]:
-    """Names of the axes of the sweep, dimensions or not."""
-    return str(dataset.attrs["axes"]).split()
+    """Names of the axes of the sweep, dimensions or not; where cells are runs, of refinements too."""
+    return [*str(dataset.attrs["axes"]).split(), *refinements_of(dataset)]
 
 
 def plain(value: Any) -> float | str:
@@ -231,20 +278,86 @@ def _against_observations(dataset: xr.Dataset, sightings: Sequence[Sighting]) ->
         places = [sighting.at for sighting in mine]
         seen = np.array([sighting.value for sighting in mine])
         gained = np.array([_nan(sighting.simulation) for sighting in mine])
+        bars = np.array([_nan(sighting.uncertainty) for sighting in mine])
         yield Residual(
             name,
             dataset[name].attrs["units"],
             "simulation",
             "simulation",
             "observation",
-            everywhere=statistics(gained, seen, places),
+            everywhere=statistics(gained, seen, places, _joint(mine)),
             in_range=None,
         )
         if f"{name}_by_law_at_observation" in dataset:
             rows = [sighting.observation for sighting in mine]
             laws = dataset[f"{name}_by_law_at_observation"].isel(observation=rows)
             inside = dataset[f"{name}_by_law_at_observation_in_range"].isel(observation=rows)
-            yield from _of_laws(dataset, name, "observation", laws, inside, seen, places)
+            reference = _Reference("observation", seen, bars, places)
+            yield from _of_laws(dataset, name, laws, inside, reference)
+
+
+def _joint(sightings: Sequence[Sighting]) -> np.ndarray:
+    """Error bars of simulation and observation together, root of the sum of squares; NaN without either."""
+    both = np.array(
+        [[_nan(one.uncertainty), _nan(one.simulation_uncertainty)] for one in sightings]
+    )
+    return np.where(np.isfinite(both).any(axis=1), np.sqrt(np.nansum(both**2, axis=1)), np.nan)
+
+
+# ---- words ---------------------------------------------------------------------------------------
+
+
+def sentence(residual: Residual, *, refined: bool) -> str:
+    """A residual in words: how far, of how many points, and how many inside the error bar.
+
+    ``refined``: the simulation is converged over resolutions or offsets, and its error bar says so.
+    """
+    words = residual.quantity.replace("_", " ")
+    subject = residual.title if residual.subject != "simulation" else "the simulation"
+    variant = residual.subject.partition("/")[2]
+    subject += f" ({variant})" if variant else ""
+    subject = subject[:1].upper() + subject[1:]
+    simulation = "the converged simulation" if refined else "the simulation"
+    reference = "what was observed" if residual.reference == "observation" else simulation
+    everywhere, inside = residual.everywhere, residual.in_range
+    if not everywhere.n:
+        return f"{subject}: no point to compare."
+    if inside is None:
+        apart = _apart(everywhere, reference, residual.unit, bar="the error bars of both together")
+        return f"{subject} gives a {words} {apart}."
+    if not inside.n:
+        return (
+            f"{subject}: no point inside its stated range, so nothing is said about it there; outside, "
+            f"its {words} is {_apart(everywhere, reference, residual.unit)}."
+        )
+    share = "all" if inside.n == everywhere.n else f"{inside.n} of {everywhere.n}"
+    return (
+        f"{subject}, inside its stated range ({share} points), gives a {words} "
+        f"{_apart(inside, reference, residual.unit)}."
+    )
+
+
+def _apart(found: Statistics, reference: str, unit: str, bar: str = "the error bar") -> str:
+    """Mean difference, and whether error bars cover it."""
+    assert found.bias is not None
+    if found.relative_bias is not None:
+        size = of_share(abs(found.relative_bias))
+        length = "" if found.relative_bar is None else of_share(found.relative_bar)
+    else:
+        size = f"{printed_in(abs(found.bias), unit)} {display_of(unit).unit}"
+        length = (
+            "" if found.bar is None else f"{printed_in(found.bar, unit)} {display_of(unit).unit}"
+        )
+    way = "larger" if found.bias > 0 else "smaller"
+    words = f"on average {size} {way} than {reference}"
+    if found.n == 1:
+        words = words.removeprefix("on average ")
+    if not found.judged:
+        return f"{words}, which has no error bar"
+    return (
+        f"{words}; inside {bar} (median ± {length}) at {found.within} of {found.judged} "
+        f"point{'s' if found.judged > 1 else ''}"
+    )
 
 
 def _sightings(dataset: xr.Dataset, name: str) -> Iterator[Sighting]:

@@ -1,13 +1,15 @@
 """The cube: what a sweep computed, labelled, in one xarray Dataset and one NetCDF-4 file.
 
 Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the axes as coordinates
-along it (zip). Every run keeps its cell: one that has no result is NaN, with ``run_state`` and
-``run_reason`` saying why. The laws are evaluated here, so that ``xarray.open_dataset("cube.nc")``
+along it (zip). A sweep that names several resolutions or offsets has them as further dimensions,
+``cells_per_diameter`` and ``offset``; what converges over them is ``{quantity}_converged`` and its
+companions, over the axes alone. Every run keeps its cell: one that has no result is NaN, with
+``run_state`` and ``run_reason`` saying why. The laws are evaluated here, so that ``xarray.open_dataset("cube.nc")``
 alone redoes the report. What may be in it, and what each variable means: :mod:`studies.variables`.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from math import prod
 from pathlib import Path
@@ -22,7 +24,6 @@ from studies.columns import Mask, all_columns, undeclared
 from studies.layout import Layout, Outcome, lay_out
 from studies.variables import (
     SCHEMA_VERSION,
-    STATES,
     SchemaError,
     Variable,
     Vocabulary,
@@ -59,11 +60,12 @@ def build(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue | None = 
 
 def validate(dataset: xr.Dataset) -> xr.Dataset:
     """The dataset itself, when each variable is as declared; raises ``SchemaError``."""
-    declared = schema(vocabulary_from_json(json.loads(dataset.attrs["vocabulary"])))
+    words = vocabulary_from_json(json.loads(dataset.attrs["vocabulary"]))
+    declared = schema(words)
     wrong = [
         complaint
         for name, array in dataset.variables.items()
-        for complaint in _complaints(str(name), array, declared)
+        for complaint in _complaints(str(name), array, declared.get(str(name)), words)
     ]
     if wrong:
         raise SchemaError("\n".join(wrong))
@@ -96,6 +98,7 @@ def _vocabulary(layout: Layout, catalogue: Catalogue) -> Vocabulary:
             parts[name].update(cell.measurements[name].parts)
     return Vocabulary(
         axes=layout.dims,
+        refinements=_names(layout.refinements),
         quantities=catalogue.quantities,
         parameters=catalogue.parameters,
         parts={name: tuple(sorted(found)) for name, found in parts.items() if found},
@@ -115,7 +118,7 @@ def _labelled(name: str, values: Any, declared: Mapping[str, Variable]) -> xr.Va
     attributes: dict[str, Any] = {**variable.attributes(), **_flag_attributes(variable, mask)}
     if {f"{name}_flags", f"{name}_uncertainty"} <= declared.keys():
         attributes["ancillary_variables"] = f"{name}_uncertainty {name}_flags run_state"
-    return xr.Variable(variable.dims if array.ndim else (), array, attributes)
+    return xr.Variable(variable.dims[: array.ndim], array, attributes)
 
 
 def _flag_attributes(variable: Variable, mask: Mask | None) -> dict[str, Any]:
@@ -123,17 +126,16 @@ def _flag_attributes(variable: Variable, mask: Mask | None) -> dict[str, Any]:
         bits = np.array([1 << place for place in range(len(mask.meanings))], np.int32)
         return {"flag_masks": bits, "flag_meanings": " ".join(mask.meanings)}
     if variable.kind == "flag":
-        words = STATES if variable.name == "run_state" else ("outside_range", "inside_range")
         return {
-            "flag_values": np.arange(len(words), dtype=np.int8),
-            "flag_meanings": " ".join(words),
+            "flag_values": np.arange(len(variable.words), dtype=np.int8),
+            "flag_meanings": " ".join(variable.words),
         }
     return {}
 
 
 def _is_coordinate(array: xr.DataArray, layout: Layout) -> bool:
     """Axes are coordinates; so is what labels a dimension, and the words about each law."""
-    axes = {variable_name(axis.name) for axis in layout.axes}
+    axes = {*_names(layout.axes), *_names(layout.refinements)}
     about_laws = len(array.dims) == 1 and str(array.dims[0]).endswith("_law")
     return str(array.name) in axes or array.dims == (array.name,) or about_laws
 
@@ -162,7 +164,8 @@ def _about(sweep: Any, layout: Layout, words: Vocabulary, catalogue: Catalogue) 
         "schema_version": SCHEMA_VERSION,
         "scenario": document["scenario"],
         "scenario_title": catalogue.title,
-        "axes": " ".join(variable_name(axis.name) for axis in layout.axes),
+        "axes": " ".join(_names(layout.axes)),
+        "refinements": " ".join(_names(layout.refinements)),
         "quantities": " ".join(words.quantities),
         "undeclared_numbers": " ".join(undeclared(layout)),
         "sweep": _json(document),
@@ -170,6 +173,10 @@ def _about(sweep: Any, layout: Layout, words: Vocabulary, catalogue: Catalogue) 
         "software": _json(versions),
         "vocabulary": _json(vocabulary_as_json(words)),
     }
+
+
+def _names(axes: Iterable[Any]) -> tuple[str, ...]:
+    return tuple(variable_name(axis.name) for axis in axes)
 
 
 def _versions(layout: Layout) -> dict[str, list[str]]:
@@ -199,17 +206,24 @@ def _json(plain: Any) -> str:
 # ---- checks and files ----------------------------------------------------------------------------
 
 
-def _complaints(name: str, array: xr.Variable, declared: Mapping[str, Variable]) -> Iterator[str]:
-    variable = declared.get(name)
+def _complaints(
+    name: str, array: xr.Variable, variable: Variable | None, words: Vocabulary
+) -> Iterator[str]:
     if variable is None:
         yield f"{name} is not declared in studies.variables"
         return
-    if array.dims not in (variable.dims, ()):
+    if array.dims not in _allowed_dims(variable, words):
         yield f"{name} has the dimensions {array.dims}; declared: {variable.dims}"
     if array.attrs.get("units") != variable.unit:
         yield f"{name} is in {array.attrs.get('units')!r}; declared: {variable.unit!r}"
     if (array.dtype.kind in "OUT") != (variable.kind == "text"):
         yield f"{name} holds {array.dtype}; declared: {variable.kind}"
+
+
+def _allowed_dims(variable: Variable, words: Vocabulary) -> tuple[tuple[str, ...], ...]:
+    """What is the same for all runs is a scalar; what is the same for all runs of a point, by point."""
+    by_run = variable.dims == words.axes
+    return (variable.dims, (), words.points) if by_run else (variable.dims, ())
 
 
 def _encoding(name: str, array: xr.Variable, dataset: xr.Dataset) -> dict[str, Any]:

@@ -4,8 +4,8 @@ import json
 import math
 import platform
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -14,30 +14,27 @@ from typing import Any
 import numpy as np
 
 from solver import PHYSICS_VERSION
+from solver.checkpoint import Checkpointing
 from solver.errors import WhippleError
 from solver.jit import software
+from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from studies import measurements, scenarios
 from studies.atomic import write_atomically
-from studies.measurements import Reading
-from studies.measurements._view import View, view
+from studies.measurements import History, Measurement, Reading
 from studies.results import Measured, Progress, RunResult
 from studies.run import Run, materials_of
 from studies.scenarios import Scenario, Setting
-from studies.scenarios._impact import settled_window
-
-OBSERVATIONS_PER_WINDOW = 5  # of the time over which growth is judged
-UNDER_RESOLVED = {"cells_per_diameter": 16.0, "cells_per_thickness": 4.0}
-
-# A cross-check of connectivity, which alone decides what is plate: MPM3D-F90's holes were read from particles slower
-# than this, m/s.
-FAST = 300.0
 
 # Flagged, not failed: what a run with sound balances stays below. The hottest 0.1 % of mass of resolved impacts holds a
 # tenth of the internal energy and more, so half of it means that single particles have run away.
 ENERGY_DRIFT_FLAG = 0.01
 HOTTEST_SHARE_FLAG = 0.5
+
+
+def _never() -> bool:
+    return False
 
 
 @dataclass
@@ -50,23 +47,48 @@ class Observer:
     progress: Callable[[Progress], None] | None
     times: list[float] = field(default_factory=list)
     readings: list[dict[str, Reading]] = field(default_factory=list)
-    last_view: View | None = None
+    last_view: Any = None
     started: float = field(default_factory=time.monotonic)
+
+    def __post_init__(self) -> None:
+        self.pace = self.scenario.watch.pace(self.given, self.setting)
+        measured = [measurements.load(name) for name in self.scenario.measurements]
+        self.of_a_state = [one for one in measured if not one.follows]
+        self.of_a_history = [one for one in measured if one.follows]
 
     def __call__(self, snapshot: Snapshot) -> str | None:
         """Observe a state; returns "settled" when the run may end."""
-        seen = view(self.setting, snapshot)
+        seen = self.scenario.watch.view(self.setting, snapshot)
         self.times.append(snapshot.time)
-        self.readings.append(
-            {name: measurements.load(name).read(seen) for name in self.scenario.measurements}
-        )
+        self.readings.append({one.name: one.read(seen) for one in self.of_a_state})
+        self.readings[-1].update({one.name: self._follow(one) for one in self.of_a_history})
         self.last_view = seen
         if self.progress:
             self.progress(self._progress(snapshot))
-        settled = self.given.stop == "settled" and all(
-            self._settled(name) for name in self.scenario.settles
-        )
+        settled = self.pace.early and all(self._settled(name) for name in self.scenario.settles)
         return "settled" if settled else None
+
+    def remember(self) -> str:
+        """What was read so far, as text: ``recall`` gives it back, bit for bit."""
+        readings = [
+            {name: (one.value, dict(one.parts), one.flags) for name, one in reading.items()}
+            for reading in self.readings
+        ]
+        return json.dumps({"times": self.times, "readings": readings})
+
+    def recall(self, text: str) -> None:
+        """Go on from what ``remember`` wrote."""
+        plain = json.loads(text)
+        self.times = list(plain["times"])
+        self.readings = [
+            {name: Reading(value, parts, tuple(flags)) for name, (value, parts, flags) in r.items()}
+            for r in plain["readings"]
+        ]
+
+    def definitions(self) -> str:
+        """Scenario and versions of what it measures: another set could not go on from ``remember``."""
+        versions = {one.name: one.version for one in (*self.of_a_state, *self.of_a_history)}
+        return json.dumps([self.scenario.name, versions], sort_keys=True)
 
     def measured(self) -> dict[str, Measured]:
         """The last readings with their uncertainty and history."""
@@ -74,18 +96,25 @@ class Observer:
 
     def growth(self, name: str) -> float:
         """Change of a measurement within the last window; NaN where it has no value on both ends."""
-        begin = self.times[-1] - settled_window(self.given) * (1.0 - 1e-9)
+        begin = self.times[-1] - self.pace.window * (1.0 - 1e-9)
         earlier = [index for index, at in enumerate(self.times) if at <= begin]
         if not earlier:
             return math.nan
         return self.readings[-1][name].value - self.readings[earlier[-1]][name].value
 
+    def _follow(self, measurement: Measurement) -> Reading:
+        values = {
+            name: np.array([reading[name].value for reading in self.readings])
+            for name in measurement.follows
+        }
+        return measurement.read(History(np.array(self.times), values))
+
     def _settled(self, name: str) -> bool:
         """Two windows at least, and less growth within the last one than allowed."""
-        if self.times[-1] < 2.0 * settled_window(self.given):
+        if self.times[-1] < 2.0 * self.pace.window:
             return False
         growth, value = self.growth(name), self.readings[-1][name].value
-        return abs(growth) < self.given.settled_growth * abs(value)
+        return abs(growth) < self.pace.growth * abs(value)
 
     def _measured(self, name: str) -> Measured:
         reading = self.readings[-1][name]
@@ -99,7 +128,7 @@ class Observer:
             flags = (*flags, "still_growing")
         return Measured(
             value=reading.value if known else None,
-            uncertainty=math.hypot(*parts.values()) if known else None,
+            uncertainty=math.hypot(*parts.values()) if known and parts else None,
             parts=parts if known else {},
             flags=flags,
             history={
@@ -130,22 +159,37 @@ def compute(
     progress: Callable[[Progress], None] | None = None,
     *,
     threads: int | None = None,
+    checkpoint: Path | None = None,
+    leave: Callable[[], bool] = _never,
 ) -> RunResult:
-    """The result of a run, also written to the directory."""
+    """The result of a run, also written to the directory.
+
+    With ``checkpoint`` the run goes on from that file where it is this run's and this machine's, and writes it as it
+    goes; the numbers are those of a run that never stopped. Raises Interrupted once ``leave`` says so.
+    """
     directory.mkdir(parents=True, exist_ok=True)
     started = datetime.now(UTC).isoformat(timespec="seconds")
     clock = time.perf_counter()
+    resumed: list[str] = []
     try:
-        result = _succeed(run, directory, progress, threads)
+        watched = observer_of(run, progress)
+        kept = _kept(watched, checkpoint, leave, resumed.append)
+        result = _succeed(run, directory, watched, threads, kept)
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
-    seconds = time.perf_counter() - clock
-    result = RunResult(
-        **{**vars(result), "provenance": provenance() | {"started": started, "seconds": seconds}}
-    )
+    made = {**provenance(), "started": started, "seconds": time.perf_counter() - clock}
+    if resumed:
+        made["checkpoint"] = "; ".join(resumed)
+    result = replace(result, provenance=made)
     text = json.dumps(result.as_json(), allow_nan=False, indent=1)
     write_atomically(directory / "result.json", lambda file: Path(file).write_text(text))
     return result
+
+
+def observer_of(run: Run, progress: Callable[[Progress], None] | None = None) -> Observer:
+    """The observer of a run, with the problem that it is to watch."""
+    scenario = scenarios.load(run.scenario)
+    return Observer(scenario, scenario.parameters(**run.parameters), setting_of(run), progress)
 
 
 def setting_of(run: Run) -> Setting:
@@ -155,12 +199,9 @@ def setting_of(run: Run) -> Setting:
 
 
 def compile_kernels() -> None:
-    """A few steps of each scenario's kernels, so that the cache holds them."""
-    from studies.sweep import Sweep
-
-    for document in _WARM_UP:
-        for point in Sweep.parse(document).runs():
-            _simulate(point.run, None, None)
+    """One step of every kind of problem in the shipped examples, so that the cache holds its kernels."""
+    for problem in _kinds_of_problem():
+        simulate(replace(problem, end_time=1e-15))
 
 
 def provenance() -> dict[str, str | float]:
@@ -178,45 +219,56 @@ def provenance() -> dict[str, str | float]:
     }
 
 
+def _kept(
+    watched: Observer,
+    checkpoint: Path | None,
+    leave: Callable[[], bool],
+    tell: Callable[[str], object],
+) -> Checkpointing | None:
+    if checkpoint is None:
+        return None
+    return Checkpointing(
+        path=checkpoint,
+        caller=watched.definitions(),
+        remember=watched.remember,
+        recall=watched.recall,
+        leave=leave,
+        tell=tell,
+    )
+
+
 def _succeed(
     run: Run,
     directory: Path,
-    progress: Callable[[Progress], None] | None,
+    watched: Observer,
     threads: int | None,
+    kept: Checkpointing | None,
 ) -> RunResult:
-    observer, outcome = _simulate(run, progress, threads)
-    numbers = _numbers(observer, outcome)
+    outcome = simulate(
+        watched.setting.problem,
+        watched,
+        interval=watched.pace.interval,
+        threads=threads,
+        checkpoint=kept,
+    )
+    numbers = _numbers(watched, outcome)
     _save_state(directory, outcome)
     return RunResult(
         run.id,
         "succeeded",
-        measurements=observer.measured(),
-        flags=_flags(numbers),
+        measurements=watched.measured(),
+        flags=_flags(numbers, watched.scenario.watch.least_cells),
         numbers=numbers,
         stop=outcome.stop,
     )
 
 
-def _simulate(
-    run: Run, progress: Callable[[Progress], None] | None, threads: int | None
-) -> tuple[Observer, Outcome]:
-    scenario = scenarios.load(run.scenario)
-    given = scenario.parameters(**run.parameters)
-    setting = setting_of(run)
-    observer = Observer(scenario, given, setting, progress)
-    interval = settled_window(given) / OBSERVATIONS_PER_WINDOW
-    outcome = simulate(setting.problem, observer, interval=interval, threads=threads)
-    return observer, outcome
-
-
-def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
-    audit, counters = outcome.audit, outcome.counters
-    last = observer.last_view
-    assert last is not None
-    loose = last.target & ~last.attached_target
+def _numbers(watched: Observer, outcome: Outcome) -> dict[str, float]:
+    audit = outcome.audit
+    counted = {name: float(count) for name, count in asdict(outcome.counters).items()}
     return {
-        **observer.scenario.cells(observer.given),
-        "particles": float(sum(body.mass.size for body in observer.setting.problem.bodies)),
+        **watched.scenario.cells(watched.given),
+        "particles": float(sum(body.mass.size for body in watched.setting.problem.bodies)),
         "particle_steps": float(outcome.particle_steps),
         "steps": float(outcome.snapshot.step),
         "end_time": outcome.snapshot.time,
@@ -225,28 +277,19 @@ def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
         "largest_energy_drift": max((a.energy_drift for a in outcome.history), key=abs),
         "momentum_error": audit.momentum_error,
         "mass_error": audit.mass_error,
+        "taken_energy_fraction": audit.taken_energy,
         "outflow_mass_fraction": audit.outflow_mass,
         "outflow_energy_fraction": audit.outflow_energy,
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
-        "separated_mass_fraction": _share(last, loose),
-        "fast_mass_fraction": _share(last, last.attached_target & (last.speed > FAST)),
-        "tension_floors": float(counters.tension_floors),
-        "beyond_hugoniot": float(counters.beyond_hugoniot),
-        "below_zero_kelvin": float(counters.below_zero_kelvin),
-        "reflected": float(counters.reflected),
+        **watched.scenario.watch.numbers(watched.last_view),
+        **counted,
     }
 
 
-def _share(seen: View, keep: np.ndarray) -> float:
-    """Mass of some particles over the target's mass still on the grid."""
-    whole = float(seen.mass[seen.target].sum())
-    return float(seen.mass[keep].sum()) / whole if whole else 0.0
-
-
-def _flags(numbers: Mapping[str, float]) -> tuple[str, ...]:
+def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tuple[str, ...]:
     flags = []
-    if any(numbers[name] < least for name, least in UNDER_RESOLVED.items()):
+    if any(numbers[name] < least for name, least in least_cells.items()):
         flags.append("under_resolved")
     if abs(numbers["largest_energy_drift"]) > ENERGY_DRIFT_FLAG:
         flags.append("energy_drift")
@@ -276,28 +319,35 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-# Small problems that touch each kernel: both geometries, the strengths and equations of state of the shipped examples.
-_WARM_UP: tuple[Mapping[str, Any], ...] = tuple(
-    {
-        "name": "warm-up",
-        "scenario": scenario,
-        "fixed": {
-            "projectile": material,
-            "target": material,
-            "projectile_diameter": "8 mm",
-            "speed": "3 km/s",
-            "end_time": "0.2 us",
-            **(
-                {"plate_thickness": "2 mm"}
-                if scenario == "thin_plate"
-                else {"target_depth": "10 mm"}
-            ),
-        },
-        "axes": {"geometry": ["axisymmetric", "quarter"]},
-        "resolution": 4,
+def _kinds_of_problem() -> Iterator[Problem]:
+    """One problem for each set of kernels in the shipped examples, by their own recipe and by that of the thesis."""
+    from studies import examples
+    from studies.sweep import Sweep
+    from studies.sweep_document import read_yaml
+
+    seen = set()
+    for example in examples.names():
+        document = read_yaml(examples.text(example), example)
+        for recipe in ({}, {"recipe": "thesis"}):
+            fixed = {**document.get("fixed", {}), **recipe}
+            for point in Sweep.parse({**document, "fixed": fixed}).runs():
+                kind = _kind(point.run)
+                if kind not in seen:
+                    seen.add(kind)
+                    yield setting_of(point.run).problem
+
+
+def _kind(run: Run) -> tuple[Any, ...]:
+    """What two runs share whose kernels are the same: scenario, choices, and the laws of their materials."""
+    choices = {
+        name: value
+        for name, value in run.parameters.items()
+        if isinstance(value, str) and name not in (*run.materials, "recipe")
     }
-    for scenario, material in (
-        ("thin_plate", "copper-ofhc"),
-        ("thick_plate", "copper-thesis-plastic"),
-    )
-)
+    laws = {
+        (role, section): part["kind"]
+        for role, plain in run.materials.items()
+        for section, part in plain.items()
+        if isinstance(part, Mapping) and "kind" in part
+    }
+    return run.scenario, tuple(sorted(choices.items())), tuple(sorted(laws.items()))

@@ -18,7 +18,20 @@ from studies.quantities import readable
 from studies.variables import STATES
 from studies.view import Scale, Slice, View, flag_words, main_quantities, view_of
 
-Kind = Literal["simulation", "law", "band", "observation", "missing", "history", "quantity"]
+Kind = Literal[
+    "simulation",
+    "law",
+    "band",
+    "observation",
+    "missing",
+    "history",
+    "quantity",
+    "run",
+    "level",
+    "trend",
+    "limit",
+]
+Scales = Literal["shared", "own"]
 
 MOST_HISTORIES = 8  # lines in one panel
 NEAR = (
@@ -52,16 +65,17 @@ class Series:
 
 @dataclass(frozen=True)
 class Panel:
-    """One picture: the runs that share every axis but the abscissa."""
+    """One picture: the points that share every axis but the abscissa, or one point."""
 
     title: str
     at: Place
     series: tuple[Series, ...]
+    note: str = ""  # a second line under the title
 
 
 @dataclass(frozen=True)
 class Figure:
-    """Panels with the same scales."""
+    """Panels side by side."""
 
     name: str
     title: str
@@ -69,6 +83,7 @@ class Figure:
     x: Scale
     y: Scale
     panels: tuple[Panel, ...]
+    scales: Scales = "shared"  # own: each about its own middle, all as high in per cent
 
     def as_json(self) -> dict[str, Any]:
         """The figure as plain objects."""
@@ -76,7 +91,7 @@ class Figure:
 
 
 def figures(dataset: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
-    """All figures of a report, the main ones first."""
+    """All figures of a report about points, the main ones first; ``dataset`` has one cell a point."""
     view = view_of(dataset)
     names = main_quantities(dataset)
     drawn = [
@@ -113,7 +128,7 @@ def against_laws(view: View, name: str, comparison: Comparison) -> Figure:
         title=f"{_over(view, name)}: {_enumerated(kinds)}",
         caption=_caption(view, name, kinds),
         x=view.abscissa,
-        y=_ratio_scale(view, name),
+        y=ratio_scale(view, name),
         panels=panels,
     )
 
@@ -162,9 +177,9 @@ def overlay(view: View, name: str) -> Figure:
     return Figure(
         name=f"{name}_overlay",
         title=f"{_over(view, name)}: simulation alone",
-        caption=f"Every panel's runs together. {_bars(name)}",
+        caption=f"Every panel's points together. {_bars(view, name)}",
         x=view.abscissa,
-        y=_ratio_scale(view, name),
+        y=ratio_scale(view, name),
         panels=(Panel("", {}, tuple(series)),),
     )
 
@@ -189,9 +204,9 @@ def companions(view: View, name: str) -> Figure:
     return Figure(
         name=f"{name}_companions",
         title=f"What is measured beside {_words(name)}",
-        caption=f"Laws are compared with the reading named {_words(name)}. {_bars(name)}",
+        caption=f"Laws are compared with the reading named {_words(name)}. {_bars(view, name)}",
         x=view.abscissa,
-        y=_ratio_scale(view, name),
+        y=ratio_scale(view, name),
         panels=tuple(panel(piece) for piece in view.slices) if names else (),
     )
 
@@ -212,9 +227,10 @@ def growth(view: View, name: str) -> Figure:
     return Figure(
         name=f"{name}_growth",
         title=f"Growth of {_words(name)} during the runs",
-        caption="A run ends when growth has stopped, or at a cap: a line that still climbs was cut.",
+        caption="A run ends when growth has stopped, or at a cap: a line that still climbs was cut."
+        + (" Runs of the finest resolution, without offset." if view.refined else ""),
         x=Scale("time", "time", "s"),
-        y=_ratio_scale(view, name),
+        y=ratio_scale(view, name),
         panels=tuple(panel(piece) for piece in view.slices),
     )
 
@@ -226,7 +242,8 @@ def _simulation(view: View, name: str, piece: Slice) -> Iterator[Series]:
     values = view.succeeded(name)[piece.cells]
     if np.isfinite(values).any():
         norm = view.norm(name)[piece.cells]
-        flagged = (view.flat("run_flags") | view.flat(f"{name}_flags"))[piece.cells] != 0
+        marked = (view.flat("run_flags") | view.flat(f"{name}_flags")) != 0
+        flagged = (marked | view.unsettled(name))[piece.cells]
         yield Series(
             kind="simulation",
             label="simulation",
@@ -353,7 +370,8 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _ratio_scale(view: View, name: str) -> Scale:
+def ratio_scale(view: View, name: str) -> Scale:
+    """Over the projectile's diameter where that makes sense, else in its own unit."""
     if view.normed(name):
         return Scale("ratio", f"{_words(name)} / projectile diameter", "1")
     return Scale(name, _words(name), view.dataset[name].attrs["units"])
@@ -378,7 +396,7 @@ def _enumerated(kinds: set[Kind]) -> str:
 
 
 def _caption(view: View, name: str, kinds: set[Kind]) -> str:
-    words = [_bars(name)]
+    words = [_bars(view, name)]
     if kinds & {"law", "band"}:
         words.append(
             "Laws: solid lines and filled marks inside the range that their source states, "
@@ -400,7 +418,14 @@ def _caption(view: View, name: str, kinds: set[Kind]) -> str:
     return " ".join(words)
 
 
-def _bars(name: str) -> str:
+def _bars(view: View, name: str) -> str:
+    if view.refined:
+        return (
+            f"Points are {_words(name)} over all resolutions and offsets, extrapolated where it "
+            "converges, else of the finest resolution; bars are their uncertainty: mesh, scatter over "
+            "offsets, measurement. Open points carry a flag, or oscillate or are not in the asymptotic "
+            "range."
+        )
     return f"Points are runs; bars are the uncertainty of {_words(name)}; open points carry a flag."
 
 

@@ -119,6 +119,7 @@ KINDS: dict[str, Callable[[float], str]] = {
     "share": of_share,
     "share_residual": of_share_residual,
     "share_spread": lambda value: f"{decimals(value * 100, 1)}{NARROW_SPACE}%",
+    "order": lambda value: decimals(value, 2),
     "seconds": lambda value: decimals(value, 1),
     "plain": digits,
 }

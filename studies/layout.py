@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -57,9 +57,13 @@ class Cell:
 
 @dataclass(frozen=True)
 class Layout:
-    """The dimensions of a cube, and its cells."""
+    """The dimensions of a cube, and its cells.
+
+    The last dimensions are the refinements: resolution and offset, where a sweep names several.
+    """
 
     axes: tuple[Any, ...]  # studies.sweep.Axis
+    refinements: tuple[Any, ...]  # studies.sweep.Axis
     dims: tuple[str, ...]
     shape: tuple[int, ...]
     cells: tuple[Cell, ...]
@@ -67,7 +71,31 @@ class Layout:
     @property
     def grid(self) -> bool:
         """Whether the axes are the dimensions; otherwise they run along ``run``."""
-        return self.dims != ("run",)
+        return self.dims[:1] != ("run",)
+
+    @property
+    def points(self) -> "Layout":
+        """The points that a user asked for, each with its first run: for what no refinement changes."""
+        kept = len(self.dims) - len(self.refinements)
+        return replace(
+            self,
+            refinements=(),
+            dims=self.dims[:kept],
+            shape=self.shape[:kept],
+            cells=tuple(
+                replace(cell, index=cell.index[:kept])
+                for cell in self.cells
+                if not any(cell.index[kept:])
+            ),
+        )
+
+    def refined(self) -> dict[tuple[int, ...], list[Cell]]:
+        """The runs of each point, by its place among the points."""
+        kept = len(self.dims) - len(self.refinements)
+        found: dict[tuple[int, ...], list[Cell]] = {}
+        for cell in self.cells:
+            found.setdefault(cell.index[:kept], []).append(cell)
+        return found
 
     def numbers(self, pick: Callable[[Cell], Any], *more: int) -> np.ndarray:
         """One number a cell, or an array of the shape ``more``; NaN where there is none."""
@@ -95,25 +123,30 @@ class Layout:
 
 def lay_out(sweep: Any, results: Mapping[str, Any], shot_of: Callable[[Any], Any | None]) -> Layout:
     """The places of a sweep's runs, with what is known of each."""
-    axes = tuple(sweep.axes)
+    axes, refinements = tuple(sweep.axes), tuple(sweep.refinements)
     points = list(sweep.runs())
-    grid = sweep.combine == "grid"
+    own = axes if sweep.combine == "grid" else ()
+    names = [variable_name(axis.name) for axis in (*own, *refinements)]
+    shape = [len(axis.values) for axis in (*own, *refinements)]
+    if not own:
+        names = ["run", *names]
+        shape = [len(points) // math.prod(shape), *shape]
     return Layout(
         axes=axes,
-        dims=tuple(variable_name(axis.name) for axis in axes) if grid else ("run",),
-        shape=tuple(len(axis.values) for axis in axes) if grid else (len(points),),
-        cells=tuple(
-            _cell(tuple(point.index) if grid else (number,), point, results, shot_of(point.run))
-            for number, point in enumerate(points)
-        ),
+        refinements=refinements,
+        dims=tuple(names),
+        shape=tuple(shape),
+        cells=tuple(_cell(point, results, shot_of(point.run)) for point in points),
     )
 
 
-def _cell(index: tuple[int, ...], point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
+def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
     found = results.get(point.run.id, MISSING)
     lost = isinstance(found, Outcome)
     outcome = found if lost else Outcome(found.state, found.reason or "")
-    return Cell(index, point.coordinates, point.run, shot, None if lost else found, outcome)
+    return Cell(
+        tuple(point.index), point.coordinates, point.run, shot, None if lost else found, outcome
+    )
 
 
 def labels(values: Iterable[Any]) -> np.ndarray:

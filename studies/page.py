@@ -100,7 +100,7 @@ def page(report: dict[str, Any]) -> str:
 def _figure(plain_figure: dict[str, Any]) -> Figure:
     """A figure from its place in the document: what is drawn is what the twin says."""
     panels = tuple(
-        Panel(panel["title"], panel["at"], tuple(Series(**series) for series in panel["series"]))
+        Panel(**{**panel, "series": tuple(Series(**series) for series in panel["series"])})
         for panel in plain_figure["panels"]
     )
     scales = {axis: Scale(**plain_figure[axis]) for axis in ("x", "y")}

@@ -31,7 +31,13 @@ WIDTH = 1000  # px: the text width of the page
 PANEL_HEIGHT = 380
 WIDE_HEIGHT = 430  # of a figure with one panel
 LEGEND_LINE = 22
+ABOVE, BELOW = 26, 52  # px around the panels, without notes and legend
+MARGINS = ABOVE + BELOW
 GAP = 0.035  # between panels, of the width
+GAP_WITH_NUMBERS = 0.075  # where each panel has numbers beside it
+ROW_GAP = 120  # px between rows of panels: numbers and title below one, title above the next
+NOTE_LINE = 18  # px: a second line above a panel
+TICK_APART = 0.1  # of the width: numbers that are nearer run into each other
 HEADROOM = 0.06  # above the highest point, of the whole height
 
 
@@ -46,6 +52,12 @@ class Style:
 MISSING = "run without a value"
 OWN_STYLES = {
     "simulation": Style(INK, "circle"),
+    "resolution": Style(INK, "circle"),
+    "mean over offsets": Style(INK, "circle"),
+    "run at one offset": Style(COLOURS[0], "circle-open"),
+    "value and error bar": Style(GREY, "square"),
+    "extrapolated": Style(COLOURS[1], "star"),
+    "curve of the order used": Style(COLOURS[1], "circle"),
     "observed": Style(OBSERVED, "diamond-open"),
     MISSING: Style(GREY, "x-thin"),
 }
@@ -65,7 +77,9 @@ def plot(figure: Figure) -> dict[str, Any]:
 
 def _rank(label: str) -> int:
     """Where a label stands in the legend: the computed and the seen, then laws, then gaps."""
-    return {"simulation": 1, "observed": 2, MISSING: 1000}.get(label, 100)
+    first = ("simulation", "resolution", "mean over offsets")
+    ranks = {**dict.fromkeys(first, 1), "observed": 2, "run at one offset": 2, MISSING: 1000}
+    return ranks.get(label, 100)
 
 
 def _styles(figure: Figure) -> dict[str, Style]:
@@ -288,6 +302,39 @@ def _history(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
     }
 
 
+def _run(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
+    """Small open marks, so that the mean and its bar stay in sight."""
+    yield {
+        "named": True,
+        "mode": "markers",
+        "x": _scaled(series.x, figure.x),
+        "y": _scaled(series.y, figure.y),
+        "marker": {"color": style.colour, "size": 6, "symbol": style.symbol},
+    }
+
+
+def _limit(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
+    yield {
+        "named": True,
+        "mode": "markers",
+        "x": _scaled(series.x, figure.x),
+        "y": _scaled(series.y, figure.y),
+        "cliponaxis": False,
+        "marker": {"color": style.colour, "size": 12, "symbol": style.symbol},
+    }
+
+
+def _trend(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
+    yield {
+        "named": True,
+        "mode": "lines",
+        "x": _scaled(series.x, figure.x),
+        "y": _scaled(series.y, figure.y),
+        "line": {"color": style.colour, "width": 1.4, "dash": "dot"},
+        "hoverinfo": "skip",
+    }
+
+
 def _bars(series: Series, style: Style, figure: Figure) -> dict[str, Any]:
     lengths = [
         0.0 if length is None else length for length in _scaled(series.uncertainty, figure.y)
@@ -310,6 +357,10 @@ SHAPES: Mapping[str, Any] = {
     "observation": _observation,
     "missing": _missing,
     "history": _history,
+    "level": _simulation,
+    "run": _run,
+    "limit": _limit,
+    "trend": _trend,
 }
 
 
@@ -326,17 +377,18 @@ def _layout(figure: Figure, entries: int) -> dict[str, Any]:
     columns, rows = _shape(len(figure.panels))
     height = (WIDE_HEIGHT if len(figure.panels) == 1 else PANEL_HEIGHT) * rows
     legend = LEGEND_LINE * math.ceil(entries / 3) + 18
+    notes = NOTE_LINE if any(panel.note for panel in figure.panels) else 0
     layout: dict[str, Any] = {
         "width": WIDTH,
-        "height": height + legend,
-        "margin": {"l": 64, "r": 12, "t": 26, "b": 52 + legend},
+        "height": height + legend + notes,
+        "margin": {"l": 64, "r": 12, "t": ABOVE + notes, "b": BELOW + legend},
         "paper_bgcolor": "#ffffff",
         "plot_bgcolor": "#ffffff",
         "font": {"family": "Helvetica, Arial, sans-serif", "size": 13, "color": INK},
         "legend": {
             "orientation": "h",
             "x": 0,
-            "y": -58 / (height - 78),
+            "y": -58 / (height - MARGINS),
             "yanchor": "top",
             "itemclick": False,
             "itemdoubleclick": False,
@@ -357,12 +409,15 @@ def _shape(panels: int) -> tuple[int, int]:
 def _add_panel(
     layout: dict[str, Any], figure: Figure, number: int, panel: Panel, columns: int, rows: int
 ) -> None:
-    """Axes and title of one panel; the scales are the same in all."""
+    """Axes and title of one panel."""
     suffix = "" if number == 1 else str(number)
     row, column = divmod(number - 1, columns)
-    width = (1 - GAP * (columns - 1)) / columns
-    left = column * (width + GAP)
-    gap = 0.18 if rows > 1 else 0.0
+    own = figure.scales == "own"
+    space = GAP_WITH_NUMBERS if own else GAP
+    width = (1 - space * (columns - 1)) / columns
+    left = column * (width + space)
+    notes = NOTE_LINE if any(one.note for one in figure.panels) else 0
+    gap = (ROW_GAP + notes) / (PANEL_HEIGHT * rows - MARGINS) if rows > 1 else 0.0
     tall = (1 - gap * (rows - 1)) / rows
     top = 1 - row * (tall + gap)
     edge = column == 0
@@ -373,19 +428,21 @@ def _add_panel(
         "title": _title(with_unit(figure.x.label, figure.x.unit)),
         **_range(_x_range(figure)),
         **({"type": "category"} if figure.x.unit is None else {}),
+        **(_cell_ticks(panel) if figure.x.name == "spacing" else {}),
     }
     layout[f"yaxis{suffix}"] = {
         **_axis(),
         "domain": [top - tall, top],
         "anchor": f"x{suffix}",
-        "showticklabels": edge,
+        "showticklabels": edge or own,
         "title": _title(with_unit(figure.y.label, figure.y.unit) if edge else ""),
-        **_range(_y_range(figure)),
+        **_range(_own_range(figure, panel) if own else _y_range(figure)),
         **({"tickformat": "+.0%"} if figure.y.name == "residual" else {}),
     }
     layout["annotations"].append(
         {
-            "text": f"<b>{panel.title}</b>",
+            "text": f"<b>{panel.title}</b>" + (f"<br>{panel.note}" if panel.note else ""),
+            "align": "left",
             "x": left,
             "y": top,
             "xref": "paper",
@@ -436,6 +493,44 @@ def _x_range(figure: Figure) -> tuple[float, float] | None:
     return (low if figure.x.name == "time" else low - margin, high + margin)
 
 
+def _cell_ticks(panel: Panel) -> dict[str, Any]:
+    """A tick at each resolution, in the words in which people ask for it: 1/32 of a diameter."""
+    levels = [series for series in panel.series if series.kind == "level"]
+    sizes = sorted({x for series in levels for x in series.x if isinstance(x, float)})
+    apart: list[float] = []
+    for size in reversed(sizes):
+        nearest = min([size, *(one - size for one in apart)])
+        if nearest >= TICK_APART * (apart[0] if apart else size):
+            apart.append(size)
+    return {
+        "tickvals": [0.0, *apart],
+        "ticktext": ["0", *(f"1/{1.0 / size:.4g}" for size in apart)],
+        "tickangle": 0,
+    }
+
+
+def _own_range(figure: Figure, panel: Panel) -> tuple[float, float] | None:
+    """About the panel's own middle, as wide in per cent as the panel that needs most."""
+    spans = {id(one): _span(one) for one in figure.panels}
+    mine = spans[id(panel)]
+    if mine is None:
+        return None
+    half = max(
+        0.5 * (high - low) / abs(0.5 * (high + low)) if high + low else 0.0
+        for low, high in (span for span in spans.values() if span is not None)
+    )
+    factor = display_of(figure.y.unit).factor
+    middle = 0.5 * (mine[0] + mine[1]) * factor
+    reach = abs(middle) * half * (1.0 + 2.0 * HEADROOM) or 1.0
+    return (middle - reach, middle + reach)
+
+
+def _span(panel: Panel) -> tuple[float, float] | None:
+    """Lowest and highest mark of a panel, bars included."""
+    ends = [end for series in panel.series for end in (*_tops(series), *_bottoms(series))]
+    return (min(ends), max(ends)) if ends else None
+
+
 def _y_range(figure: Figure) -> tuple[float, float] | None:
     """Zero is always in sight, and so is every mark."""
     tops = [top for panel in figure.panels for series in panel.series for top in _tops(series)]
@@ -445,6 +540,11 @@ def _y_range(figure: Figure) -> tuple[float, float] | None:
     low, high = min(0.0, *known), max(0.0, *known)
     margin = HEADROOM * (high - low) or 1.0
     return (low - margin if low < 0 else low, high + margin)
+
+
+def _bottoms(series: Series) -> list[float]:
+    bars = series.uncertainty or (None,) * len(series.y)
+    return [y - (bar or 0.0) for y, bar in zip(series.y, bars, strict=True) if y is not None]
 
 
 def _tops(series: Series) -> list[float]:

@@ -14,35 +14,55 @@ import numpy as np
 import xarray as xr
 
 from studies.compare import Comparison, axes_of, places_of, plain
+from studies.convergence import ASSUMED_ORDER, ORDERS, SAFETY, SAFETY_OF_TWO, VERDICTS
+from studies.convergence_figure import convergence_figures
 from studies.figures import figures
 from studies.page import page
+from studies.points import Refined, points_of, refined, refinements_of
+from studies.sweep import OFFSET, RESOLUTION
 from studies.variables import NUMBERS, STATES
 from studies.view import flag_words, main_quantities
 
-REPORT_VERSION = 1
+REPORT_VERSION = 2  # 2: converged values and their error bars, a sentence about each law
 DRIFT_LIMIT = 0.01  # of the initial energy: beyond it a run does not keep its books, and is marked
 
 
 # Endings of the names of audit numbers that are printed in per cent.
 SHARES = ("drift", "error", "share", "fraction")
 
+RULES = (
+    "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
+    "range of two or three, the standard deviation of more. The order is observed over the three finest resolutions "
+    "(Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is the grid convergence index over the finest value, factor "
+    f"of safety {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a factor of "
+    f"{SAFETY_OF_TWO:g} are taken. Only where the verdict is converging, with an order from {ORDERS[0]:g} to "
+    f"{ORDERS[1]:g} and differences above the scatter, is there an extrapolated number, and it is the value. "
+    "Elsewhere the value is that of the finest resolution, and the mesh part of its error bar is half the range of "
+    "the three finest where they oscillate, their whole range where they are not in the asymptotic range."
+)
+
 Document = dict[str, Any]
 
 
 def document(dataset: xr.Dataset, comparison: Comparison) -> Document:
     """Everything that the report says, as plain objects in SI."""
-    runs = list(_runs(dataset))
+    runs, points = list(_runs(dataset)), points_of(dataset)
+    drawn = [*figures(points, comparison), *convergence_figures(dataset)]
     return {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
         "scenario": {"name": dataset.attrs["scenario"], "title": dataset.attrs["scenario_title"]},
         "statement": comparison.statement,
         "overview": _overview(dataset, runs),
-        "axes": [_axis(dataset, name) for name in axes_of(dataset)],
+        "mesh": _mesh(dataset),
+        "axes": [_axis(dataset, name) for name in axes_of(points)],
+        "refinements": [_axis(dataset, name) for name in refinements_of(dataset)],
+        "coordinates": [_axis(dataset, name) for name in axes_of(dataset)],
         "fixed": list(_fixed(dataset)),
         "quantities": list(_quantities(dataset)),
-        "extremes": list(_extremes(dataset)),
-        "figures": [figure.as_json() for figure in figures(dataset, comparison)],
+        "extremes": list(_extremes(points)),
+        "figures": [figure.as_json() for figure in drawn],
+        "convergence": _convergence(dataset) if refinements_of(dataset) else None,
         **{key: value for key, value in comparison.as_json().items() if key != "statement"},
         "runs": runs,
         "audit": list(_audit(dataset)),
@@ -72,6 +92,76 @@ def _overview(dataset: xr.Dataset, runs: Sequence[Document]) -> Document:
         "states": [{"state": state, "runs": states[state]} for state in STATES if states[state]],
         "flagged": sum(bool(run["flags"]) for run in runs),
         "without_value": sum(run["state"] == "succeeded" and not run["has_value"] for run in runs),
+    }
+
+
+def _mesh(dataset: xr.Dataset) -> str:
+    """What the error bars know of the mesh, in words."""
+    several = refinements_of(dataset)
+    if not several:
+        return (
+            "Every point is one run on one mesh. Its error bar has a part for what a single run cannot see "
+            "below the size of a cell; how far the mesh as a whole is off, only several resolutions can say."
+        )
+    counts = {name: dataset.sizes[name] for name in several}
+    words = [f"{counts[RESOLUTION]} resolutions"] if RESOLUTION in counts else []
+    words += [f"{counts[OFFSET]} sub-cell offsets"] if OFFSET in counts else []
+    verdict = "it converges" if RESOLUTION in counts else ""
+    value = (
+        "extrapolated to cells of no size where the verdict is converging, and else that of the finest resolution"
+        if verdict
+        else "the mean over offsets; how far the mesh as a whole is off, only several resolutions can say"
+    )
+    return (
+        f"Every point was computed with {' and '.join(words)}. Laws and observations are compared with one value "
+        f"a point: {value}. Its error bar joins mesh error, scatter over offsets and what the measurement states "
+        "beside, as root of the sum of their squares."
+    )
+
+
+def _convergence(dataset: xr.Dataset) -> Document:
+    """Values by resolution, orders, error bars and verdicts of each quantity at each point."""
+    main, places = main_quantities(dataset), places_of(points_of(dataset))
+    quantities = [
+        {
+            "quantity": name,
+            "words": name.replace("_", " "),
+            "unit": dataset[name].attrs["units"],
+            "main": name in main,
+            "points": [_refined(one, places) for one in refined(dataset, name)],
+        }
+        for name in str(dataset.attrs["quantities"]).split()
+    ]
+    for one in quantities:
+        counts = Counter(point["verdict"] for point in one["points"])
+        one["verdicts"] = [
+            {"verdict": verdict, "points": counts[verdict]}
+            for verdict in VERDICTS
+            if counts[verdict]
+        ]
+    several = RESOLUTION in refinements_of(dataset)
+    resolutions = dataset[RESOLUTION].values.tolist() if several else [None]
+    return {"rules": RULES, "resolutions": resolutions, "quantities": quantities}
+
+
+def _refined(one: Refined, places: Sequence[Mapping[str, float | str]]) -> Document:
+    numbers = ("value", "uncertainty", "mesh", "offsets", "measurement")
+    judged = ("order", "extrapolated", "gci")
+    return {
+        "at": places[one.number],
+        "verdict": one.verdict,
+        "reason": one.reason,
+        **{name: _finite(getattr(one, name)) for name in (*numbers, *judged)},
+        "levels": [
+            {
+                "spacing": level.spacing,
+                "value": _finite(level.value),
+                "scatter": _finite(level.scatter),
+                "values": level.values,
+                "runs": level.runs,
+            }
+            for level in reversed(one.levels)
+        ],
     }
 
 

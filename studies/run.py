@@ -8,7 +8,7 @@ function of the run: the same call in a notebook, a worker and a test. Only it, 
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,8 +35,12 @@ __all__ = [
     "warm_up",
 ]
 
-# Cost of a particle-step on one core, measured 2026-11 on copper with Johnson-Cook.
-SECONDS_PER_PARTICLE_STEP = {"axisymmetric": 0.35e-6, "quarter": 0.55e-6, "half": 0.55e-6}
+# Cost of a particle-step on one core by geometry and shape, s: processor time of the problems of ``make bench``, copper
+# with Johnson-Cook, 2026-11-21. A particle in three dimensions reaches 27 nodes with a wide shape, 8 with a linear one.
+SECONDS_PER_PARTICLE_STEP = {
+    "axisymmetric": {"linear": 0.45e-6, "gimp": 0.65e-6, "quadratic-bspline": 0.56e-6},
+    "cartesian": {"linear": 0.53e-6, "gimp": 1.1e-6, "quadratic-bspline": 1.0e-6},
+}
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 
 
@@ -77,11 +81,13 @@ class Run:
         return Run(plain["scenario"], plain["parameters"], plain["materials"])
 
     def _content(self) -> dict[str, Any]:
-        names = scenarios.load(self.scenario).materials
+        chosen = scenarios.load(self.scenario)
+        labels = {one.name for one in fields(chosen.parameters) if one.metadata.get("label")}
+        words = labels.union(chosen.materials)  # what they stand for is here itself
         return {
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,
-            "parameters": {k: v for k, v in self.parameters.items() if k not in names},
+            "parameters": {k: v for k, v in self.parameters.items() if k not in words},
             "materials": {role: simulated(plain) for role, plain in self.materials.items()},
         }
 
@@ -113,11 +119,12 @@ def estimate(run: Run) -> Estimate:
     """What a run is expected to cost on one core."""
     chosen = scenarios.load(run.scenario)
     size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
-    rate = SECONDS_PER_PARTICLE_STEP[str(run.parameters.get("geometry", "axisymmetric"))]
+    flat = run.parameters.get("geometry") == "axisymmetric"
+    rates = SECONDS_PER_PARTICLE_STEP["axisymmetric" if flat else "cartesian"]
     return Estimate(
         particles=size.particles,
         steps=size.steps,
-        core_seconds=size.particles * size.steps * rate,
+        core_seconds=size.particles * size.steps * rates[str(run.parameters["shape"])],
         bytes=size.particles * BYTES_PER_PARTICLE,
     )
 
@@ -128,14 +135,16 @@ def execute(
     progress: Callable[[Progress], None] | None = None,
     *,
     threads: int | None = None,
+    checkpoint: Path | None = None,
 ) -> RunResult:
     """Compute a run; leaves ``result.json`` and, if it succeeded, ``state.npz`` in the directory.
 
-    The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised.
+    With ``checkpoint`` the run goes on from that file, where it is this run's and this machine's, and writes it as it
+    goes. The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised.
     """
     from studies.execution import compute
 
-    return compute(run, directory, progress, threads=threads)
+    return compute(run, directory, progress, threads=threads, checkpoint=checkpoint)
 
 
 def warm_up() -> None:

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from studies import materials as shipped
@@ -13,10 +13,13 @@ from studies.errors import Finding, InvalidInput
 from studies.materials import Material
 from studies.observations import Known, Observation, written
 from studies.parameters import Parameter, Value, declared
+from studies.quantities import round_quantity
+from studies.recipes import ACCURACY
 
 Combine = Literal["grid", "zip"]
 
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
+OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
 FINDINGS_SHOWN = 20  # of refused points; a wrong sweep is wrong at thousands of them
 
 
@@ -33,7 +36,7 @@ class SweepLimits:
 class Point:
     """One run of a sweep, in its place."""
 
-    index: tuple[int, ...]  # one number an axis (grid), or one number (zip)
+    index: tuple[int, ...]  # one number an axis (grid), or one (zip); then one a refinement
     coordinates: Mapping[str, Value]  # SI, by axis name
     run: "run.Run"
 
@@ -48,7 +51,8 @@ class Sweep:
     fixed: Mapping[str, Value]  # by parameter name or dotted material path
     axes: tuple[Axis, ...]
     combine: Combine
-    resolution: float | None  # cells per projectile diameter; None where it is fixed or an axis
+    resolutions: tuple[float, ...]  # cells per projectile diameter; empty: it is fixed or an axis
+    offsets: int = 1  # sub-cell positions of the grid for each resolution, evenly over a cell
     materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
     observations: tuple[Observation, ...] = ()
 
@@ -63,10 +67,18 @@ class Sweep:
         return read_sweep(document, limits or SweepLimits())
 
     @property
+    def refinements(self) -> tuple[Axis, ...]:
+        """What each point is computed several times over: resolution, offset, or neither."""
+        positions = tuple(round_quantity(place / self.offsets) for place in range(self.offsets))
+        both = (Axis(RESOLUTION, "1", self.resolutions), Axis(OFFSET, "1", positions))
+        return tuple(axis for axis in both if len(axis.values) > 1)
+
+    @property
     def shape(self) -> tuple[int, ...]:
-        """The number of values on each axis (grid), or the number of runs (zip)."""
+        """The number of values on each axis (grid), or of points (zip); then on each refinement."""
         lengths = tuple(len(axis.values) for axis in self.axes)
-        return lengths if self.combine == "grid" else lengths[:1]
+        lengths = lengths if self.combine == "grid" else lengths[:1]
+        return lengths + tuple(len(axis.values) for axis in self.refinements)
 
     @property
     def size(self) -> int:
@@ -86,7 +98,8 @@ class Sweep:
             },
             "axes": {a.name: [written(value, a.unit) for value in a.values] for a in self.axes},
             "combine": self.combine,
-            "resolution": self.resolution,
+            "resolution": _one_or_all(self.resolutions),
+            "offsets": self.offsets if self.offsets > 1 else None,
             "materials": {name: one.document() for name, one in self.materials.items()},
             "observations": [one.document(known) for one in self.observations],
         }
@@ -100,7 +113,7 @@ class Sweep:
             try:
                 points.append(Point(index, coordinates, self._run(coordinates)))
             except InvalidInput as error:
-                place = _words(coordinates, self.axes)
+                place = _words(coordinates, (*self.axes, *self.refinements))
                 findings |= {
                     finding: place for finding in error.findings if finding not in findings
                 }
@@ -127,22 +140,37 @@ class Sweep:
         """A material by name: the user's own, or one that ships."""
         return self.materials[name] if name in self.materials else shipped.load(name)
 
+    def at_accuracy(self, name: str) -> "Sweep":
+        """The same sweep with the resolutions and offsets of a preset; ValueError where it has none.
+
+        A sweep has none whose scenario is not resolved so, or that fixes or varies what a preset sets.
+        """
+        preset = ACCURACY[name]
+        known = declared(scenarios.load(self.scenario).parameters)
+        free = known.keys() - {*self.fixed, *(axis.name for axis in self.axes)}
+        if RESOLUTION not in free or (preset.offsets > 1 and OFFSET not in free):
+            raise ValueError(f"{self.name}: the preset {name} cannot set its resolution")
+        return replace(self, resolutions=preset.resolutions, offsets=preset.offsets)
+
     def _places(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
         """Index and coordinates of every run."""
-        names = [axis.name for axis in self.axes]
-        columns = [axis.values for axis in self.axes]
-        if self.combine == "zip":
-            for number, values in enumerate(zip(*columns, strict=True)):
-                yield (number,), dict(zip(names, values, strict=True))
+        for place, at in self._points():
+            for step, refined in _product(self.refinements):
+                yield place + step, at | refined
+
+    def _points(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
+        """Index and coordinates of every point, before it is refined."""
+        if self.combine == "grid":
+            yield from _product(self.axes)
             return
-        indices = itertools.product(*(range(len(values)) for values in columns))
-        for index, values in zip(indices, itertools.product(*columns), strict=True):
-            yield index, dict(zip(names, values, strict=True))
+        names = [axis.name for axis in self.axes]
+        for number, values in enumerate(zip(*(axis.values for axis in self.axes), strict=True)):
+            yield (number,), dict(zip(names, values, strict=True))
 
     def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
         given = {**self.fixed, **coordinates}
-        if self.resolution is not None:
-            given[RESOLUTION] = self.resolution
+        if len(self.resolutions) == 1:
+            given[RESOLUTION] = self.resolutions[0]
         parameters = {name: value for name, value in given.items() if "." not in name}
         defaults = declared(scenarios.load(self.scenario).parameters)
         materials = {
@@ -188,6 +216,19 @@ def _all_constants() -> dict[str, Parameter]:
     for name in shipped.names():
         constants |= shipped.load(name).parameters()
     return constants
+
+
+def _product(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
+    """Index and coordinates of every cell of a grid, the last axis fastest."""
+    names = [axis.name for axis in axes]
+    for cell in itertools.product(*(enumerate(axis.values) for axis in axes)):
+        values = (value for _, value in cell)
+        yield tuple(place for place, _ in cell), dict(zip(names, values, strict=True))
+
+
+def _one_or_all(values: tuple[float, ...]) -> float | list[float] | None:
+    """Values as a document writes them: one as itself, several as a list."""
+    return list(values) if len(values) > 1 else next(iter(values), None)
 
 
 def _words(coordinates: Mapping[str, Value], axes: tuple[Axis, ...]) -> str:

@@ -16,8 +16,9 @@ from studies.materials import Material, read_document
 from studies.nearest import nearest_cure, shown
 from studies.observations import Known, Observation, read_observations, written
 from studies.parameters import Value, declared, find, missing, parse_given, parse_value
-from studies.quantities import refusal
-from studies.sweep import RESOLUTION, Combine, Sweep, SweepLimits, known_words
+from studies.quantities import exact_number, refusal
+from studies.recipes import ACCURACY
+from studies.sweep import OFFSET, RESOLUTION, Combine, Sweep, SweepLimits, known_words
 
 KEYS = (
     "name",
@@ -27,11 +28,14 @@ KEYS = (
     "axes",
     "combine",
     "resolution",
+    "offsets",
+    "accuracy",
     "materials",
     "observations",
 )
 COMBINATIONS: tuple[Combine, ...] = ("grid", "zip")
 LONGEST_NAME = 200  # characters of a sweep's name or title
+MOST_OFFSETS = 32  # of one resolution; more say nothing new about a scatter
 
 Read = TypeVar("Read")
 Instead = TypeVar("Instead")
@@ -112,7 +116,8 @@ class _Reading:
         known = known_words(scenario.name, self._roles(scenario.materials, own), own)
         fixed = self._fixed(known)
         axes = self._axes(known, combine)
-        resolution = self._attempt(self._resolution, None)
+        resolutions, offsets = self._attempt(self._refinement, ((), 1))
+        self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
         self._check_completeness()
         observations = self._attempt(lambda: self._observations(known), ())
         name = self._attempt(lambda: self._word("name", scenario.name), "")
@@ -126,7 +131,8 @@ class _Reading:
             fixed=fixed,
             axes=axes,
             combine=combine,
-            resolution=resolution,
+            resolutions=resolutions,
+            offsets=offsets,
             materials=own,
             observations=observations,
         )
@@ -246,12 +252,18 @@ class _Reading:
             limit = "axes of equal length where combine is zip"
             self.findings.append(Finding("axes", counts, limit, "make them equal, or use grid"))
             return
-        size = max(lengths.values()) if combine == "zip" else math.prod(lengths.values())
-        if size > self.limits.max_runs:
-            limit = f"at most {self.limits.max_runs} runs"
-            self.findings.append(Finding("axes", f"{size} runs", limit, "take fewer values"))
-            return
         self._refuse_repetition(axes, combine)
+
+    def _check_size(self, axes: tuple[Axis, ...], combine: Combine, times: int) -> None:
+        """The number of runs, each point refined so many times; nothing is expanded yet."""
+        lengths = [len(axis.values) for axis in axes] or [1]
+        points = max(lengths) if combine == "zip" else math.prod(lengths)
+        if points * times > self.limits.max_runs:
+            limit = f"at most {self.limits.max_runs} runs"
+            size = f"{points * times} runs"
+            if times > 1:
+                size += f" ({points} points, each {times} times for its resolutions and offsets)"
+            self.findings.append(Finding("axes", size, limit, "take fewer values"))
 
     def _refuse_repetition(self, axes: tuple[Axis, ...], combine: Combine) -> None:
         """A value twice on an axis of a grid, or a point twice in a zip, would be one run twice."""
@@ -267,24 +279,64 @@ class _Reading:
             for text in twice:
                 self.findings.append(Finding(where, text, "each value once", "leave it out"))
 
-    def _resolution(self) -> float | None:
+    def _refinement(self) -> tuple[tuple[float, ...], int]:
+        """Resolutions and the number of offsets, by themselves or by the name of a preset."""
+        given = self.document.get("accuracy")
+        if given is None:
+            return self._attempt(self._resolutions, ()), self._attempt(self._offsets, 1)
+        for key in ("resolution", "offsets"):
+            if self.document.get(key) is not None:
+                limit = f"accuracy, or {key}: a preset sets both resolution and offsets"
+                raise refusal("accuracy", given, limit, "give one of the two")
+        if not isinstance(given, str) or given not in ACCURACY:
+            limit = "one of " + ", ".join(ACCURACY)
+            raise refusal("accuracy", given, limit, nearest_cure(given, ACCURACY))
+        self._refuse_other_source("accuracy", given, RESOLUTION)
+        if ACCURACY[given].offsets > 1:
+            self._refuse_other_source("accuracy", given, OFFSET)
+        return ACCURACY[given].resolutions, ACCURACY[given].offsets
+
+    def _resolutions(self) -> tuple[float, ...]:
         given = self.document.get("resolution")
         if given is None:
-            return None
-        if RESOLUTION not in self.record:
-            limit = "a scenario with cells per diameter"
-            raise refusal("resolution", given, limit, "leave it out")
-        for part in ("fixed", "axes"):
-            if RESOLUTION in self._mapping(part):
-                limit = f"resolution, or {RESOLUTION} under {part}"
-                raise refusal("resolution", given, limit, "give one of the two")
-        value = parse_value(self.record[RESOLUTION], given, "resolution")
-        return None if value is None else float(value)
+            return ()
+        self._refuse_other_source("resolution", given, RESOLUTION)
+        if not isinstance(given, list | tuple | Mapping):
+            value = parse_value(self.record[RESOLUTION], given, "resolution")
+            return () if value is None else (float(value),)
+        reader = AxisReader(self.limits.max_values, ())
+        axis = reader.read(self.record[RESOLUTION], RESOLUTION, given, "resolution")
+        for twice in repeated(axis.values):
+            raise refusal("resolution", twice, "each resolution once", "leave it out")
+        return tuple(sorted(float(value) for value in axis.values if value is not None))
+
+    def _offsets(self) -> int:
+        given = self.document.get("offsets")
+        if given is None:
+            return 1
+        number = exact_number(given, "offsets")
+        if number != number.to_integral_value() or not 1 <= number <= MOST_OFFSETS:
+            limit = f"a whole number from 1 to {MOST_OFFSETS}"
+            cure = "write 3 for offsets of 0, 1/3 and 2/3 of a cell"
+            raise refusal("offsets", given, limit, cure)
+        if number > 1:
+            self._refuse_other_source("offsets", given, OFFSET)
+        return int(number)
+
+    def _refuse_other_source(self, key: str, given: Any, parameter: str) -> None:
+        """The scenario has the parameter that a key sets, and nothing else in the document sets it."""
+        words = parameter.replace("_", " ")
+        if parameter not in self.record:
+            raise refusal(key, given, f"a scenario with {words}", "leave it out")
+        for part, names in (("fixed", self.given_fixed), ("axes", self.given_axes)):
+            if parameter in names:
+                limit = f"{key}, or {parameter} under {part}"
+                raise refusal(key, given, limit, "give one of the two")
 
     def _check_completeness(self) -> None:
         """Every parameter without a default is fixed, varied, or the resolution."""
         given = {*self.given_fixed, *self.given_axes}
-        if self.document.get("resolution") is not None:
+        if {"resolution", "accuracy"} & {k for k, v in self.document.items() if v is not None}:
             given.add(RESOLUTION)
         for parameter in self.record.values():
             if parameter.required and parameter.name not in given:

@@ -1,9 +1,10 @@
 """What a cube may hold: every variable once, with name, dimensions, unit and meaning.
 
 A name in braces stands for a word of the sweep: ``{quantity}`` for each measured quantity
-(``hole_diameter``), ``{part}`` for each part of its uncertainty. The dimension ``*`` stands for the
-axes of the sweep. ``cube.build`` makes nothing that is not declared here, and ``cube.validate``
-refuses anything else.
+(``hole_diameter``), ``{part}`` for each part of its uncertainty. The dimension ``*`` stands for all
+dimensions of the runs, ``@`` for the points that a user asked for: the same without the refinements,
+resolution and offset, which are dimensions where a sweep names several. ``cube.build`` makes nothing
+that is not declared here, and ``cube.validate`` refuses anything else.
 
 How to add one: a number of the audit is one line of ``NUMBERS``; a quantity comes from its
 measurement, a parameter from its scenario, and neither needs an edit here.
@@ -15,10 +16,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from solver.errors import WhippleError
+from studies.convergence import VERDICTS
 from studies.parameters import Parameter
 
-SCHEMA_VERSION = 1
-AXES = "*"
+# 2: refinements and what converges over them; laws at observed shots have labels of their own.
+SCHEMA_VERSION = 2
+AXES, POINTS = "*", "@"
 
 Kind = Literal["number", "integer", "text", "flag", "mask"]
 
@@ -35,6 +38,8 @@ STATES = (
     "missing",
     "other",
 )
+IN_RANGE = ("outside_range", "inside_range")
+VERDICT_WORDS = tuple(verdict.replace(" ", "_") for verdict in VERDICTS)
 
 
 class SchemaError(WhippleError):
@@ -50,6 +55,7 @@ class Variable:
     unit: str | None  # UDUNITS; None for text and flags
     meaning: str
     kind: Kind = "number"
+    words: tuple[str, ...] = ()  # of a flag: what its values 0, 1, ... mean
 
     def attributes(self) -> dict[str, str]:
         """What CF wants to see on the variable."""
@@ -71,9 +77,15 @@ class Vocabulary:
     """The words of one sweep, from which the names of its cube are made."""
 
     axes: tuple[str, ...]  # dimensions: ("speed", "plate_thickness"), or ("run",) for a zip
+    refinements: tuple[str, ...]  # the last of these: "cells_per_diameter", "offset", both or none
     quantities: Mapping[str, Quantity]
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # of each uncertainty
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """The dimensions of the points that a user asked for, before they are refined."""
+        return self.axes[: len(self.axes) - len(self.refinements)]
 
 
 def variable_name(parameter: str) -> str:
@@ -88,7 +100,7 @@ def variable_name(parameter: str) -> str:
 RUN = (
     Variable("run", ("run",), None, "number of the run", "integer"),
     Variable("run_id", (AXES,), None, "content identity of the run", "text"),
-    Variable("run_state", (AXES,), None, "state of the run", "flag"),
+    Variable("run_state", (AXES,), None, "state of the run", "flag", STATES),
     Variable("run_reason", (AXES,), None, "why the run has no result", "text"),
     Variable("run_failure", (AXES,), None, "kind of failure", "text"),
     Variable("run_flags", (AXES,), None, "warnings about the run", "mask"),
@@ -116,21 +128,80 @@ PART = Variable(
     "part of the uncertainty of {quantity}: {part}",
 )
 
+CONVERGED = (
+    Variable(
+        "{quantity}_converged",
+        (POINTS,),
+        "{unit}",
+        "{quantity} over all resolutions and offsets: extrapolated to cells of no size where the "
+        "verdict is converging, else the mean of the finest resolution",
+    ),
+    Variable(
+        "{quantity}_converged_uncertainty",
+        (POINTS,),
+        "{unit}",
+        "uncertainty of {quantity}_converged, root of the sum of the squares of its parts",
+    ),
+    Variable(
+        "{quantity}_converged_uncertainty_mesh",
+        (POINTS,),
+        "{unit}",
+        "part of the uncertainty: grid convergence index, or the spread of the finest resolutions",
+    ),
+    Variable(
+        "{quantity}_converged_uncertainty_offsets",
+        (POINTS,),
+        "{unit}",
+        "part of the uncertainty: scatter over sub-cell offsets at the finest resolution",
+    ),
+    Variable(
+        "{quantity}_converged_uncertainty_measurement",
+        (POINTS,),
+        "{unit}",
+        "part of the uncertainty: what the measurement states beside the resolution",
+    ),
+    Variable(
+        "{quantity}_converged_order", (POINTS,), "1", "observed order of convergence of {quantity}"
+    ),
+    Variable(
+        "{quantity}_converged_extrapolated",
+        (POINTS,),
+        "{unit}",
+        "Richardson's value of {quantity} at cells of no size, where converging",
+    ),
+    Variable(
+        "{quantity}_converged_gci",
+        (POINTS,),
+        "1",
+        "grid convergence index of the finest resolution, over its value",
+    ),
+    Variable(
+        "{quantity}_converged_verdict",
+        (POINTS,),
+        None,
+        "what refinement says about {quantity}",
+        "flag",
+        VERDICT_WORDS,
+    ),
+    Variable("{quantity}_converged_reason", (POINTS,), None, "why this verdict", "text"),
+)
+
 LAW = (
     Variable("{quantity}_law", ("{quantity}_law",), None, "law and variant", "text"),
     Variable(
-        "{quantity}_by_law", (AXES, "{quantity}_law"), "{unit}", "{quantity} by published laws"
+        "{quantity}_by_law", (POINTS, "{quantity}_law"), "{unit}", "{quantity} by published laws"
     ),
     Variable(
         "{quantity}_by_law_in_range",
-        (AXES, "{quantity}_law"),
+        (POINTS, "{quantity}_law"),
         None,
         "whether the law answers inside its stated range",
         "flag",
+        IN_RANGE,
     ),
     Variable(
         "{quantity}_by_law_reason",
-        (AXES, "{quantity}_law"),
+        (POINTS, "{quantity}_law"),
         None,
         "why the law is outside its range or has no answer",
         "text",
@@ -167,17 +238,32 @@ OBSERVED = (
         "uncertainty of {quantity}_observed, as stated",
     ),
     Variable(
+        "{quantity}_observed_law",
+        ("{quantity}_observed_law",),
+        None,
+        "law and variant, of those stated for an observed shot",
+        "text",
+    ),
+    Variable(
+        "{quantity}_observed_law_title",
+        ("{quantity}_observed_law",),
+        None,
+        "title of the law",
+        "text",
+    ),
+    Variable(
         "{quantity}_by_law_at_observation",
-        ("observation", "{quantity}_law"),
+        ("observation", "{quantity}_observed_law"),
         "{unit}",
         "{quantity} by published laws for each shot",
     ),
     Variable(
         "{quantity}_by_law_at_observation_in_range",
-        ("observation", "{quantity}_law"),
+        ("observation", "{quantity}_observed_law"),
         None,
         "whether the law answers inside its stated range",
         "flag",
+        IN_RANGE,
     ),
 )
 
@@ -187,8 +273,10 @@ def _number(name: str, unit: str, meaning: str) -> Variable:
 
 
 NUMBERS = (
-    _number("cells_per_diameter", "1", "grid cells along the projectile's diameter"),
-    _number("cells_per_thickness", "1", "grid cells through the target's thickness"),
+    _number("cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"),
+    _number(
+        "cells_per_thickness", "1", "grid cells through the target, or the flyer where plates meet"
+    ),
     _number("particles", "1", "particles of the simulation"),
     _number("steps", "1", "time steps taken"),
     _number("particle_steps", "1", "particles times the steps that each was moved"),
@@ -199,6 +287,9 @@ NUMBERS = (
     _number("momentum_error", "1", "momentum unaccounted for, over the initial momentum"),
     _number("mass_error", "1", "mass unaccounted for, over the initial mass"),
     _number("hottest_energy_share", "1", "share of internal energy in the hottest particles"),
+    _number(
+        "taken_energy_fraction", "1", "energy taken by walls, contact and damping, over the initial"
+    ),
     _number("outflow_mass_fraction", "1", "mass that left the grid, over the initial mass"),
     _number("outflow_energy_fraction", "1", "energy that left the grid, over the initial energy"),
     _number("separated_mass_fraction", "1", "target not connected to its rim, over its mass"),
@@ -207,6 +298,11 @@ NUMBERS = (
     _number("tension_floors", "1", "uses of the floor that limits tension"),
     _number("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),
     _number("below_zero_kelvin", "1", "states whose energy gave a negative temperature"),
+    _number("below_expansion", "1", "states thinner than the range of the equation of state"),
+    _number("molten", "1", "states at or above the melting point"),
+    _number("sound_floors", "1", "uses of the floor of the sound speed in the time step"),
+    _number("unstable", "1", "states whose pressure falls with density"),
+    _number("failed", "1", "particles that failed for good"),
     _number("reflected", "1", "particles turned back at a wall"),
 )
 
@@ -242,7 +338,8 @@ def _of_parameter(parameter: Parameter, words: Vocabulary) -> Iterator[Variable]
 
 def _of_quantity(quantity: Quantity, words: Vocabulary) -> Iterator[Variable]:
     filling = {"quantity": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning}
-    for variable in (*QUANTITY, *LAW, *OBSERVED):
+    converged = CONVERGED if words.refinements else ()
+    for variable in (*QUANTITY, *converged, *LAW, *OBSERVED):
         yield _filled(variable, filling, words)
     for part in words.parts.get(quantity.name, ()):
         yield _filled(PART, {**filling, "part": part}, words)
@@ -261,8 +358,8 @@ def _filled(variable: Variable, filling: Mapping[str, str], words: Vocabulary) -
 
 def _dims(dims: Iterable[str], filling: Mapping[str, str], words: Vocabulary) -> Iterator[str]:
     for dim in dims:
-        if dim == AXES:
-            yield from words.axes
+        if dim in (AXES, POINTS):
+            yield from words.axes if dim == AXES else words.points
         else:
             yield dim.format(**filling)
 
@@ -271,6 +368,7 @@ def vocabulary_as_json(words: Vocabulary) -> dict[str, Any]:
     """The words as plain objects: an attribute of the cube, so that it can be validated alone."""
     return {
         "axes": list(words.axes),
+        "refinements": list(words.refinements),
         "quantities": {q.name: [q.unit, q.meaning] for q in words.quantities.values()},
         "parameters": {p.name: [p.kind, p.unit, p.meaning] for p in words.parameters.values()},
         "parts": {name: list(parts) for name, parts in words.parts.items()},
@@ -281,6 +379,7 @@ def vocabulary_from_json(plain: Mapping[str, Any]) -> Vocabulary:
     """The words that :func:`vocabulary_as_json` wrote."""
     return Vocabulary(
         axes=tuple(plain["axes"]),
+        refinements=tuple(plain.get("refinements", ())),  # a cube of schema 1 has none
         quantities={
             name: Quantity(name, unit, meaning)
             for name, (unit, meaning) in plain["quantities"].items()

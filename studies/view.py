@@ -3,15 +3,20 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
 
-from studies.compare import Place, axes_of, places_of, simulated
+from studies.compare import Place, axes_of, places_of
+from studies.points import UNSETTLED, simulated
 from studies.quantities import readable
+from studies.variables import VERDICT_WORDS
 
 MOST_PANELS = 12  # more are in the cube; a page of small pictures is read by nobody
 PREFERRED = "speed"  # the abscissa where the sweep varies it
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -35,9 +40,9 @@ class Slice:
 
 @dataclass(frozen=True)
 class View:
-    """A cube as figures see it: flat arrays over the runs, and how they fall into panels."""
+    """A cube as figures see it: flat arrays over its points, and how they fall into panels."""
 
-    dataset: xr.Dataset
+    dataset: xr.Dataset  # of points
     abscissa: Scale
     x: tuple[float | str, ...]  # of each run
     diameter: np.ndarray  # of each run, m; NaN where unknown
@@ -52,6 +57,18 @@ class View:
     def succeeded(self, name: str) -> np.ndarray:
         """Measured values of each run; NaN where the run did not succeed."""
         return simulated(self.dataset, name).values.ravel()
+
+    @property
+    def refined(self) -> bool:
+        """Whether points are converged over resolutions or offsets, or single runs."""
+        return bool(self.dataset.attrs.get("refinements"))
+
+    def unsettled(self, name: str) -> np.ndarray:
+        """Whether refinement of a point has not settled its value."""
+        if not self.refined:
+            return np.zeros(len(self.x), bool)
+        words = [VERDICT_WORDS.index(verdict.replace(" ", "_")) for verdict in UNSETTLED]
+        return np.isin(self.flat(f"{name}_converged_verdict"), words)
 
     def law_words(self, name: str, key: str) -> list[str]:
         """A word of each law of a quantity, along its law dimension."""
@@ -90,7 +107,7 @@ def view_of(dataset: xr.Dataset) -> View:
         else ("this run",) * len(places)
     )
     slices = _slices(dataset, places, [axis for axis in axes if axis != name], x)
-    shown = _spread(slices, MOST_PANELS)
+    shown = spread(slices, MOST_PANELS)
     return View(
         dataset, _scale(dataset, name), x, _diameters(dataset), shown, len(slices) - len(shown)
     )
@@ -151,13 +168,11 @@ def named_value(dataset: xr.Dataset, name: str, value: float | str) -> str:
     return f"{words} {readable(value, dataset[name].attrs.get('units', '1'))}"
 
 
-def _spread(slices: Sequence[Slice], most: int) -> tuple[Slice, ...]:
+def spread(items: Sequence[Item], most: int) -> tuple[Item, ...]:
     """At most so many, first and last among them."""
-    if len(slices) <= most:
-        return tuple(slices)
-    return tuple(
-        slices[place] for place in np.linspace(0, len(slices) - 1, most).round().astype(int)
-    )
+    if len(items) <= most:
+        return tuple(items)
+    return tuple(items[place] for place in np.linspace(0, len(items) - 1, most).round().astype(int))
 
 
 def flag_words(dataset: xr.Dataset, name: str) -> list[tuple[str, ...]]:

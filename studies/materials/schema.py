@@ -231,7 +231,7 @@ class Material:
             document[section] = {"kind": kind} if kind else {}
         for path, quantity in self.sources.items():
             section, _, name = path.rpartition(".")
-            if section != "yield_stresses":
+            if not path.startswith("yield_stresses."):  # whose labels may hold a point
                 (document[section] if section else document)[name] = quantity.document()
         document["yield_stresses"] = [
             {"label": y.label, **self.sources[f"yield_stresses.{y.label}"].document()}

@@ -1,18 +1,22 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
 How to add one: a module here that offers a ``Measurement`` as ``MEASUREMENT``; modules whose name starts with an
-underscore are shared by several. A measurement looks at a ``View``: particles in cylindrical coordinates about the
-line of flight, mass per radian, with the numbers of the set-up; it does not know whether the model was a body of
-revolution or a quarter in three dimensions. Contract tests give it states with a known answer (a drilled disc, a
-scooped half space) and shuffle the particles. ``version`` grows when the definition changes: a stored state is then
-read again, not solved again.
+underscore are shared by several. A measurement looks at one state, through the view that its family of scenarios has
+of it: an impact (``_view``), a bar (``_bar``), two plates (``_plates``). A view does not say whether the model was a
+body of revolution or a quarter in three dimensions. What no single state shows (when contact ended, the largest pull)
+names other measurements that it ``follows`` and looks at their ``History``. Contract tests give it states with a known
+answer (a drilled disc, a scooped half space, a stretched bar) and shuffle the particles. ``version`` grows when the
+definition changes: a stored state is then read again, not solved again.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from solver.registry import entries
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # A shift of the plate against the grid by part of a cell moved prototype holes by 0.9, 0.3 and 0.2 mm at cells of 1,
 # 0.5 and 0.25 mm: about one cell is what a single run cannot tell.
@@ -31,6 +35,14 @@ class Reading:
 
 
 @dataclass(frozen=True)
+class History:
+    """What other measurements read at each observation so far."""
+
+    times: "np.ndarray"  # (n,) s
+    values: Mapping[str, "np.ndarray"]  # (n,) of each measurement, NaN where it had none
+
+
+@dataclass(frozen=True)
 class Measurement:
     """What can be measured: its name, unit, meaning and how."""
 
@@ -39,7 +51,8 @@ class Measurement:
     unit: str
     meaning: str
     version: int
-    read: Callable[[Any], Reading]  # of a View
+    read: Callable[[Any], Reading]  # of a view, or of the History of what it follows
+    follows: tuple[str, ...] = ()  # measurements of one state
 
 
 def names() -> list[str]:

@@ -107,8 +107,8 @@ def _touching(
     if not (among & seed).any():
         return found
     cell = ((position - geometry.lower) / geometry.spacing).astype(np.int64)
-    cell = np.clip(cell, 0, np.maximum(np.asarray(geometry.nodes) - 2, 0))
-    shape = tuple(int(max(n - 1, 1)) for n in geometry.nodes)
+    cell = np.clip(cell, 0, np.maximum(np.asarray(geometry.cells) - 1, 0))
+    shape = tuple(int(max(n, 1)) for n in geometry.cells)
     occupied = np.zeros(shape, bool)
     occupied[tuple(cell[among].T)] = True
     label, _ = ndimage.label(occupied, structure=np.ones((3, 3, 3), bool))
@@ -134,17 +134,58 @@ def edge_from_outside(
     """
     samples = max(2, math.ceil((start - stop) / window * SAMPLES_PER_CELL))
     centre = np.linspace(start, stop, samples)
-    low, high = np.maximum(centre - 0.5 * window, stop), centre + 0.5 * window
-    filled = _cumulated(place, weight, width, high) - _cumulated(place, weight, width, low)
-    share = filled / nominal(low, high)
+    share = _share_of_nominal(place, weight, width, window, centre, nominal)
     below = np.flatnonzero(share < HALF)
     if not below.size:
         return math.nan
     first = int(below[0])
-    if first == 0:
+    return float(start) if first == 0 else _crossing(centre, share, first)
+
+
+def edge_from_inside(
+    place: np.ndarray,
+    weight: np.ndarray,
+    *,
+    width: float,
+    window: float,
+    start: float,
+    stop: float,
+    nominal: Any,
+) -> float:
+    """Walk from ``stop`` up to ``start`` and return where matter begins; ``start`` where it never does.
+
+    As ``edge_from_outside``, from the other end: what is empty beyond the edge does not count. NaN where matter
+    stands at ``stop`` itself.
+    """
+    samples = max(2, math.ceil((start - stop) / window * SAMPLES_PER_CELL))
+    centre = np.linspace(start, stop, samples)
+    share = _share_of_nominal(place, weight, width, window, centre, nominal)
+    solid = np.flatnonzero(share >= HALF)
+    if not solid.size:
         return float(start)
-    part = (share[first - 1] - HALF) / (share[first - 1] - share[first])
-    return float(centre[first - 1] + part * (centre[first] - centre[first - 1]))
+    last = int(solid[-1])
+    return math.nan if last + 1 == samples else _crossing(centre, share, last + 1)
+
+
+def _share_of_nominal(
+    place: np.ndarray,
+    weight: np.ndarray,
+    width: float,
+    window: float,
+    centre: np.ndarray,
+    nominal: Any,
+) -> np.ndarray:
+    """Weight within a window about each centre, over the undisturbed one; nothing counts below the last centre."""
+    low, high = np.maximum(centre - 0.5 * window, centre[-1]), centre + 0.5 * window
+    filled = _cumulated(place, weight, width, high) - _cumulated(place, weight, width, low)
+    share: np.ndarray = filled / nominal(low, high)
+    return share
+
+
+def _crossing(centre: np.ndarray, share: np.ndarray, below: int) -> float:
+    """Where the share falls to half, between the sample ``below`` and the one before it."""
+    part = (share[below - 1] - HALF) / (share[below - 1] - share[below])
+    return float(centre[below - 1] + part * (centre[below] - centre[below - 1]))
 
 
 def _cumulated(place: np.ndarray, weight: np.ndarray, width: float, at: np.ndarray) -> np.ndarray:

@@ -3,17 +3,20 @@
 import math
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._view import View, edge_from_outside
+from studies.measurements._view import View, edge_from_inside
 
 COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: the floor of a crater is flat there
 
 
 def _read(seen: View) -> Reading:
-    """Where matter that hangs together with the target ends, in a column about the axis, walking up from its back."""
+    """Where matter connected to the target begins, in a column about the axis, walking down into the crater.
+
+    A void below the floor, which spall leaves, is not the floor.
+    """
     column = max(COLUMN * seen.projectile_diameter, seen.cell)
     inside = seen.attached & (seen.radius < column)
     back = seen.thickness - seen.cell
-    floor = edge_from_outside(
+    floor = edge_from_inside(
         seen.depth[inside],
         seen.mass[inside] / seen.sectors,
         width=seen.axial_width,
@@ -32,7 +35,7 @@ MEASUREMENT = Measurement(
     title="Crater depth",
     unit="m",
     meaning="depth below the original surface at which the density of matter connected to the target, in a column of a "
-    "quarter projectile diameter about the axis, falls to half of its nominal value",
-    version=1,
+    "quarter projectile diameter about the axis, first reaches half of its nominal value on the way down",
+    version=2,
     read=_read,
 )

@@ -4,11 +4,12 @@ How to add one: a module here that offers a ``Scenario`` as ``SCENARIO``; module
 are shared by several. Its parameters are a frozen dataclass: annotations give the units, metadata the meaning and the
 bounds, and so the API, the checks at the door, the cube and the documentation follow. Nothing here is heavy to
 import: ``build`` alone reaches for the solver, in the process that runs it. The contract tests build it at its
-corners, weigh its bodies and audit ten steps.
+corners, weigh its bodies and audit ten steps; give it small parameters there.
 """
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from solver.registry import entries
@@ -33,14 +34,44 @@ class Size:
 
 @dataclass(frozen=True)
 class Setting:
-    """What an observer needs to know about a problem to read numbers off its states."""
+    """A problem; each family of scenarios adds what its view of a state needs to know."""
 
     problem: "Problem"
+    sector: float  # angle that the model covers about its axis, rad; 1 in axisymmetry, where all is per radian
+
+
+@dataclass(frozen=True)
+class ImpactSetting(Setting):
+    """What an observer needs to know about an impact."""
+
     target: str  # name of the body that is measured
     projectile_diameter: float  # m
     thickness: float  # of the target along the line of flight, m
     radius: float  # of the target, m: half its width where it is square
-    sector: float  # angle that the model covers about the line of flight, rad
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How often a run is observed, and when it counts as settled."""
+
+    interval: float  # s between observations
+    window: float = math.inf  # s over which growth is judged; without one, it is not
+    growth: float = 0.0  # relative, within a window, below which a measurement has settled
+    early: bool = False  # whether the run ends once all that must settle has settled
+
+
+def _no_numbers(seen: Any) -> dict[str, float]:
+    return {}
+
+
+@dataclass(frozen=True)
+class Watch:
+    """How the runs of a family of scenarios are watched."""
+
+    pace: Callable[[Any, Setting], Pace]  # of the parameters and what was built of them
+    view: Callable[[Any, Any], Any]  # of a Setting and a Snapshot in it: what measurements look at
+    numbers: Callable[[Any], dict[str, float]] = _no_numbers  # that a last view says of its run
+    least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
 
 
 @dataclass(frozen=True)
@@ -53,12 +84,13 @@ class Scenario:
     parameters: type  # frozen dataclass, keyword-only
     materials: tuple[str, ...]  # parameters that name a material
     measurements: tuple[str, ...]  # quantities read off its runs
-    settles: tuple[str, ...]  # the measurements that must stop growing before a run may end early
+    settles: tuple[str, ...]  # the measurements that should have stopped growing at the end
     fill: Callable[[Any], Any]  # the same parameters with the defaults that follow from others
     check: Callable[[Any, Materials], list[Finding]]  # what no single field can tell
     build: Callable[[Any, Materials], Setting]
     estimate: Callable[[Any, Materials], Size]
-    cells: Callable[[Any], dict[str, float]]  # cells_per_diameter, cells_per_thickness
+    cells: Callable[[Any], dict[str, float]]  # across the diameter, through the thickness
+    watch: Watch
 
 
 def names() -> list[str]:

@@ -1,54 +1,53 @@
 """What the impact scenarios share: parameters, matter, lattices, faces and the size of the work.
 
 The original surface of the target is z = 0, its body stands at z > 0, and the projectile flies towards +z and touches
-it at time zero. Lattices have two particles per cell and direction, stretched by a few per cent where needed so that
-lengths are exact; the masses of a body are scaled to the analytic mass, from which a lattice sphere differs by
+it at time zero. Lattices have the recipe's particles per cell and direction, stretched by a few per cent where needed
+so that lengths are exact; the masses of a body are scaled to the analytic mass, from which a lattice sphere differs by
 2 to 4 %.
 """
 
 import math
-from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
-from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Second
 from studies.errors import Finding
 from studies.parameters import MaterialName
 from studies.quantities import round_quantity
-from studies.scenarios import Materials, Setting, Size
+from studies.scenarios import ImpactSetting, Materials, Setting, Size
+from studies.scenarios._fields import described, explained
+from studies.scenarios._lattice import body, line, points
+from studies.scenarios._matter import EosForm, Fracture, failure_of, matter
+from studies.scenarios._numerics import (
+    Numerics,
+    check_numerics,
+    filled_numerics,
+    numerics,
+    particles_per_cell,
+)
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Face, Matter
+    from solver.problem import Body, Face
     from studies.materials import Material
 
-PARTICLES_PER_CELL = 2  # along each direction
 UPRANGE, DOWNRANGE = 2.5, 5.0  # grid in front of and behind the target, in projectile diameters
 BEYOND_EDGE = 0.5  # grid outside a free edge, in projectile diameters
 
 # The cap and the window scale with the diameter, as everything does in a rate-independent material. 60 us and 5 us at
 # 8 mm: prototypes of copper plates crept for 30 us and longer on coarse grids.
-CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m
+CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m; a block needs longer
 WINDOW_PER_DIAMETER = 5e-6 / 8e-3  # s/m
 
-EOS_FORMS = {"hugoniot": "mie_grueneisen", "cubic": "mie_grueneisen_cubic"}
 SECTORS = {"axisymmetric": 1.0, "quarter": math.pi / 2.0, "half": math.pi}
 
 
-def described(meaning: str, minimum: float, maximum: float, **default: Any) -> Any:
-    """A field with its meaning and bounds (SI)."""
-    return field(**default, metadata={"meaning": meaning, "minimum": minimum, "maximum": maximum})
-
-
-def explained(meaning: str, **default: Any) -> Any:
-    """A field that is not a number, with its meaning."""
-    return field(**default, metadata={"meaning": meaning})
-
-
 @dataclass(frozen=True, kw_only=True)
-class Impact:
-    """Parameters of every normal impact."""
+class Shot:
+    """What flies against what, and how long it is watched."""
+
+    cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER  # latest end of a run, s/m
 
     speed: MetrePerSecond = described("impact speed, normal to the target", 100.0, 2e4)
     projectile_diameter: Metre = described("diameter of the projectile", 1e-5, 1.0)
@@ -69,7 +68,7 @@ class Impact:
     )
     edges: Literal["fixed", "free"] = explained("what holds the target's rim", default="fixed")
     end_time: Second | None = described(
-        "latest end of the run; by default 7.5 ms per metre of diameter, 60 us at 8 mm",
+        "latest end of the run; by default 7.5 ms per metre of diameter (60 us at 8 mm), 15 for a thick block",
         1e-9,
         1.0,
         default=None,
@@ -86,39 +85,34 @@ class Impact:
         1.0,
         default=None,
     )
-    eos_form: Literal["hugoniot", "cubic"] = explained(
+    eos_form: EosForm = explained(
         "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it",
         default="hugoniot",
     )
     thermal_softening: bool = explained(
         "whether temperature softens and melting takes all strength", default=True
     )
-    tension: Literal["recoverable", "unlimited"] = explained(
-        "tensile floor at the spall strength, shrinking with temperature, or none",
-        default="recoverable",
-    )
-    viscosity_linear: Dimensionless = described(
-        "linear artificial viscosity", 0.0, 2.0, default=0.06
-    )
-    viscosity_quadratic: Dimensionless = described(
-        "quadratic artificial viscosity", 0.0, 10.0, default=1.5
-    )
-    courant: Dimensionless = described(
-        "part of a cell that a signal may cross in a step", 0.01, 0.9, default=0.4
-    )
-    fixed_dt: Second | None = described(
-        "constant time step instead of the stable one, for comparisons", 1e-15, 1e-3, default=None
+    offset: Dimensionless = described(
+        "shift of the grid against the bodies along the line of flight, in cells: it changes the mesh error alone",
+        0.0,
+        1.0,
+        default=0.0,
     )
 
 
-Given = TypeVar("Given", bound="Impact")
+@dataclass(frozen=True, kw_only=True)
+class Impact(Numerics, Fracture, Shot):
+    """Parameters of every normal impact: the shot, what breaks, and then its numerics."""
+
+
+Given = TypeVar("Given", bound=Impact)
 
 
 def filled(given: Given, **derived: float) -> Given:
     """The parameters with every default that follows from others, at 12 significant digits."""
     derived = {"end_time": end_time(given), "settled_window": settled_window(given), **derived}
     changes: dict[str, Any] = {name: round_quantity(value) for name, value in derived.items()}
-    return replace(given, **changes)
+    return replace(filled_numerics(given), **changes)
 
 
 def spacing(given: Impact) -> float:
@@ -128,7 +122,7 @@ def spacing(given: Impact) -> float:
 
 def end_time(given: Impact) -> float:
     """Latest end of a run, s."""
-    return given.end_time or CAP_PER_DIAMETER * given.projectile_diameter
+    return given.end_time or given.cap_per_diameter * given.projectile_diameter
 
 
 def settled_window(given: Impact) -> float:
@@ -136,7 +130,12 @@ def settled_window(given: Impact) -> float:
     return given.settled_window or WINDOW_PER_DIAMETER * given.projectile_diameter
 
 
-def check_projectile(given: Impact) -> list[Finding]:
+def check_shot(given: Impact) -> list[Finding]:
+    """What every impact has to answer for."""
+    return _check_projectile(given) + check_numerics(given)
+
+
+def _check_projectile(given: Impact) -> list[Finding]:
     """A cylinder has a length and a sphere has none."""
     if given.projectile_shape == "cylinder" and given.projectile_length is None:
         return [
@@ -161,7 +160,9 @@ def check_projectile(given: Impact) -> list[Finding]:
 
 def size(given: Impact, *, thickness: float, radius: float) -> Size:
     """Particles from volumes, and steps from the stable step of the undisturbed state."""
-    lattice = spacing(given) / PARTICLES_PER_CELL
+    given = filled_numerics(given)
+    assert given.courant is not None
+    lattice = spacing(given) / particles_per_cell(given)
     length = given.projectile_length or 2.0 / 3.0 * given.projectile_diameter
     round_area = math.pi / 4.0 * given.projectile_diameter**2
     if given.geometry == "axisymmetric":
@@ -183,14 +184,15 @@ def assemble(
     """The problem of a projectile in front of a plate or block; an oblique one also flies towards +x."""
     import numpy as np
 
-    from solver.problem import ArtificialViscosity, Problem
+    from solver.problem import Problem
 
+    given = filled_numerics(given)
     geometry, faces = _grid(given, thickness, radius)
     axis = _flight_axis(given)
     velocity = np.zeros(3)
     velocity[axis] = given.speed * math.cos(obliquity)
     velocity[0] = given.speed * math.sin(obliquity)
-    lattice = np.full(3, spacing(given) / PARTICLES_PER_CELL)
+    lattice = np.full(3, spacing(given) / particles_per_cell(given))
     bodies = (
         _body(
             "projectile",
@@ -214,11 +216,9 @@ def assemble(
         bodies=bodies,
         faces=faces,
         end_time=end_time(given),
-        viscosity=ArtificialViscosity(given.viscosity_linear, given.viscosity_quadratic),
-        courant=given.courant,
-        fixed_dt=given.fixed_dt,
+        **numerics(given),
     )
-    return Setting(
+    return ImpactSetting(
         problem=problem,
         target="target",
         projectile_diameter=given.projectile_diameter,
@@ -258,10 +258,11 @@ def _grid(
     rim = Face.FIXED if given.edges == "fixed" else Face.FREE
     free = (Face.FREE, Face.FREE)
     inner_to_rim = (Face.SYMMETRIC, rim)
+    front = -(before + given.offset) * cell
     if given.geometry == "axisymmetric":
         geometry = grid(
             Axisymmetric,
-            lower=(0.0, -before * cell, 0.0),
+            lower=(0.0, front, 0.0),
             cells=(across, before + behind, 0),
             spacing=cell,
         )
@@ -269,7 +270,7 @@ def _grid(
     whole = given.geometry == "half"
     geometry = grid(
         Cartesian3D,
-        lower=(-across * cell if whole else 0.0, 0.0, -before * cell),
+        lower=(-across * cell if whole else 0.0, 0.0, front),
         cells=(2 * across if whole else across, across, before + behind),
         spacing=cell,
     )
@@ -280,34 +281,17 @@ def _length(given: Impact) -> float:
     return given.projectile_length or given.projectile_diameter
 
 
-def _line(begin: float, end: float, step: float) -> tuple["np.ndarray", float]:
-    """Points in the middle of equal pieces that fill begin..end, and the piece nearest to ``step``."""
-    import numpy as np
-
-    pieces = max(1, round((end - begin) / step))
-    piece = (end - begin) / pieces
-    return begin + piece * (np.arange(pieces) + 0.5), piece
-
-
-def _points(*lines: "np.ndarray") -> "np.ndarray":
-    import numpy as np
-
-    return np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
-
-
 def _target(given: Impact, lattice: "np.ndarray", thickness: float, radius: float) -> _Lattice:
     import numpy as np
 
-    across, step = _line(0.0, radius, float(lattice[0]))
-    along, layer = _line(0.0, thickness, float(lattice[0]))
+    across, step = line(0.0, radius, float(lattice[0]))
+    along, layer = line(0.0, thickness, float(lattice[0]))
     if given.geometry == "axisymmetric":
-        points = _points(across, along, np.zeros(1))
-        return _Lattice(points, (step, layer, 0.0), 0.5 * radius**2 * thickness)
+        position = points(across, along, np.zeros(1))
+        return _Lattice(position, (step, layer, 0.0), 0.5 * radius**2 * thickness)
     wide = np.concatenate([-across[::-1], across]) if given.geometry == "half" else across
     parts = 2 if given.geometry == "half" else 1
-    return _Lattice(
-        _points(wide, across, along), (step, step, layer), parts * radius**2 * thickness
-    )
+    return _Lattice(points(wide, across, along), (step, step, layer), parts * radius**2 * thickness)
 
 
 def _projectile(given: Impact, lattice: "np.ndarray") -> _Lattice:
@@ -315,15 +299,15 @@ def _projectile(given: Impact, lattice: "np.ndarray") -> _Lattice:
     import numpy as np
 
     radius, length = 0.5 * given.projectile_diameter, _length(given)
-    across, step = _line(0.0, radius, float(lattice[0]))
-    along, layer = _line(-length, 0.0, float(lattice[0]))
+    across, step = line(0.0, radius, float(lattice[0]))
+    along, layer = line(-length, 0.0, float(lattice[0]))
     whole = np.concatenate([-across[::-1], across])
     if given.geometry == "axisymmetric":
-        points = _points(across, along, np.zeros(1))
-        from_axis, along_flight, spacings = points[:, 0], points[:, 1], (step, layer, 0.0)
+        position = points(across, along, np.zeros(1))
+        from_axis, along_flight, spacings = position[:, 0], position[:, 1], (step, layer, 0.0)
     else:
-        points = _points(whole if given.geometry == "half" else across, across, along)
-        from_axis, along_flight = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
+        position = points(whole if given.geometry == "half" else across, across, along)
+        from_axis, along_flight = np.hypot(position[:, 0], position[:, 1]), position[:, 2]
         spacings = (step, step, layer)
     if given.projectile_shape == "sphere":
         inside = from_axis**2 + (along_flight + radius) ** 2 < radius**2
@@ -332,7 +316,7 @@ def _projectile(given: Impact, lattice: "np.ndarray") -> _Lattice:
         inside = from_axis < radius
         volume = math.pi * radius**2 * length
     part = 1.0 if given.geometry == "axisymmetric" else SECTORS[given.geometry]
-    return _Lattice(points[inside], spacings, volume * part / (2.0 * math.pi))
+    return _Lattice(position[inside], spacings, volume * part / (2.0 * math.pi))
 
 
 def _body(
@@ -343,53 +327,21 @@ def _body(
     lattice: _Lattice,
     velocity: "np.ndarray",
 ) -> "Body":
-    import numpy as np
-
-    from solver.geometry import lattice_measure
-    from solver.problem import Body
-
-    volume = np.ones(lattice.position.shape[0]) * lattice_measure(
-        geometry, lattice.position.T, lattice.spacing
-    )
-    return Body(
-        name=name,
-        matter=_matter(given, material),
+    tension = filled_numerics(given).tension
+    assert tension is not None
+    return body(
+        name,
+        matter(
+            material,
+            eos_form=given.eos_form,
+            thermal_softening=given.thermal_softening,
+            tension=tension,
+            failure=failure_of(given, material),
+        ),
+        geometry,
         position=lattice.position,
-        velocity=velocity,
-        mass=volume * (material.density * lattice.volume / volume.sum()),
-        density=material.density,
         spacing=lattice.spacing,
-    )
-
-
-def _matter(given: Impact, material: "Material") -> "Matter":
-    from solver.failure.recoverable import RecoverableTension
-    from solver.failure.unlimited import UnlimitedTension
-    from solver.problem import Matter
-
-    eos = entries("solver.eos", "EOS")[EOS_FORMS[given.eos_form]].make(
+        velocity=velocity,
         density=material.density,
-        heat_capacity=material.thermal.heat_capacity,
-        temperature=material.thermal.room_temperature,
-        **asdict(material.eos),
+        volume=lattice.volume,
     )
-    spall = material.tension.spall_strength if given.tension == "recoverable" else None
-    melt = material.thermal.melt_temperature if given.thermal_softening else None
-    return Matter(
-        eos=eos,
-        strength=_strength(material),
-        tension=UnlimitedTension() if spall is None else RecoverableTension(spall),
-        shear_modulus=material.elastic.shear_modulus,
-        room_temperature=material.thermal.room_temperature,
-        melt_temperature=math.inf if melt is None else melt,
-    )
-
-
-def _strength(material: "Material") -> Any:
-    """The solver's record of the same name and fields; a constant that the material goes without is infinite."""
-    name = material.strength.kind.replace("-", "_")
-    constants = {
-        field: math.inf if value is None else value
-        for field, value in asdict(material.strength).items()
-    }
-    return entries("solver.strength", "STRENGTH")[name].record(**constants)

@@ -6,15 +6,17 @@ from dataclasses import dataclass
 from solver.units import Metre, Radian
 from studies.errors import Finding
 from studies.scenarios import Materials, Scenario, Setting, Size
+from studies.scenarios._fields import described
 from studies.scenarios._impact import (
     Impact,
     assemble,
-    check_projectile,
-    described,
+    check_shot,
     filled,
     size,
     spacing,
 )
+from studies.scenarios._impact_watch import IMPACT
+from studies.scenarios._matter import check_failure
 
 RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
 
@@ -51,7 +53,7 @@ def _fill(given: ThinPlate) -> ThinPlate:
 
 
 def _check(given: ThinPlate, materials: Materials) -> list[Finding]:
-    findings = check_projectile(given)
+    findings = check_shot(given) + check_failure(given, materials)
     findings += _check_obliquity(given)
     if _radius(given) < given.projectile_diameter:
         findings.append(
@@ -125,4 +127,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
+    watch=IMPACT,
 )

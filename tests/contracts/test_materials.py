@@ -1,15 +1,27 @@
 """What every material must hold: a source for each number, and constants that agree."""
 
 import math
+from dataclasses import asdict
+from typing import Any
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+from solver.eos import pressure_terms, temperature
+from solver.registry import entries
+from solver.strength import yield_stress
 from studies import materials
 from studies.materials import Material
 from studies.materials.schema import CONFIDENCES
+from studies.scenarios._matter import EOS_FORMS, matter
 
 # rho0 c0^2 is the bulk modulus at zero pressure; Ma (2005) alone has 3.6 and 3.94 km/s for copper.
 BULK_MODULUS_AGREEMENT = 0.15
+
+# What the solver's kept isentrope promises (solver/eos/_hugoniot.py): of its energy up to the tangent, and in kelvin
+# at the densities of like-on-like shocks up to 10 km/s.
+ISENTROPE_ENERGY, ISENTROPE_KELVIN, FASTEST = 1e-3, 1.0, 1e4
 
 
 @pytest.fixture(params=materials.names())
@@ -53,3 +65,46 @@ def test_material__states_yield_stresses_for_the_laws(material: Material) -> Non
     assert labels
     assert len(set(labels)) == len(labels)
     assert all(one.value < material.elastic.shear_modulus for one in material.yield_stresses)
+
+
+@pytest.mark.parametrize("form", sorted(EOS_FORMS.values()))
+def test_material__has_the_temperature_of_its_isentrope(material: Material, form: str) -> None:
+    """Against an isentrope integrated here, de = p drho / rho^2, on which T = T0 exp(gamma0 (1 - rho0 / rho))."""
+    eos: Any = entries("solver.eos", "EOS")[form].make(
+        density=material.density,
+        heat_capacity=material.thermal.heat_capacity,
+        temperature=material.thermal.room_temperature,
+        **asdict(material.eos),
+    )
+
+    def slope(density: float, energy: np.ndarray) -> np.ndarray:
+        a, b = pressure_terms(eos, density)
+        return np.asarray((a + b * energy) / density**2)
+
+    densities = material.density * (1.0 + eos.mu_tangent * np.linspace(0.0, 1.0, 101)[1:])
+    solution = solve_ivp(
+        slope,
+        (material.density, densities[-1]),
+        [0.0],
+        method="DOP853",
+        t_eval=densities,
+        rtol=1e-11,
+        atol=1e-6,
+    )
+    energies = solution.y[0]
+    kelvin = [temperature(eos, *point) for point in zip(densities, energies, strict=True)]
+    expected = material.thermal.room_temperature * np.exp(
+        material.eos.gamma0 * (1.0 - material.density / densities)
+    )
+    missed = np.abs(np.array(kelvin) - expected)
+    assert np.all(missed * material.thermal.heat_capacity <= ISENTROPE_ENERGY * energies)
+    shock = material.eos.c0 + material.eos.s * 0.5 * FASTEST
+    reached = densities <= material.density * shock / (shock - 0.5 * FASTEST)
+    assert reached.sum() > 10
+    assert np.all(missed[reached] <= ISENTROPE_KELVIN)
+
+
+def test_material__has_no_strength_when_molten(material: Material) -> None:
+    made = matter(material)
+    assert yield_stress(made.strength, 0.1, 1e4, 0.0) > 0.0
+    assert yield_stress(made.strength, 0.1, 1e4, 1.0) == 0.0

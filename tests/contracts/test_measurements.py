@@ -1,20 +1,30 @@
-"""What every measurement must do: read a drilled disc and a scooped half space, and not care who stands where."""
+"""What every measurement must do: read a state with a known answer, and not care who stands where.
+
+A drilled disc and a scooped half space for impacts, a stretched bar, two plates with a step of pressure; histories of
+pushes and fronts for what no single state shows.
+"""
 
 import dataclasses
 import math
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
 
+from solver.eos.linear_elastic import linear_elastic
 from solver.geometry import grid
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.state import Particles, Snapshot, empty_particles
 from studies import measurements
-from studies.measurements import RESOLUTION_IN_CELLS, Reading
+from studies.measurements import RESOLUTION_IN_CELLS, History, Reading
+from studies.measurements._bar import BarView
+from studies.measurements._bar import view as view_of_bar
+from studies.measurements._plates import FLYER, TARGET, PlateView
+from studies.measurements._plates import view as view_of_plates
+from studies.measurements._push import MOMENTUM
 from studies.measurements._view import View, view
 
 DENSITY = 8930.0
@@ -31,8 +41,7 @@ EDGE = 0.5 * PARTICLE
 ROUND_OFF = 1e-12
 
 OPENINGS = ("hole_diameter", "hole_diameter_clear", "hole_diameter_midplane")
-LENGTHS = {"m"}
-RATIOS = {"1"}
+UNITS = {"m", "s", "1", "Pa", "m s-1", "kg m-3"}
 
 
 def line(begin: float, end: float) -> np.ndarray:
@@ -113,9 +122,9 @@ def with_particle(state: View, radius: float, depth: float) -> View:
     return dataclasses.replace(state, **arrays)
 
 
-def reordered(state: View) -> View:
+def reordered(state: Any) -> Any:
     """The same particles in another order."""
-    order = np.random.default_rng(0).permutation(state.radius.size)
+    order = np.random.default_rng(0).permutation(state.mass.size)
     arrays: dict[str, Any] = {
         field.name: getattr(state, field.name)[order]
         for field in dataclasses.fields(state)
@@ -124,23 +133,247 @@ def reordered(state: View) -> View:
     return dataclasses.replace(state, **arrays)
 
 
-STATES: dict[str, Callable[[], View]] = {
-    "drilled": lambda: drilled_disc(HOLE),
-    "undrilled": lambda: drilled_disc(0.0),
-    "drilled to the rim": lambda: drilled_disc(RADIUS - 2.0 * CELL),
-    "lipped": lambda: lipped_disc(HOLE, HOLE + 3.3e-3),
-    "scooped": lambda: scooped_half_space(CRATER),
-    "unscooped": lambda: scooped_half_space(0.0),
-    "scooped to the rim": lambda: scooped_half_space(BREADTH - 2.0 * CELL),
-    "bored": bored_half_space,
+def hollowed_half_space(crater: float, *, roof: float, height: float) -> View:
+    """A scooped half space with a void, as spall leaves it, a ``roof`` below the floor."""
+    block = scooped_half_space(crater)
+    void = (block.radius < 2.0 * DIAMETER) & (block.depth > crater + roof)
+    return without(block, void & (block.depth < crater + roof + height))
+
+
+def without(state: Any, gone: np.ndarray) -> Any:
+    """The particles that are not gone."""
+    arrays: dict[str, Any] = {
+        field.name: getattr(state, field.name)[~gone]
+        for field in dataclasses.fields(state)
+        if isinstance(getattr(state, field.name), np.ndarray)
+    }
+    return dataclasses.replace(state, **arrays)
+
+
+# Bars
+
+BAR_LENGTH, BAR_DIAMETER, BAR_SPEED = 20e-3, 8e-3, 100.0
+BULK, SHEAR = 130e9, 40e9  # Pa
+Shape = Callable[[np.ndarray], np.ndarray]
+
+
+def straight(points: np.ndarray) -> np.ndarray:
+    return points
+
+
+def stretched(points: np.ndarray) -> np.ndarray:
+    """Shorter by a third, thicker by a fifth, a tenth of a cell above the wall."""
+    return points * (1.2, 1.2, 2.0 / 3.0) + (0.0, 0.0, 0.1 * CELL)
+
+
+def flared(points: np.ndarray) -> np.ndarray:
+    """Wider by half at the wall, as it was at the rear, straight in between."""
+    widening = 1.0 + 0.5 * (1.0 - points[:, 2:] / BAR_LENGTH)
+    return points * np.concatenate([widening, widening, np.ones_like(widening)], axis=1)
+
+
+def bar(
+    shape: Shape = straight,
+    *,
+    round_model: bool = False,
+    velocity: tuple[float, float, float] = (0.0, 0.0, -BAR_SPEED),
+    **changes: Any,
+) -> BarView:
+    """A round bar, deformed; a quarter in three dimensions, or a body of revolution."""
+    across, along = line(0.0, 0.5 * BAR_DIAMETER), line(0.0, BAR_LENGTH)
+    lines = (across, np.zeros(1) if round_model else across, along)
+    places = [np.arange(axis.size) for axis in lines]
+    place, points = (
+        np.stack([axis.ravel() for axis in np.meshgrid(*grid, indexing="ij")], axis=-1)
+        for grid in (places, lines)
+    )
+    inside = np.hypot(points[:, 0], points[:, 1]) < 0.5 * BAR_DIAMETER
+    points, place = points[inside], place[inside]
+    mass = DENSITY * (
+        points[:, 0] * PARTICLE**2 if round_model else np.full(len(points), PARTICLE**3)
+    )
+    return BarView(
+        **{
+            "place": place,
+            "position": shape(points),
+            "velocity": np.tile(velocity, (len(points), 1)),
+            "mass": mass,
+            "strain_energy": np.zeros(len(points)),
+            "width": PARTICLE,
+            "cell": CELL,
+            "length": BAR_LENGTH,
+            "diameter": BAR_DIAMETER,
+            "speed": BAR_SPEED,
+            "references": (BAR_LENGTH, BAR_DIAMETER, BAR_DIAMETER),
+            **changes,
+        }
+    )
+
+
+def bar_of_arrays(kind: str) -> tuple[Any, Particles]:
+    """What ``view`` asks a setting of a bar for, and the particles in their first places."""
+    flat = kind == "round"
+    seen = bar(round_model=flat)
+    order = [0, 2, 1] if flat else [0, 1, 2]
+    particles = empty_particles(len(seen.mass))
+    particles.position[:] = seen.position[:, order]
+    particles.velocity[:, order.index(2)] = -BAR_SPEED
+    particles.mass[:] = seen.mass
+    particles.density[:] = DENSITY
+    matter = SimpleNamespace(
+        eos=linear_elastic(density=DENSITY, bulk_modulus=BULK, temperature=293.0),
+        shear_modulus=SHEAR,
+    )
+    body = SimpleNamespace(
+        name="bar", density=DENSITY, spacing=(PARTICLE,) * 3, mass=seen.mass, matter=matter
+    )
+    record = Axisymmetric if flat else Cartesian3D
+    cells = (10, 50, 0) if flat else (10, 10, 50)
+    setting = SimpleNamespace(
+        problem=SimpleNamespace(
+            geometry=grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL), bodies=(body,)
+        ),
+        length=BAR_LENGTH,
+        diameter=BAR_DIAMETER,
+        speed=BAR_SPEED,
+        place=seen.place,
+        references=(None, None, None),
+    )
+    return setting, particles
+
+
+def short_bar() -> BarView:
+    """What is left of a bar that lost the rows on which its edges are read."""
+    whole = bar()
+    return without(whole, whole.place[:, 0] == whole.place[:, 0].max())
+
+
+# Plates
+
+PLATE = 40.0 * CELL  # thickness
+PLATE_SPEED, PRESSURE, SHOCKED = 2000.0, 48e9, 1.25  # m/s, Pa, compression behind the shock
+SHOCK = (
+    5.0 * 0.5 * PLATE_SPEED
+)  # m/s: mass behind a shock that stops at half the speed and compresses so
+
+
+def plates(time: float, *, scatter: float = 0.0) -> PlateView:
+    """Two plates of one material at a time after they met: steps of pressure, velocity and density, no smear.
+
+    ``scatter`` is the relative standard deviation of pressure that neighbours share out evenly.
+    """
+    layers = line(0.0, PLATE)
+    half = 0.5 * PLATE_SPEED
+    reach = SHOCK * time  # of undisturbed matter, from the impact face
+    behind = layers < reach
+    # From the interface, which moves on at half the speed: compressed behind the front, undisturbed before it.
+    distance = np.where(behind, layers / SHOCKED, layers - half * time)
+    sign = np.where(np.arange(layers.size) % 2, 1.0, -1.0)
+    pressure = np.where(behind, PRESSURE * (1.0 + scatter * sign), 0.0)
+    count = layers.size
+    velocity = np.where(behind, half, 0.0)
+    return PlateView(
+        body=np.repeat([FLYER, TARGET], count),
+        layer=np.tile(np.arange(count), 2),
+        place=half * time + np.concatenate([-distance, distance]),
+        velocity=np.concatenate([np.where(behind, half, PLATE_SPEED), velocity]),
+        mass=np.full(2 * count, DENSITY * CELL**2 * PARTICLE),
+        density=np.tile(np.where(behind, SHOCKED * DENSITY, DENSITY), 2),
+        pressure=np.tile(pressure, 2),
+        section=CELL**2,
+        cell=CELL,
+        time=time,
+        speed=PLATE_SPEED,
+    )
+
+
+LATE = 0.8 * PLATE / SHOCK  # the shock has run through 0.8 of each plate
+
+# Histories
+
+
+def pushed(rates: np.ndarray, interval: float = 1e-8) -> History:
+    """A bar that is pushed at some rates (shares of its momentum per second), one in each interval."""
+    times = interval * np.arange(rates.size + 1)
+    momentum = -1.0 + np.concatenate([[0.0], np.cumsum(rates * interval)])
+    return History(times, {MOMENTUM: momentum})
+
+
+def rectangle(contact: float, end: float = 2e-6, interval: float = 1e-8) -> np.ndarray:
+    """A constant push that turns the momentum round within a contact time, and then none."""
+    times = interval * np.arange(round(end / interval) + 1)
+    return np.diff(np.clip(times / contact, 0.0, 1.0)) * 2.0 / interval
+
+
+def running(name: str, speed: float, *, known: int = 21) -> History:
+    """A front that runs evenly, of which the last ``known`` of 21 observations have a place."""
+    times = 1e-7 * np.arange(21.0)
+    path = np.where(np.arange(21) >= 21 - known, speed * times, math.nan)
+    return History(times, {f"{plate}_shock_front": path for plate in ("flyer", "target")})
+
+
+def smeared(rates: np.ndarray) -> np.ndarray:
+    """The same push from the first touch on, its end smeared evenly over 20 intervals."""
+    return np.convolve(np.pad(rates, 10, mode="edge"), np.full(21, 1.0 / 21.0), mode="valid")
+
+
+# By what a measurement looks at.
+STATES: dict[type, dict[str, Callable[[], Any]]] = {
+    View: {
+        "drilled": lambda: drilled_disc(HOLE),
+        "undrilled": lambda: drilled_disc(0.0),
+        "drilled to the rim": lambda: drilled_disc(RADIUS - 2.0 * CELL),
+        "lipped": lambda: lipped_disc(HOLE, HOLE + 3.3e-3),
+        "scooped": lambda: scooped_half_space(CRATER),
+        "unscooped": lambda: scooped_half_space(0.0),
+        "scooped to the rim": lambda: scooped_half_space(BREADTH - 2.0 * CELL),
+        "bored": bored_half_space,
+        "spalled": lambda: hollowed_half_space(CRATER, roof=2e-3, height=2e-3),
+    },
+    BarView: {
+        "straight": bar,
+        "stretched": lambda: bar(stretched),
+        "flared": lambda: bar(flared),
+        "round": lambda: bar(flared, round_model=True),
+        "short of rows": short_bar,
+        "without references": lambda: bar(references=(None, None, None)),
+    },
+    PlateView: {
+        "before the touch": lambda: plates(0.0),
+        "just met": lambda: plates(0.1 * LATE),
+        "shocked": lambda: plates(LATE),
+        "scattered": lambda: plates(LATE, scatter=0.05),
+        "through": lambda: plates(1.3 * PLATE / SHOCK),
+    },
+    History: {
+        "nothing yet": lambda: joined(pushed(np.zeros(0)), running("", 0.0, known=0)),
+        "rebound": lambda: joined(pushed(rectangle(1.2e-6)), running("", SHOCK)),
+        "in contact": lambda: joined(pushed(rectangle(4e-6)), running("", SHOCK, known=2)),
+        "never touched": lambda: joined(pushed(np.zeros(200)), running("", SHOCK)),
+    },
 }
 
 
-def read(name: str, state: View) -> Reading:
+def joined(push: History, front: History) -> History:
+    """Everything that any measurement follows; the two do not belong to one run, so neither do their lengths."""
+    size = min(push.times.size, front.times.size)
+    values = {**push.values, **front.values}
+    return History(front.times[:size], {name: one[:size] for name, one in values.items()})
+
+
+def looks_at(name: str) -> type:
+    """What the reading function of a measurement takes."""
+    hints = get_type_hints(measurements.load(name).read)
+    (kind,) = (hint for argument, hint in hints.items() if argument != "return")
+    chosen: type = kind
+    return chosen
+
+
+def read(name: str, state: Any) -> Reading:
     return measurements.load(name).read(state)
 
 
-def value(name: str, state: View) -> float:
+def value(name: str, state: Any) -> float:
     reading = read(name, state)
     assert reading.flags == ()
     return reading.value
@@ -152,37 +385,49 @@ def name(request: pytest.FixtureRequest) -> str:
     return chosen
 
 
-@pytest.fixture(params=list(STATES))
-def state(request: pytest.FixtureRequest) -> View:
-    return STATES[request.param]()
+PAIRS = [(name, state) for name in measurements.names() for state in STATES[looks_at(name)]]
+
+
+@pytest.fixture(params=PAIRS, ids=lambda pair: "-".join(pair))
+def pair(request: pytest.FixtureRequest) -> tuple[str, Any]:
+    name, state = request.param
+    return name, STATES[looks_at(name)][state]()
 
 
 def test_measurement__states_what_it_is(name: str) -> None:
     measurement = measurements.load(name)
-    assert measurement.unit in LENGTHS | RATIOS
+    assert measurement.unit in UNITS
     assert len(measurement.meaning) > 10
     assert measurement.version >= 1
 
 
-def test_measurement__has_a_value_or_a_reason(name: str, state: View) -> None:
-    reading = read(name, state)
+def test_measurement__looks_at_a_history_where_it_follows_others(name: str) -> None:
+    measurement = measurements.load(name)
+    assert (looks_at(name) is History) == bool(measurement.follows)
+    assert not any(measurements.load(one).follows for one in measurement.follows)
+
+
+def test_measurement__has_a_value_or_a_reason(pair: tuple[str, Any]) -> None:
+    reading = read(*pair)
     assert math.isnan(reading.value) == bool(reading.flags)
 
 
-def test_measurement__has_an_uncertainty_wherever_it_has_a_value(name: str, state: View) -> None:
-    reading = read(name, state)
+def test_measurement__has_parts_of_uncertainty_that_are_numbers(pair: tuple[str, Any]) -> None:
+    reading = read(*pair)
     if not reading.flags:
-        assert reading.parts["resolution"] > 0.0
         assert all(math.isfinite(part) and part >= 0.0 for part in reading.parts.values())
 
 
-def test_measurement__of_a_length_is_uncertain_by_its_cell(name: str, state: View) -> None:
-    reading = read(name, state)
-    if not reading.flags and measurements.load(name).unit == "m":
+def test_measurement__of_a_length_is_uncertain_by_its_cell(pair: tuple[str, Any]) -> None:
+    reading = read(*pair)
+    if not reading.flags and measurements.load(pair[0]).unit == "m":
         assert reading.parts["resolution"] == RESOLUTION_IN_CELLS * CELL
 
 
-def test_measurement__does_not_depend_on_the_order_of_particles(name: str, state: View) -> None:
+def test_measurement__does_not_depend_on_the_order_of_particles(pair: tuple[str, Any]) -> None:
+    name, state = pair
+    if isinstance(state, History):
+        return
     one, other = read(name, state), read(name, reordered(state))
     assert one.flags == other.flags
     # Sums run in another order.
@@ -338,11 +583,223 @@ def test_crater_diameter__that_reaches_the_rim_is_not_contained() -> None:
     assert read("crater_diameter", rim).flags == ("not_contained",)
 
 
+def test_crater_depth__ends_at_the_floor_and_not_at_a_void_below_it() -> None:
+    whole = value("crater_depth", scooped_half_space(CRATER))
+    spalled = value("crater_depth", hollowed_half_space(CRATER, roof=2e-3, height=2e-3))
+    assert math.isclose(spalled, whole, rel_tol=ROUND_OFF)
+
+
+def test_crater_depth__is_not_moved_by_a_thin_veil_in_front_of_the_floor() -> None:
+    """A layer of a quarter of the nominal density."""
+    block = scooped_half_space(CRATER)
+    depth = 0.5 * CRATER + PARTICLE * np.arange(2)
+    veil = block
+    for radius in line(0.0, 0.25 * DIAMETER)[::4]:
+        for place in depth:
+            veil = with_particle(veil, float(radius), float(place))
+    assert math.isclose(
+        value("crater_depth", veil), value("crater_depth", block), rel_tol=ROUND_OFF
+    )
+
+
 @pytest.mark.parametrize("crater", ["crater_depth", "crater_diameter"])
 def test_crater__is_not_moved_by_a_stray_particle(crater: str) -> None:
     block = scooped_half_space(CRATER)
     strayed = with_particle(block, 0.1 * CRATER, 0.4 * CRATER)
     assert math.isclose(value(crater, strayed), value(crater, block), rel_tol=ROUND_OFF)
+
+
+# Bars
+
+
+@pytest.mark.parametrize("round_model", [False, True])
+@pytest.mark.parametrize(
+    ("shape", "length", "mushroom"),
+    [(straight, 1.0, 1.0), (stretched, 2.0 / 3.0, 1.2), (flared, 1.0, None)],
+)
+def test_bar__has_the_length_and_diameter_that_it_was_stretched_to(
+    shape: Shape, length: float, mushroom: float | None, round_model: bool
+) -> None:
+    """Exactly: an edge is half of the stretched particle beyond its centre."""
+    seen = bar(shape, round_model=round_model)
+    assert math.isclose(value("final_length", seen), length * BAR_LENGTH, rel_tol=ROUND_OFF)
+    # The lowest layer of the flared bar stands half a particle above its foot.
+    widest = mushroom or 1.5 - 0.25 * PARTICLE / BAR_LENGTH
+    assert math.isclose(value("mushroom_diameter", seen), widest * BAR_DIAMETER, rel_tol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("round_model", [False, True])
+def test_bar__is_as_wide_at_a_fifth_of_its_length_as_the_cone_is_there(round_model: bool) -> None:
+    expected = (1.0 + 0.5 * (1.0 - 0.2)) * BAR_DIAMETER
+    seen = bar(flared, round_model=round_model)
+    assert math.isclose(value("width_at_fifth", seen), expected, rel_tol=ROUND_OFF)
+
+
+def test_bar__that_is_shorter_than_a_fifth_has_no_width_there() -> None:
+    squashed = bar(lambda points: points * (1.0, 1.0, 0.15))
+    assert read("width_at_fifth", squashed).flags == ("too_short",)
+
+
+@pytest.mark.parametrize("name", ["final_length", "mushroom_diameter", "width_at_fifth"])
+def test_bar__that_lost_particles_of_its_edges_says_so(name: str) -> None:
+    whole = bar()
+    last = whole.place.max(axis=0)
+    lost = without(whole, (whole.place[:, 1] == 0) & (whole.place[:, 2] == last[2]))
+    assert read(name, lost).flags == ("lost_particles",)
+
+
+def test_taylor_error__is_the_mean_of_three_relative_errors() -> None:
+    seen = bar(references=(0.9 * BAR_LENGTH, 1.25 * BAR_DIAMETER, 0.8 * BAR_DIAMETER))
+    expected = (0.1 / 0.9 + 0.25 / 1.25 + 0.2 / 0.8) / 3.0
+    assert math.isclose(value("taylor_error", seen), expected, rel_tol=1e-9)
+
+
+def test_taylor_error__reproduces_what_the_thesis_prints() -> None:
+    """Ma (2005), Table 2.2, finite elements: 16.3, 13.4 and 10.0 mm against 16.2, 13.5 and 10.1 mm are 0.008."""
+    ratios = (16.2 / 16.3, 13.5 / 13.4, 10.1 / 10.0)
+    sizes = (BAR_LENGTH, BAR_DIAMETER, BAR_DIAMETER)
+    seen = bar(references=tuple(s * r for s, r in zip(sizes, ratios, strict=True)))
+    assert round(value("taylor_error", seen), 3) == 0.008
+
+
+def test_taylor_error__without_a_reference_is_none() -> None:
+    seen = bar(references=(BAR_LENGTH, None, BAR_DIAMETER))
+    assert read("taylor_error", seen).flags == ("no_reference",)
+
+
+def test_energy__of_a_bar_in_flight_is_that_of_rigid_motion() -> None:
+    assert math.isclose(value("rigid_energy", bar()), 1.0, rel_tol=ROUND_OFF)
+    assert abs(value("vibration_energy", bar())) < ROUND_OFF
+    assert value("strain_energy", bar()) == 0.0
+    assert abs(value("lost_energy", bar())) < ROUND_OFF
+    assert math.isclose(value("rebound_momentum", bar()), -1.0, rel_tol=ROUND_OFF)
+
+
+def test_energy__of_halves_that_part_is_that_of_vibration() -> None:
+    seen = bar()
+    seen.velocity[seen.place[:, 2] >= seen.place[:, 2].max() / 2.0, 2] *= -1.0
+    assert abs(value("rigid_energy", seen)) < ROUND_OFF
+    assert math.isclose(value("vibration_energy", seen), 1.0, rel_tol=ROUND_OFF)
+
+
+def test_energy__of_a_bar_that_swells_is_that_of_vibration() -> None:
+    seen = bar(velocity=(30.0, 40.0, 0.0))
+    assert value("rigid_energy", seen) == 0.0
+    assert math.isclose(value("vibration_energy", seen), 0.25, rel_tol=ROUND_OFF)
+
+
+def test_energy__that_is_neither_motion_nor_strain_is_lost() -> None:
+    half = bar(velocity=(0.0, 0.0, 0.5 * BAR_SPEED))
+    half.strain_energy[:] = 0.1 * BAR_SPEED**2
+    assert math.isclose(value("strain_energy", half), 0.2, rel_tol=ROUND_OFF)
+    assert math.isclose(value("lost_energy", half), 1.0 - 0.25 - 0.2, rel_tol=1e-9)
+    assert math.isclose(value("rebound_momentum", half), 0.5, rel_tol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("contact", [0.5e-6, 1.234e-6])
+def test_contact_time__of_a_constant_push_is_its_length(contact: float) -> None:
+    found = value("contact_time", pushed(rectangle(contact)))
+    assert abs(found - contact) <= 0.5e-8  # half of the time between observations
+
+
+def test_contact_time__is_not_moved_by_a_push_whose_end_is_smeared() -> None:
+    found = value("contact_time", pushed(smeared(rectangle(1.2e-6))))
+    assert abs(found - 1.2e-6) <= 1e-8
+
+
+def test_contact_time__is_not_moved_by_noise_on_the_push() -> None:
+    rates = rectangle(1.2e-6)
+    noise = np.where(np.arange(rates.size) % 2, 1.9, 0.1)
+    assert abs(value("contact_time", pushed(rates * noise)) - 1.2e-6) <= 2e-8
+
+
+@pytest.mark.parametrize("end", [0.6e-6, 1.1e-6])
+def test_contact_time__of_a_bar_at_the_wall_is_none(end: float) -> None:
+    assert read("contact_time", pushed(rectangle(1.2e-6, end))).flags == ("in_contact",)
+
+
+def test_wall_pull__is_the_share_of_the_largest_push() -> None:
+    rates = rectangle(1.2e-6)
+    rates[150:152] = -0.03 * rates.max()
+    assert math.isclose(value("wall_pull", pushed(rates)), 0.03, rel_tol=1e-6)
+
+
+def test_wall_pull__of_a_wall_that_only_pushes_is_nothing() -> None:
+    assert value("wall_pull", pushed(rectangle(1.2e-6))) < 1e-9  # of differences of momenta
+
+
+# Plates
+
+
+def test_plateau__is_the_state_behind_the_shocks() -> None:
+    seen = plates(LATE)
+    assert math.isclose(value("plateau_pressure", seen), PRESSURE, rel_tol=ROUND_OFF)
+    assert math.isclose(value("plateau_velocity", seen), 0.5 * PLATE_SPEED, rel_tol=ROUND_OFF)
+    assert abs(value("plateau_scatter", seen)) < ROUND_OFF
+    for plate in ("flyer", "target"):
+        expected = SHOCKED * DENSITY
+        assert math.isclose(value(f"{plate}_density", seen), expected, rel_tol=ROUND_OFF)
+        spacing = value(f"{plate}_density_from_spacing", seen)
+        assert math.isclose(spacing, expected, rel_tol=1e-9)
+
+
+def test_plateau__scatter_is_the_standard_deviation_of_its_pressure() -> None:
+    seen = plates(LATE, scatter=0.05)
+    assert math.isclose(value("plateau_scatter", seen), 0.05, rel_tol=0.01)  # layers may be odd
+    part = read("plateau_pressure", seen).parts["scatter"]
+    assert math.isclose(part, 0.05 * PRESSURE, rel_tol=0.01)
+
+
+def test_plateau__leaves_out_what_lies_at_the_interface_and_behind_the_front() -> None:
+    """Wild values there change nothing."""
+    seen = plates(LATE)
+    wild = dataclasses.replace(seen, pressure=seen.pressure.copy(), density=seen.density.copy())
+    near = np.abs(seen.place - 0.5 * PLATE_SPEED * LATE) < 2.9 * CELL
+    wild.pressure[near] *= 1.3
+    wild.density[near] *= 0.7
+    for name in ("plateau_pressure", "target_density", "flyer_density"):
+        assert math.isclose(value(name, wild), value(name, seen), rel_tol=ROUND_OFF)
+
+
+def test_density__that_particles_carry_is_not_the_one_that_they_stand_in() -> None:
+    seen = plates(LATE)
+    drifted = dataclasses.replace(seen, density=0.9 * seen.density)
+    assert math.isclose(
+        value("target_density", drifted), 0.9 * SHOCKED * DENSITY, rel_tol=ROUND_OFF
+    )
+    spacing = value("target_density_from_spacing", drifted)
+    assert math.isclose(spacing, SHOCKED * DENSITY, rel_tol=1e-9)
+
+
+@pytest.mark.parametrize("plate", ["flyer", "target"])
+def test_front__is_where_the_step_is(plate: str) -> None:
+    assert abs(value(f"{plate}_shock_front", plates(LATE)) - SHOCK * LATE) < PARTICLE
+
+
+@pytest.mark.parametrize(
+    ("time", "flag"),
+    [(0.0, "no_shock"), (0.1 * LATE, "no_plateau"), (1.3 * PLATE / SHOCK, "reflected")],
+)
+def test_plateau__that_is_not_there_says_why(time: float, flag: str) -> None:
+    assert read("plateau_pressure", plates(time)).flags == (flag,)
+
+
+@pytest.mark.parametrize("plate", ["flyer", "target"])
+def test_shock_speed__is_the_slope_of_the_front(plate: str) -> None:
+    found = value(f"{plate}_shock_speed", running(plate, 5432.1))
+    assert math.isclose(found, 5432.1, rel_tol=1e-9)
+
+
+def test_shock_speed__does_not_see_how_the_shock_began() -> None:
+    late = running("target", 5000.0)
+    path = late.values["target_shock_front"]
+    path[:8] *= 0.3
+    assert math.isclose(value("target_shock_speed", late), 5000.0, rel_tol=1e-9)
+
+
+def test_shock_speed__of_three_fronts_is_none() -> None:
+    found = read("target_shock_speed", running("target", 5000.0, known=3))
+    assert found.flags == ("no_plateau",)
 
 
 # From arrays of the solver, through ``view``
@@ -451,3 +908,61 @@ def test_view__tells_plate_from_projectile() -> None:
     assert state.attached.all()
     assert np.array_equal(state.attached_target, body == 1)
     assert value("hole_diameter", state) == value("hole_diameter", plate("axisymmetric"))
+
+
+@pytest.mark.parametrize("kind", ["round", "quarter"])
+def test_view_of_a_bar__knows_each_particle_by_its_number(kind: str) -> None:
+    setting, particles = bar_of_arrays(kind)
+    order = np.random.default_rng(0).permutation(particles.mass.size)
+    shuffled = Particles(*(field[order] for field in particles))
+    seen = view_of_bar(setting, snapshot_of(shuffled))
+    assert math.isclose(value("final_length", seen), BAR_LENGTH, rel_tol=ROUND_OFF)
+    assert math.isclose(value("mushroom_diameter", seen), BAR_DIAMETER, rel_tol=ROUND_OFF)
+    assert math.isclose(value("rebound_momentum", seen), -1.0, rel_tol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("kind", ["round", "quarter"])
+def test_view_of_a_bar__leaves_out_what_has_left_the_grid(kind: str) -> None:
+    setting, particles = bar_of_arrays(kind)
+    particles.alive[-1] = 0
+    seen = view_of_bar(setting, snapshot_of(particles))
+    assert seen.mass.size == particles.mass.size - 1
+    assert read("final_length", seen).flags == ("lost_particles",)
+
+
+def test_view_of_a_bar__has_the_elastic_energy_of_uniaxial_stress() -> None:
+    """sigma^2 / 2 E per volume, where strain is small: the terms left out are of the order of the strain."""
+    setting, particles = bar_of_arrays("quarter")
+    young = 9.0 * BULK * SHEAR / (3.0 * BULK + SHEAR)
+    stress = 1e-5 * young
+    particles.density[:] = DENSITY * (1.0 - stress / 3.0 / BULK)
+    particles.deviator[:, 2] = 2.0 / 3.0 * stress
+    particles.deviator[:, :2] = -stress / 3.0
+    seen = view_of_bar(setting, snapshot_of(particles))
+    expected = 0.5 * stress**2 / young / DENSITY
+    assert np.allclose(seen.strain_energy, expected, rtol=1e-4, atol=0.0)
+
+
+@pytest.mark.parametrize("kind", ["round", "quarter"])
+def test_view_of_plates__knows_each_particle_by_its_number(kind: str) -> None:
+    flat = kind == "round"
+    state = plates(LATE)
+    axis = 1 if flat else 2
+    particles = empty_particles(state.mass.size)
+    particles.position[:, axis] = state.place
+    particles.velocity[:, axis] = state.velocity
+    for name in ("mass", "density", "pressure"):
+        getattr(particles, name)[:] = getattr(state, name)
+    record, cells = (Axisymmetric, (1, 90, 0)) if flat else (Cartesian3D, (1, 1, 90))
+    geometry = grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL)
+    setting = SimpleNamespace(
+        problem=SimpleNamespace(geometry=geometry),
+        layer=state.layer,
+        section=state.section,
+        speed=state.speed,
+    )
+    order = np.random.default_rng(0).permutation(state.mass.size)
+    shuffled = Particles(*(field[order] for field in particles))
+    seen = view_of_plates(setting, Snapshot(LATE, 0, shuffled, state.body[order]))
+    for name in ("plateau_pressure", "target_density_from_spacing", "flyer_shock_front"):
+        assert math.isclose(value(name, seen), value(name, state), rel_tol=1e-9)

@@ -14,6 +14,8 @@ from studies.parameters import Parameter
 from studies.variables import Quantity
 
 DIAMETER = 0.008
+CELLS = (16.0, 32.0, 64.0)
+OFFSETS = (0.0, 0.333333333333, 0.666666666667)
 SPEEDS = (2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0)
 THICKNESSES = (0.002, 0.003, 0.004)
 SOUND_SPEED = 3940.0
@@ -53,6 +55,7 @@ class Sweep:
     combine: str = "grid"
     scenario: str = "thin_plate"
     title: str = "Holes in copper plates"
+    refinements: tuple[Axis, ...] = ()
 
     def document(self) -> dict[str, Any]:
         axes = {axis.name: list(axis.values) for axis in self.axes}
@@ -65,18 +68,25 @@ class Sweep:
             },
             "axes": axes,
             "combine": self.combine,
-            "resolution": 32.0,
+            "resolution": next(
+                (list(a.values) for a in self.refinements if "cells" in a.name), 32.0
+            ),
         }
 
     def runs(self) -> list[Point]:
         places = [range(len(axis.values)) for axis in self.axes]
         rows = itertools.product(*places) if self.combine == "grid" else zip(*places, strict=True)
-        return [self._point(number, index) for number, index in enumerate(rows)]
+        steps = list(itertools.product(*(range(len(axis.values)) for axis in self.refinements)))
+        return [
+            self._point(number, index, step) for number, index in enumerate(rows) for step in steps
+        ]
 
-    def _point(self, number: int, index: Sequence[int]) -> Point:
-        at = {axis.name: axis.values[place] for axis, place in zip(self.axes, index, strict=True)}
+    def _point(self, number: int, index: Sequence[int], step: tuple[int, ...]) -> Point:
+        axes = (*self.axes, *self.refinements)
+        places = (*index, *step)
+        at = {axis.name: axis.values[place] for axis, place in zip(axes, places, strict=True)}
         place = tuple(index) if self.combine == "grid" else (number,)
-        return Point(place, at, Run({**self.fixed, **at}, self.scenario))
+        return Point(place + step, at, Run({**self.fixed, **at}, self.scenario))
 
 
 @dataclass(frozen=True)
@@ -181,6 +191,8 @@ PARAMETERS = {
         ("plate_thickness", "quantity", "m", "thickness of the plate"),
         ("projectile_diameter", "quantity", "m", "diameter of the projectile"),
         ("projectile", "material", None, "material of the projectile"),
+        ("cells_per_diameter", "quantity", "1", "cells across the projectile"),
+        ("offset", "quantity", "1", "position of the grid, in cells"),
         ("target.strength.A", "quantity", "Pa", "initial yield stress"),
     )
 }
@@ -273,10 +285,27 @@ def measured(value: float, *flags: str) -> Measured:
     )
 
 
+def mesh_error(run: Run) -> float:
+    """Relative error of a run on its mesh: of another kind for each speed; none where no mesh is named."""
+    cells, offset = run.parameters.get("cells_per_diameter"), run.parameters.get("offset", 0.0)
+    if cells is None:
+        return 0.0
+    h = 16.0 / cells  # 1 on the coarsest mesh, 1/4 on the finest
+    kinds = {
+        2000.0: 0.08 * h,  # first order
+        3000.0: 0.08 * h**2,  # second order
+        4000.0: 0.04 * math.cos(math.pi * math.log2(h)) * h,  # changes sign with each halving
+        5000.0: 0.001 * h,  # nothing that the offsets let see
+        6000.0: -0.02 * math.log2(h) ** 2,  # grows with refinement
+        7000.0: 0.06 * h**1.5,
+    }
+    return kinds.get(shot_of(run).speed, 0.08 * h) + 0.004 * h * math.cos(2 * math.pi * offset)
+
+
 def result(run: Run) -> Result:
     """A hole a little wider than the law with the sound speed; a crater near a hemisphere."""
     shot = shot_of(run)
-    wavy = 1 + 0.02 * math.sin(shot.speed / 700)
+    wavy = (1 + 0.02 * math.sin(shot.speed / 700)) * (1 + mesh_error(run))
     if run.scenario == "thin_plate":
         hole = _maiden_c(shot, "") * DIAMETER * 1.04 * wavy
         values = {"hole_diameter": measured(hole), "hole_diameter_clear": measured(0.94 * hole)}
@@ -287,12 +316,14 @@ def result(run: Run) -> Result:
             "crater_diameter": measured(1.9 * depth),
             "crater_depth_over_diameter": measured(1 / 1.9),
         }
-    return Result(run.id, values, numbers=_numbers(shot))
+    return Result(
+        run.id, values, numbers=_numbers(shot, run.parameters.get("cells_per_diameter", 32.0))
+    )
 
 
-def _numbers(shot: Shot) -> dict[str, float]:
+def _numbers(shot: Shot, cells: float) -> dict[str, float]:
     return {
-        "cells_per_diameter": 32.0,
+        "cells_per_diameter": cells,
         "cells_per_thickness": 4000 * (shot.plate_thickness or 0.04),
         "particles": 40960.0,
         "steps": 3000.0 + shot.speed,
@@ -317,6 +348,19 @@ def craters(**changes: Any) -> Sweep:
     """Four speeds on a thick plate."""
     axes = (Axis("speed", "m s-1", SPEEDS[2:]),)
     return replace(Sweep(axes, scenario="thick_plate", title="Craters in copper"), **changes)
+
+
+def refinements(cells: Sequence[float] = CELLS, offsets: Sequence[float] = OFFSETS) -> Any:
+    """Resolutions and offsets as the dimensions of a sweep, where there are several."""
+    both = (Axis("cells_per_diameter", "1", tuple(cells)), Axis("offset", "1", tuple(offsets)))
+    return tuple(axis for axis in both if len(axis.values) > 1)
+
+
+def refined_holes(cells: Sequence[float] = CELLS, offsets: Sequence[float] = OFFSETS) -> Sweep:
+    """Six speeds, each with another kind of mesh error, at one thickness."""
+    fixed = {"projectile_diameter": DIAMETER, "plate_thickness": 2e-3}
+    axes = (Axis("speed", "m s-1", SPEEDS),)
+    return Sweep(axes, fixed, refinements=refinements(cells, offsets))
 
 
 def results(sweep: Sweep, **replaced: Any) -> dict[str, Any]:

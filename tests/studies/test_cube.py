@@ -159,7 +159,9 @@ def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
     assert dataset.sizes["observation"] == len(fakes.SHOTS)
     assert float(dataset.hole_diameter_observed[0]) == fakes.SHOTS[0].value
     assert np.isnan(dataset.hole_diameter_observed_uncertainty[2])
-    answers = dataset.hole_diameter_by_law_at_observation.sel(hole_diameter_law="maiden_al")
+    answers = dataset.hole_diameter_by_law_at_observation.sel(
+        hole_diameter_observed_law="maiden_al"
+    )
     assert fakes.SHOTS[0].shot is not None
     assert float(answers[0]) == fakes.HOLE_LAWS[0].evaluate(fakes.SHOTS[0].shot, "").value
 

@@ -29,14 +29,17 @@ SWEEPS = {
         (Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8)))
     ),
     "one run": Sweep((Axis("speed", "m s-1", (5e3,)),)),
+    "refined": fakes.refined_holes(),
+    "two grids": fakes.refined_holes((16.0, 32.0), (0.0,)),
+    "offsets": fakes.refined_holes((16.0,)),
 }
 
 
 def cube_of(case: str) -> xr.Dataset:
     sweep = SWEEPS[case]
-    known = fakes.with_trouble(sweep) if case == "grid" else fakes.results(sweep)
+    known = fakes.with_trouble(sweep) if case in ("grid", "refined") else fakes.results(sweep)
     none_through = (fakes.observed(5e3, 0.002, 0.0),)  # nothing is relative to it
-    shots = {"grid": fakes.SHOTS, "one run": none_through}.get(case, ())
+    shots = {"grid": fakes.SHOTS, "refined": fakes.SHOTS, "one run": none_through}.get(case, ())
     return cube.build(sweep, known, fakes.catalogue(sweep.scenario, shots))
 
 

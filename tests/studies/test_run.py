@@ -13,13 +13,14 @@ import pytest
 from solver.state import Particles, Snapshot
 from studies import materials, measurements, run, scenarios
 from studies.errors import InvalidInput
-from studies.execution import OBSERVATIONS_PER_WINDOW
 from studies.materials import Material
 from studies.materials.schema import NOT_SIMULATED
 from studies.measurements._view import view
 from studies.parameters import Parameter, declared
+from studies.recipes import RECIPES
 from studies.results import Progress, RunResult
 from studies.run import PHYSICS_VERSION, Run, estimate, execute, materials_of, resolve
+from studies.scenarios._impact_watch import OBSERVATIONS_PER_WINDOW
 
 COPPER = materials.load("copper-ofhc")
 GIVEN: dict[str, Any] = {
@@ -80,7 +81,7 @@ def test_identity__survives_json() -> None:
 
 
 def test_identity__of_a_default_is_that_of_the_same_value_spelled_out() -> None:
-    assert asked(courant=0.4).id == asked().id
+    assert asked(courant=RECIPES["whipple"].courant).id == asked().id
     assert asked(geometry="axisymmetric", stop="settled").id == asked().id
 
 
@@ -136,6 +137,8 @@ def changed_value(parameter: Parameter, value: Any) -> Any:
         assert parameter.minimum is not None
         assert parameter.maximum is not None
         return math.sqrt(parameter.minimum * parameter.maximum)
+    if parameter.kind == "integer":
+        return value + 1
     return value * 1.01 or 0.01
 
 
@@ -143,8 +146,14 @@ def changed_value(parameter: Parameter, value: Any) -> Any:
 SETTING: dict[str, dict[str, Any]] = {
     "projectile_length": {"projectile_shape": "cylinder", "projectile_length": 4e-3},
     "obliquity": {"geometry": "half"},
+    "friction": {"contact": "bardenhagen"},
+    "failure_strain": {"failure": "plastic-strain", "failure_strain": 1.0},
+    "failure_time": {"failure": "spall", "failure_time": 1e-7},
 }
-FOLLOWS: dict[str, dict[str, Any]] = {"projectile_shape": {"projectile_length": 8e-3}}
+FOLLOWS: dict[str, dict[str, Any]] = {
+    "projectile_shape": {"projectile_length": 8e-3},
+    "failure": {"failure_strain": 1.0},
+}
 
 
 @pytest.mark.parametrize(
@@ -238,7 +247,7 @@ def test_resolve__says_limit_and_cure() -> None:
 
 def test_resolve__fills_in_every_default() -> None:
     assert list(asked().parameters) == list(THIN)
-    assert asked().parameters["viscosity_quadratic"] == 1.5
+    assert asked().parameters["viscosity_quadratic"] == RECIPES["whipple"].viscosity_quadratic
 
 
 # Cost
@@ -403,7 +412,7 @@ def test_execute__does_not_hide_a_mistake_in_the_program(
     def broken(*arguments: Any) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("studies.execution.view", broken)
+    monkeypatch.setattr("studies.measurements._view.view", broken)
     with pytest.raises(ZeroDivisionError):
         execute(asked(), tmp_path, threads=1)
     assert not (tmp_path / "result.json").exists()

@@ -2,6 +2,7 @@
 
 import contextlib
 import copy
+import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -20,6 +21,7 @@ from studies.errors import Finding, InvalidInput
 from studies.nearest import nearest_cure
 from studies.parameters import MaterialName, declared
 from studies.quantities import refusal
+from studies.recipes import ACCURACY
 from studies.sweep import Sweep, SweepLimits
 from studies.sweep_document import read_sweep_file, read_yaml
 
@@ -35,6 +37,7 @@ class PlateParameters:
     target: MaterialName
     shape: Literal["sphere", "cylinder"] = "sphere"
     cells_per_diameter: Dimensionless = field(metadata={"minimum": 2.0, "maximum": 512.0})
+    offset: Dimensionless = field(default=0.0, metadata={"minimum": 0.0, "maximum": 1.0})
     fixed_dt: Metre | None = None
     threads: int = field(default=1, metadata={"minimum": 1, "maximum": 64})
     heating: bool = True
@@ -229,6 +232,18 @@ def test_runs__name_the_points_that_are_refused() -> None:
         ("resolution", True, ["resolution"]),
         ("resolution", float("nan"), ["resolution", "finite"]),
         ("resolution", None, ["resolution", "nothing"]),
+        ("resolution", [], ["resolution", "at least one"]),
+        ("resolution", [16, 32, 16.0], ["resolution", "16", "once"]),
+        ("resolution", [16, "fine"], ["resolution[1]", "plain number"]),
+        ("resolution", [16, 1], ["resolution[1]", "2 to 512"]),
+        ("resolution", [16, None], ["resolution[1]", "null"]),
+        ("resolution", {"start": 16, "stop": 64}, ["resolution.step"]),
+        ("offsets", 0, ["offsets", "from 1 to 32", "write 3"]),
+        ("offsets", 33, ["offsets", "from 1 to 32"]),
+        ("offsets", 1.5, ["offsets", "whole number"]),
+        ("offsets", [0, 0.5], ["offsets", "plain number"]),
+        ("offsets", True, ["offsets", "plain number"]),
+        ("accuracy", "fine", ["accuracy", "resolution", "give one of the two"]),
         ("fixed", 3, ["fixed"]),
         ("fixed/target", "copper-ohfc", ["fixed.target", "did you mean 'copper-ofhc'"]),
         ("fixed/target", 3, ["fixed.target"]),
@@ -322,6 +337,7 @@ def test_parse__tells_everything_at_once() -> None:
 
 PLACES = ["fixed", "axes", "axes/speed", "axes/speed/start", "fixed/target", "fixed/shape"]
 PLACES += ["fixed/target.strength.A", "fixed/threads", "materials", "observations", "resolution"]
+PLACES += ["offsets", "accuracy"]
 ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
     lambda some: (
@@ -365,6 +381,151 @@ def test_limits__are_counted_before_anything_is_expanded() -> None:
     assert "at most 5 values" in refused(DOCUMENT, SweepLimits(max_values=5))
     assert "at most 17 runs" in refused(DOCUMENT, SweepLimits(max_runs=17))
     assert Sweep.parse(DOCUMENT, SweepLimits(max_runs=18)).size == 18
+
+
+# --- resolutions and offsets ------------------------------------------------------------------------
+
+
+def refined(**changes: Any) -> dict[str, Any]:
+    document = copy.deepcopy(DOCUMENT) | changes
+    return {key: value for key, value in document.items() if value is not None}
+
+
+def test_refinement__computes_each_point_at_each_resolution_and_offset() -> None:
+    sweep = Sweep.parse(refined(resolution=[16, 32, 64], offsets=3))
+    assert (sweep.shape, sweep.size) == ((6, 3, 3, 3), 162)
+    points = sweep.runs()
+    assert len(points) == 162
+    assert points[10].index == (0, 1, 0, 1)
+    assert points[10].coordinates == {
+        "speed": 2000.0,
+        "plate_thickness": 0.003,
+        "cells_per_diameter": 16.0,
+        "offset": 0.333333333333,
+    }
+    assert points[10].run.parameters["offset"] == 0.333333333333
+    assert points[10].run.parameters["cells_per_diameter"] == 16.0
+
+
+def test_refinement__of_a_zip_keeps_its_points_together() -> None:
+    axes = {"speed": ["2 km/s", "4 km/s"], "plate_thickness": ["2 mm", "3 mm"]}
+    sweep = Sweep.parse(refined(axes=axes, combine="zip", resolution=[16, 32]))
+    assert sweep.shape == (2, 2)
+    assert [point.index for point in sweep.runs()] == [(0, 0), (0, 1), (1, 0), (1, 1)]
+
+
+def test_refinement__of_one_resolution_and_one_offset_changes_no_run() -> None:
+    plain, listed = Sweep.parse(DOCUMENT), Sweep.parse(refined(resolution=[32], offsets=1))
+    assert plain == listed
+    assert plain.refinements == ()
+    assert [point.run.parameters for point in plain.runs()] == [
+        point.run.parameters for point in listed.runs()
+    ]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"resolution": [64, 16, 32]},
+        {"offsets": 4},
+        {"resolution": [16, 32], "offsets": 2},
+        {"resolution": {"start": 8, "stop": 32, "step": 8}},
+        {"resolution": None, "accuracy": "fine"},
+    ],
+)
+def test_refinement__is_canonical_and_reads_as_itself(changes: dict[str, Any]) -> None:
+    sweep = Sweep.parse(refined(**changes))
+    document = json.loads(json.dumps(sweep.document()))
+    assert Sweep.parse(document) == sweep
+    assert Sweep.parse(document).document() == document
+    assert list(sweep.resolutions) == sorted(sweep.resolutions)
+
+
+@pytest.mark.parametrize("name", ACCURACY)
+def test_accuracy__stands_for_resolutions_and_offsets(name: str) -> None:
+    preset = ACCURACY[name]
+    written_out = refined(resolution=list(preset.resolutions), offsets=preset.offsets)
+    sweep = Sweep.parse(refined(resolution=None, accuracy=name))
+    assert sweep == Sweep.parse(written_out)
+    assert sweep == Sweep.parse(DOCUMENT).at_accuracy(name)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"accuracy": "fyne"}, ["accuracy", "did you mean 'fine'"]),
+        ({"accuracy": 3}, ["accuracy", "one of draft"]),
+        ({"accuracy": ["fine"]}, ["accuracy"]),
+        ({"accuracy": "fine", "offsets": 2}, ["accuracy", "offsets", "one of the two"]),
+    ],
+)
+def test_accuracy__that_is_wrong_is_refused(changes: dict[str, Any], words: list[str]) -> None:
+    message = refused(refined(resolution=None, **changes))
+    assert all(word in message for word in words), message
+    assert "resolution: nothing" not in message  # the preset gives it, once it is a name
+
+
+@pytest.mark.parametrize("part", ["fixed", "axes"])
+@pytest.mark.parametrize(
+    ("parameter", "changes", "key"),
+    [
+        ("cells_per_diameter", {"accuracy": "draft", "resolution": None}, "accuracy"),
+        ("cells_per_diameter", {"resolution": [8, 16]}, "resolution"),
+        ("offset", {"accuracy": "fine", "resolution": None}, "accuracy"),
+        ("offset", {"offsets": 3}, "offsets"),
+    ],
+)
+def test_refinement__of_what_is_given_elsewhere_is_refused(
+    part: str, parameter: str, changes: dict[str, Any], key: str
+) -> None:
+    document = refined(**changes)
+    document[part][parameter] = 0.5 if part == "fixed" else [0.5]
+    message = refused(document)
+    assert f"{key}: " in message
+    assert f"{parameter} under {part}" in message
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"offsets": 2}, ["offsets", "a scenario with offset"]),
+        ({"accuracy": "fine"}, ["accuracy", "a scenario with offset"]),
+        ({"accuracy": "draft"}, []),
+    ],
+)
+def test_offsets__need_a_scenario_that_has_one(
+    monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], words: list[str]
+) -> None:
+    fields = [one for one in dataclasses.fields(PlateParameters) if one.name != "offset"]
+    record = dataclasses.make_dataclass(
+        "Still", [(one.name, one.type, one) for one in fields], frozen=True, kw_only=True
+    )
+    still = SimpleNamespace(**{**vars(PLATE), "parameters": record})
+    monkeypatch.setattr("studies.scenarios.load", lambda name: still)
+    document = refined(resolution=None if "accuracy" in changes else 32, **changes)
+    if words:
+        message = refused(document)
+        assert all(word in message for word in words), message
+        with pytest.raises(ValueError, match="fine"):
+            Sweep.parse(DOCUMENT).at_accuracy("fine")
+    else:
+        assert Sweep.parse(document).resolutions == ACCURACY["draft"].resolutions
+
+
+def test_limits__count_resolutions_and_offsets_before_anything_is_expanded() -> None:
+    document = refined(resolution=[16, 32, 64], offsets=3)
+    message = refused(document, SweepLimits(max_runs=161))
+    assert "162 runs (18 points, each 9 times" in message
+    assert Sweep.parse(document, SweepLimits(max_runs=162)).size == 162
+    many = refined(resolution={"start": 2, "stop": 500, "step": 1}, offsets=32)
+    assert "287424 runs" in refused(many)
+
+
+def test_runs__that_are_refused_name_the_resolution() -> None:
+    document = refined(resolution=[16, 32])
+    document["axes"]["plate_thickness"] = ["90 mm"]
+    with pytest.raises(InvalidInput, match="cells_per_diameter = 16"):
+        Sweep.parse(document).runs()
 
 
 def test_constant__must_belong_to_every_material_of_its_role() -> None:

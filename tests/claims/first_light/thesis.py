@@ -1,4 +1,4 @@
-"""The problems of Ma (2005), chapter 3, against MPM3D-F90 (commit 367e024) and the experiment.
+"""The problems of Ma (2005), chapter 3, in the thesis' numerics, against MPM3D-F90 (commit 367e024) and the experiment.
 
 MPM3D-F90's figures are its output on the same decks, read by its own recipe: slow plate particles stamped on a 0.25 mm
 raster, equal-area diameter of the empty area about the axis, at 30 us.
@@ -38,6 +38,7 @@ def _deck(speed: int, cell: float, geometry: str) -> dict[str, Any]:
         "projectile": "copper-thesis-jc",
         "target": "copper-thesis-jc",
         "geometry": geometry,
+        "recipe": "thesis",
         "cells_per_diameter": 8e-3 / cell,
         "edges": "fixed",
         "eos_form": "cubic",
@@ -142,6 +143,7 @@ def _block(geometry: str, cell: float) -> dict[str, Any]:
         "projectile": "copper-thesis-plastic",
         "target": "copper-thesis-plastic",
         "geometry": geometry,
+        "recipe": "thesis",
         "cells_per_diameter": diameter / cell,
         "edges": "fixed",
         "thermal_softening": False,

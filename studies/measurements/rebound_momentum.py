@@ -1,0 +1,20 @@
+"""How much of its momentum a bar carries, away from the wall."""
+
+from studies.measurements import Measurement, Reading
+from studies.measurements._bar import BarView
+
+
+def _read(seen: BarView) -> Reading:
+    momentum = float((seen.mass * seen.velocity[:, 2]).sum())
+    initial = float(seen.mass.sum()) * seen.speed
+    return Reading(momentum / initial, {"resolution": seen.share})
+
+
+MEASUREMENT = Measurement(
+    name="rebound_momentum",
+    title="Momentum after the rebound",
+    unit="1",
+    meaning="axial momentum away from the wall over the initial one towards it: -1 before, 1 after a perfect rebound",
+    version=1,
+    read=_read,
+)

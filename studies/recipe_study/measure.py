@@ -1,0 +1,117 @@
+"""What is measured of each variant: the states of a plate impact, the hole, the crater, and the cost of each."""
+
+import tempfile
+import time
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from solver.errors import WhippleError
+from studies.recipes import Recipe
+from studies.results import RunResult
+from studies.run import execute
+from studies.sweep import Sweep
+from studies.verification._collision import waves
+from studies.verification._hugoniot import COPPER, impedance_match
+from studies.verification.plate_impact import impact
+
+SPEEDS = (2e3, 6e3)  # m/s
+HOLE_CELLS = (16, 32)  # across the diameter: 4 and 8 through the plate
+CRATER_CELLS = 16
+
+Figures = dict[str, Any]
+
+
+def measured(recipe: Recipe) -> Figures:
+    """Every figure of a recipe."""
+    return {
+        "recipe": asdict(recipe),
+        "shocks": {f"{speed:g}": shock(recipe, speed) for speed in SPEEDS},
+        "holes": {
+            f"{speed:g}": {str(cells): hole(recipe, speed, cells) for cells in HOLE_CELLS}
+            for speed in SPEEDS
+        },
+        "crater": crater(recipe),
+    }
+
+
+def shock(recipe: Recipe, speed: float) -> Figures:
+    """Relative errors of the state behind the shocks of a symmetric copper impact, mean of both."""
+    begin = time.process_time()
+    try:
+        result = impact(COPPER, COPPER, speed, recipe)
+    except WhippleError as error:
+        return {"state": "failed", "reason": str(error)}
+    states = dict(zip(("flyer", "target"), impedance_match(COPPER, COPPER, speed), strict=True))
+    both = [(states[body], wave) for body, wave in waves(result)]
+
+    def mean(values: list[float]) -> float:
+        return sum(values) / len(values)
+
+    return {
+        "state": "succeeded",
+        "pressure": mean([w.plateau.stress / s.pressure - 1.0 for s, w in both]),
+        "scatter": mean([w.plateau.scatter for _, w in both]),
+        "shock_speed": mean([w.speed / s.shock_speed - 1.0 for s, w in both]),
+        "particle_density": mean([w.plateau.density / s.density - 1.0 for s, w in both]),
+        "spacing_density": mean([w.plateau.spacing_density / s.density - 1.0 for s, w in both]),
+        "energy": mean([w.plateau.energy / s.energy - 1.0 for s, w in both]),
+        "drift": result.outcome.audit.energy_drift,
+        "seconds": time.process_time() - begin,
+    }
+
+
+def hole(recipe: Recipe, speed: float, cells: int) -> Figures:
+    """The hole in a copper plate of a quarter of the sphere's diameter."""
+    fixed = {"projectile_diameter": "8 mm", "plate_thickness": "2 mm"}
+    copper = {"projectile": "copper-ofhc", "target": "copper-ofhc"}
+    return _run("thin_plate", recipe, speed, cells, {**fixed, **copper})
+
+
+def crater(recipe: Recipe) -> Figures:
+    """The crater of the thesis' thick plate: Ma (2005), section 3.2.1."""
+    fixed = {"projectile_diameter": "4.75 mm", "target_depth": "40 mm"}
+    copper = {"projectile": "copper-thesis-plastic", "target": "copper-thesis-plastic"}
+    return _run("thick_plate", recipe, 6e3, CRATER_CELLS, {**fixed, **copper})
+
+
+def _run(scenario: str, recipe: Recipe, speed: float, cells: int, fixed: dict[str, Any]) -> Figures:
+    document = {
+        "name": "recipe",
+        "scenario": scenario,
+        "fixed": {**fixed, **_given(recipe)},
+        "axes": {"speed": [f"{speed:g} m/s"]},
+        "resolution": cells,
+    }
+    (point,) = Sweep.parse(document).runs()
+    begin = time.process_time()
+    with tempfile.TemporaryDirectory() as directory:
+        result = execute(point.run, Path(directory), threads=1)
+    return _figures(result, time.process_time() - begin)
+
+
+def _given(recipe: Recipe) -> dict[str, Any]:
+    """A recipe as a document states it."""
+    plain = asdict(recipe)
+    return {**plain, "damping_rate": f"{recipe.damping_rate:g} 1/s"}
+
+
+def _figures(result: RunResult, seconds: float) -> Figures:
+    if result.state != "succeeded":
+        return {"state": result.state, "reason": result.reason, "seconds": seconds}
+    kept = (
+        "energy_drift",
+        "hottest_energy_share",
+        "largest_speed",
+        "separated_mass_fraction",
+        "tension_floors",
+        "particle_steps",
+        "steps",
+    )
+    return {
+        "state": result.state,
+        **{name: measured.value for name, measured in result.measurements.items()},
+        **{name: result.numbers[name] for name in kept},
+        "flags": list(result.flags),
+        "seconds": seconds,
+    }

@@ -1,0 +1,76 @@
+"""What is varied: each variant is a base with one choice changed."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+from studies.recipes import Recipe, Shape
+
+# Both start from the same place; only the shape differs. Constants of viscosity between those of the codes below.
+BASE = Recipe(
+    shape="linear",
+    scheme="musl",
+    particles_per_cell=2,
+    viscosity_linear=0.2,
+    viscosity_quadratic=2.0,
+    courant=0.3,
+    damping_rate=0.0,
+    damping_order=1,
+    tension="recoverable",
+)
+SHAPES: tuple[Shape, ...] = ("linear", "gimp", "quadratic-bspline")
+
+# One choice at a time, around a base of each shape.
+CHANGES: dict[str, tuple[dict[str, Any], ...]] = {
+    "scheme": ({"scheme": "usf"}, {"scheme": "usl"}),
+    "particles": ({"particles_per_cell": 3}, {"particles_per_cell": 4}),
+    # MPM3D-F90's defaults; the linear part alone made stronger; no linear part.
+    "viscosity": (
+        {"viscosity_linear": 0.06, "viscosity_quadratic": 1.5},
+        {"viscosity_linear": 0.5, "viscosity_quadratic": 2.0},
+        {"viscosity_linear": 0.0, "viscosity_quadratic": 2.0},
+    ),
+    "courant": ({"courant": 0.15}, {"courant": 0.4}, {"courant": 0.6}),
+    # Times of 10 and 1 us: a hole takes 20, a shock crosses the plate in 0.4.
+    "damping": (
+        {"damping_rate": 1e5},
+        {"damping_rate": 1e6},
+        {"damping_rate": 1e6, "damping_order": 2},
+    ),
+    "tension": ({"tension": "unlimited"},),
+}
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A recipe under the name of what it changes."""
+
+    name: str  # "quadratic-bspline", "quadratic-bspline, courant 0.4"
+    group: str  # "base" or what is varied
+    recipe: Recipe
+
+
+def variants() -> Iterator[Variant]:
+    """All variants, the bases first."""
+    for shape in SHAPES:
+        yield Variant(shape, "base", replace(BASE, shape=shape))
+    for shape in SHAPES:
+        for group, changes in CHANGES.items():
+            for change in changes:
+                words = " ".join(_words(name, value) for name, value in change.items())
+                recipe = replace(BASE, **{"shape": shape, **change})
+                yield Variant(f"{shape}, {words}", group, recipe)
+
+
+def _words(name: str, value: Any) -> str:
+    known = {
+        "scheme": f"{value}",
+        "particles_per_cell": f"{value} particles",
+        "viscosity_linear": f"q {value:g}" if isinstance(value, float) else "",
+        "viscosity_quadratic": f"/ {value:g}" if isinstance(value, float) else "",
+        "courant": f"courant {value}",
+        "damping_rate": f"PIC {value:g}/s" if isinstance(value, float) else "",
+        "damping_order": "of second order",
+        "tension": f"{value} tension",
+    }
+    return known[name]

@@ -1,0 +1,179 @@
+"""What the scenarios of a bar that hits a wall share: parameters, lattice, faces, the size of the work.
+
+The wall is the face z = 0; the bar stands on it at z > 0 and flies towards -z. The lattice is stretched by a few per
+cent where needed so that length and diameter are exact; the masses are scaled to the analytic mass, from which a
+lattice cylinder differs by 1 %.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from studies.errors import Finding
+from studies.scenarios import Setting, Size
+from studies.scenarios._fields import explained
+from studies.scenarios._lattice import body, line, points
+from studies.scenarios._numerics import Numerics, filled_numerics, numerics, particles_per_cell
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from solver.problem import Body, Face, Matter
+
+SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi}
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtWall:
+    """How a bar and its wall are modelled."""
+
+    geometry: Literal["axisymmetric", "quarter"] = explained(
+        "body of revolution, or a quarter of a round bar in three dimensions",
+        default="axisymmetric",
+    )
+    wall: Literal["unilateral", "symmetric"] = explained(
+        "frictionless wall that only pushes, or one that holds the normal velocity either way",
+        default="unilateral",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bar(Numerics, AtWall):
+    """Parameters of every bar that hits a wall."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extent:
+    """A bar in numbers, and the room and time that it gets."""
+
+    length: float  # m
+    diameter: float  # m
+    speed: float  # m/s
+    cell: float  # m
+    height: float  # of the grid, m
+    radius: float  # of the grid, m
+    end_time: float  # s
+
+
+@dataclass(frozen=True, kw_only=True)
+class BarSetting(Setting):
+    """What an observer needs to know about a bar."""
+
+    length: float  # m
+    diameter: float  # m
+    speed: float  # m/s
+    place: "np.ndarray"  # (n, 3) of each particle in the initial lattice: across, across, along
+    # Length, mushroom diameter and width to be compared with, m.
+    references: tuple[float | None, float | None, float | None] = (None, None, None)
+
+
+def assemble(
+    given: Bar,
+    extent: Extent,
+    matter: "Matter",
+    density: float,
+    references: tuple[float | None, float | None, float | None] = (None, None, None),
+) -> BarSetting:
+    """The problem of a bar at the moment when it touches the wall."""
+    from solver.problem import Problem
+
+    geometry, faces = _grid(given, extent)
+    made, place = _bar(given, extent, matter, density, geometry)
+    return BarSetting(
+        problem=Problem(
+            geometry=geometry,
+            bodies=(made,),
+            faces=faces,
+            end_time=extent.end_time,
+            **numerics(given),
+        ),
+        sector=SECTORS[given.geometry],
+        length=extent.length,
+        diameter=extent.diameter,
+        speed=extent.speed,
+        place=place,
+        references=references,
+    )
+
+
+def size(given: Bar, extent: Extent, sound_speed: float) -> Size:
+    """Particles from the volume, and steps from the stable step of the undisturbed state."""
+    given = filled_numerics(given)
+    assert given.courant is not None
+    step = extent.cell / particles_per_cell(given)
+    if given.geometry == "axisymmetric":
+        particles = 0.5 * extent.diameter * extent.length / step**2
+    else:
+        particles = math.pi / 16.0 * extent.diameter**2 * extent.length / step**3
+    dt = given.fixed_dt or given.courant * extent.cell / (sound_speed + extent.speed)
+    return Size(particles=round(particles), steps=math.ceil(extent.end_time / dt))
+
+
+def check_extent(length: float, cell: float) -> list[Finding]:
+    """The bar is as long as a cell at least; its diameter has two by its own bounds."""
+    if length >= cell:
+        return []
+    limit = f"at least a cell, {cell:g} m"
+    cure = "raise the resolution (cells per diameter)"
+    return [Finding("bar_length", f"{length:g} m", limit, cure)]
+
+
+def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
+    """Speed of an elastic wave of uniaxial strain, m/s."""
+    return math.sqrt((bulk + 4.0 / 3.0 * shear) / density)
+
+
+def view(setting: Any, snapshot: Any) -> Any:
+    """A state of a bar, as measurements see it."""
+    from studies.measurements import _bar
+
+    return _bar.view(setting, snapshot)
+
+
+def _grid(given: Bar, extent: Extent) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+    from solver.geometry import grid
+    from solver.geometry.axisymmetric import Axisymmetric
+    from solver.geometry.cartesian3d import Cartesian3D
+    from solver.problem import Face
+
+    across = math.ceil(extent.radius / extent.cell - 1e-9)
+    along = math.ceil(extent.height / extent.cell - 1e-9)
+    wall = Face.WALL if given.wall == "unilateral" else Face.SYMMETRIC
+    side, flight = (Face.SYMMETRIC, Face.FREE), (wall, Face.FREE)
+    corner = (0.0, 0.0, 0.0)
+    if given.geometry == "axisymmetric":
+        flat = grid(Axisymmetric, lower=corner, cells=(across, along, 0), spacing=extent.cell)
+        return flat, (side, flight, (Face.FREE, Face.FREE))
+    box = grid(Cartesian3D, lower=corner, cells=(across, across, along), spacing=extent.cell)
+    return box, (side, side, flight)
+
+
+def _bar(
+    given: Bar, extent: Extent, matter: "Matter", density: float, geometry: Any
+) -> tuple["Body", "np.ndarray"]:
+    """The bar, and the place of each of its particles in the lattice."""
+    import numpy as np
+
+    step = extent.cell / particles_per_cell(given)
+    radius = 0.5 * extent.diameter
+    across, wide = line(0.0, radius, step)
+    along, high = line(0.0, extent.length, step)
+    flat = given.geometry == "axisymmetric"
+    columns = (across, np.zeros(1), along) if flat else (across, across, along)
+    where = points(*columns)
+    inside = np.hypot(where[:, 0], where[:, 1]) < radius
+    place = points(*(np.arange(column.size) for column in columns))[inside]
+    where = where[inside]
+    velocity = np.zeros(3)
+    velocity[1 if flat else 2] = -extent.speed
+    made = body(
+        "bar",
+        matter,
+        geometry,
+        position=where[:, [0, 2, 1]] if flat else where,
+        spacing=(wide, high, 0.0) if flat else (wide, wide, high),
+        velocity=velocity,
+        density=density,
+        volume=(0.5 if flat else 0.25 * math.pi) * radius**2 * extent.length,
+    )
+    return made, place

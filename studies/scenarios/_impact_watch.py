@@ -1,0 +1,50 @@
+"""How impacts are watched: particles about the line of flight, and what of the target has come loose."""
+
+from typing import Any
+
+from studies.scenarios import ImpactSetting, Pace, Watch
+from studies.scenarios._impact import settled_window
+
+OBSERVATIONS_PER_WINDOW = 5  # of the time over which growth is judged
+
+# A cross-check of connectivity, which alone decides what is plate: MPM3D-F90's holes were read from particles slower
+# than this, m/s.
+FAST = 300.0
+
+
+def _pace(given: Any, setting: Any) -> Pace:
+    window = settled_window(given)
+    return Pace(
+        interval=window / OBSERVATIONS_PER_WINDOW,
+        window=window,
+        growth=given.settled_growth,
+        early=given.stop == "settled",
+    )
+
+
+def _view(setting: ImpactSetting, snapshot: Any) -> Any:
+    from studies.measurements._view import view
+
+    return view(setting, snapshot)
+
+
+def _numbers(seen: Any) -> dict[str, float]:
+    loose = seen.target & ~seen.attached_target
+    return {
+        "separated_mass_fraction": _share(seen, loose),
+        "fast_mass_fraction": _share(seen, seen.attached_target & (seen.speed > FAST)),
+    }
+
+
+def _share(seen: Any, keep: Any) -> float:
+    """Mass of some particles over the target's mass still on the grid."""
+    whole = float(seen.mass[seen.target].sum())
+    return float(seen.mass[keep].sum()) / whole if whole else 0.0
+
+
+IMPACT = Watch(
+    pace=_pace,
+    view=_view,
+    numbers=_numbers,
+    least_cells={"cells_per_diameter": 16.0, "cells_per_thickness": 4.0},
+)

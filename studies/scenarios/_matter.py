@@ -1,0 +1,128 @@
+"""A material becomes what the solver computes with: one record for each law."""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from solver.registry import entries
+from solver.units import Dimensionless, Second
+from studies.errors import Finding
+from studies.recipes import Tension
+from studies.scenarios import Materials
+from studies.scenarios._fields import described, explained
+
+if TYPE_CHECKING:
+    from solver.problem import Matter
+    from studies.materials import Material
+
+EosForm = Literal["hugoniot", "cubic"]
+Failure = Literal["none", "plastic-strain", "spall"]
+
+EOS_FORMS = {"hugoniot": "mie_grueneisen", "cubic": "mie_grueneisen_cubic"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fracture:
+    """Parameters of what breaks matter for good."""
+
+    failure: Failure = explained(
+        "what breaks matter for good: nothing, plastic strain, or tension beyond the spall strength for long enough",
+        default="none",
+    )
+    failure_strain: Dimensionless | None = described(
+        "plastic strain at which matter fails; goes with failure plastic-strain",
+        1e-3,
+        100.0,
+        default=None,
+    )
+    failure_time: Second | None = described(
+        "time at twice the spall strength after which matter fails; goes with failure spall",
+        1e-12,
+        1.0,
+        default=None,
+    )
+
+
+def matter(
+    material: "Material",
+    *,
+    eos_form: EosForm = "hugoniot",
+    thermal_softening: bool = True,
+    tension: Tension = "recoverable",
+    failure: Any = None,
+) -> "Matter":
+    """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
+    from solver.failure.none import NoFailure
+    from solver.problem import Matter
+    from solver.tension.recoverable import RecoverableTension
+    from solver.tension.unlimited import UnlimitedTension
+
+    eos = entries("solver.eos", "EOS")[EOS_FORMS[eos_form]].make(
+        density=material.density,
+        heat_capacity=material.thermal.heat_capacity,
+        temperature=material.thermal.room_temperature,
+        **asdict(material.eos),
+    )
+    spall = material.tension.spall_strength if tension == "recoverable" else None
+    melt = material.thermal.melt_temperature if thermal_softening else None
+    return Matter(
+        eos=eos,
+        strength=_strength(material),
+        tension=UnlimitedTension() if spall is None else RecoverableTension(spall),
+        shear_modulus=material.elastic.shear_modulus,
+        room_temperature=material.thermal.room_temperature,
+        melt_temperature=math.inf if melt is None else melt,
+        failure=failure or NoFailure(),
+    )
+
+
+def failure_of(given: Fracture, material: "Material") -> Any:
+    """The solver's record of the failure that the parameters name, with the constants of the material."""
+    from solver.failure.none import NoFailure
+    from solver.failure.plastic_strain import PlasticStrainLimit
+    from solver.failure.spall import Spall
+
+    if given.failure == "plastic-strain":
+        assert given.failure_strain is not None
+        return PlasticStrainLimit(given.failure_strain)
+    if given.failure == "spall":
+        assert given.failure_time is not None
+        assert material.tension.spall_strength is not None
+        return Spall(material.tension.spall_strength, given.failure_time)
+    return NoFailure()
+
+
+def check_failure(given: Fracture, materials: Materials) -> list[Finding]:
+    """A failure has the number that it needs, no other one, and a spall strength of each material."""
+    needed = {"plastic-strain": "failure_strain", "spall": "failure_time"}
+    findings = []
+    for kind, name in needed.items():
+        value = getattr(given, name)
+        if given.failure == kind and value is None:
+            findings.append(Finding(name, "nothing", f"a value for failure {kind}", f"give {name}"))
+        if given.failure != kind and value is not None:
+            limit = f"no value without failure {kind}"
+            cure = f"leave {name} out, or set failure to {kind}"
+            findings.append(Finding(name, f"{value:g}", limit, cure))
+    if given.failure == "spall":
+        findings += [
+            Finding(
+                "failure",
+                "spall",
+                f"a material with a spall strength, which {material.name} has not",
+                f"set {role}.tension.spall_strength, or choose another failure",
+            )
+            for role, material in materials.items()
+            if not material.tension.spall_strength
+        ]
+    return findings
+
+
+def _strength(material: "Material") -> Any:
+    """The solver's record of the same name and fields; a constant that the material goes without is infinite."""
+    name = material.strength.kind.replace("-", "_")
+    constants = {
+        field: math.inf if value is None else value
+        for field, value in asdict(material.strength).items()
+    }
+    return entries("solver.strength", "STRENGTH")[name].record(**constants)

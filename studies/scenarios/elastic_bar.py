@@ -1,0 +1,160 @@
+"""An elastic bar rebounds from a rigid wall: Ma (2005), section 2.3.1.
+
+A slender bar whose Poisson's ratio is 0 is one-dimensional: it leaves the wall after 2 L / c with all of its momentum.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Second
+from studies.errors import Finding
+from studies.quantities import round_quantity
+from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
+from studies.scenarios import _bar as bars
+from studies.scenarios._bar import AtWall, Bar, Extent
+from studies.scenarios._fields import described
+from studies.scenarios._numerics import check_numerics, filled_numerics
+
+if TYPE_CHECKING:
+    from solver.problem import Matter
+
+TRANSITS = 2.0  # end of a run, in contact times 2 L / c: twice the time at the wall
+OBSERVATIONS_PER_TRANSIT = 200  # contact time is read to 0.5 %
+ROOM = 2.0  # cells of grid beside and behind the bar, besides its flight
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Shot(AtWall):
+    """The bar and its flight."""
+
+    speed: MetrePerSecond = described("impact speed, normal to the wall", 1e-3, 1e3, default=300.0)
+    bar_length: Metre = described("length of the bar", 1e-5, 1.0, default=10e-3)
+    bar_diameter: Metre = described("diameter of the bar", 1e-5, 1.0, default=4e-3)
+    young_modulus: Pascal = described("Young's modulus of the bar", 1e5, 1e13, default=100e9)
+    poisson_ratio: Dimensionless = described("Poisson's ratio of the bar", 0.0, 0.49, default=0.3)
+    density: KilogramPerCubicMetre = described("density of the bar", 1.0, 3e4, default=8900.0)
+    cells_per_diameter: Dimensionless = described(
+        "grid cells across the bar's diameter", 2.0, 512.0, default=4.0
+    )
+    end_time: Second | None = described(
+        "end of the run; by default twice the contact time 2 L / sqrt(E / rho) of a slender bar",
+        1e-12,
+        10.0,
+        default=None,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElasticBar(Bar, _Shot):
+    """Parameters of an elastic bar."""
+
+
+def transit(given: ElasticBar) -> float:
+    """Contact time of a slender bar, 2 L / c with c = sqrt(E / rho), s."""
+    return 2.0 * given.bar_length / math.sqrt(given.young_modulus / given.density)
+
+
+def _end_time(given: ElasticBar) -> float:
+    return given.end_time or TRANSITS * transit(given)
+
+
+def _cell(given: ElasticBar) -> float:
+    return given.bar_diameter / given.cells_per_diameter
+
+
+def _shear(given: ElasticBar) -> float:
+    return given.young_modulus / (2.0 * (1.0 + given.poisson_ratio))
+
+
+def _bulk(given: ElasticBar) -> float:
+    return given.young_modulus / (3.0 * (1.0 - 2.0 * given.poisson_ratio))
+
+
+def _extent(given: ElasticBar) -> Extent:
+    room = ROOM * _cell(given)
+    # A bar that is stopped at once widens by the strain v / c at most.
+    strain = given.speed / math.sqrt(given.young_modulus / given.density)
+    return Extent(
+        length=given.bar_length,
+        diameter=given.bar_diameter,
+        speed=given.speed,
+        cell=_cell(given),
+        height=given.bar_length + given.speed * _end_time(given) + room,
+        radius=0.5 * given.bar_diameter * (1.0 + strain) + room,
+        end_time=_end_time(given),
+    )
+
+
+def _fill(given: ElasticBar) -> ElasticBar:
+    return replace(filled_numerics(given), end_time=round_quantity(_end_time(given)))
+
+
+def _check(given: ElasticBar, materials: Materials) -> list[Finding]:
+    findings = check_numerics(given) + bars.check_extent(given.bar_length, _cell(given))
+    fastest = 0.3 * math.sqrt(given.young_modulus / given.density)
+    if given.speed > fastest:
+        limit = f"at most {fastest:g} m/s, 0.3 of the wave speed"
+        cure = "fly slower: linear elasticity ends far below"
+        findings.append(Finding("speed", f"{given.speed:g} m/s", limit, cure))
+    return findings
+
+
+def _matter(given: ElasticBar) -> "Matter":
+    from solver.eos.linear_elastic import linear_elastic
+    from solver.problem import Matter
+    from solver.strength.elastic import Elastic
+    from solver.tension.unlimited import UnlimitedTension
+
+    room = 293.0  # K; nothing depends on it
+    return Matter(
+        eos=linear_elastic(density=given.density, bulk_modulus=_bulk(given), temperature=room),
+        strength=Elastic(),
+        tension=UnlimitedTension(),
+        shear_modulus=_shear(given),
+        room_temperature=room,
+        melt_temperature=math.inf,
+    )
+
+
+def _build(given: ElasticBar, materials: Materials) -> Setting:
+    return bars.assemble(given, _extent(given), _matter(given), given.density)
+
+
+def _size(given: ElasticBar, materials: Materials) -> Size:
+    sound = bars.longitudinal_speed(_bulk(given), _shear(given), given.density)
+    return bars.size(given, _extent(given), sound)
+
+
+def _cells(given: ElasticBar) -> dict[str, float]:
+    return {"cells_per_diameter": given.cells_per_diameter}
+
+
+def _pace(given: Any, setting: Setting) -> Pace:
+    return Pace(interval=transit(given) / OBSERVATIONS_PER_TRANSIT)
+
+
+SCENARIO = Scenario(
+    name="elastic_bar",
+    title="Elastic bar on a wall",
+    description="An elastic round bar hits a rigid frictionless wall end-on and rebounds; contact, momentum and energy "
+    "are measured.",
+    parameters=ElasticBar,
+    materials=(),
+    measurements=(
+        "contact_time",
+        "rebound_momentum",
+        "wall_pull",
+        "rigid_energy",
+        "vibration_energy",
+        "strain_energy",
+        "lost_energy",
+    ),
+    settles=(),
+    fill=_fill,
+    check=_check,
+    build=_build,
+    estimate=_size,
+    cells=_cells,
+    watch=Watch(pace=_pace, view=bars.view),
+)

@@ -1,0 +1,318 @@
+"""A plate hits a plate, face to face: a plane shock in uniaxial strain, whose state the Hugoniots give exactly.
+
+The model is a column through both plates with symmetric sides, in the laboratory's frame: the target rests, the flyer
+flies towards +z and touches it at z = 0 at time zero.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+from solver.units import Dimensionless, Metre, MetrePerSecond, Second
+from studies.errors import Finding
+from studies.parameters import MaterialName
+from studies.quantities import round_quantity
+from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
+from studies.scenarios._fields import described, explained
+from studies.scenarios._lattice import body, line, points
+from studies.scenarios._matter import EosForm, matter
+from studies.scenarios._numerics import (
+    Numerics,
+    check_numerics,
+    filled_numerics,
+    numerics,
+    particles_per_cell,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from solver.problem import Body, Matter
+    from studies.materials import Material
+
+SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi}
+BODIES = ("flyer", "target")
+CROSSED = 0.9  # of its plate that the first shock to cross has passed at the end: no reflection yet
+OBSERVATIONS = 20
+BEYOND = 2  # cells of grid outside the plates
+HALVINGS = 60  # of the interval in which the interface velocity lies: to round-off
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Shot:
+    """The plates and their flight."""
+
+    speed: MetrePerSecond = described("impact speed", 1.0, 2e4, default=2000.0)
+    flyer: MaterialName = explained("material of the flying plate", default="copper-ofhc")
+    target: MaterialName = explained("material of the plate at rest", default="copper-ofhc")
+    flyer_thickness: Metre = described("thickness of the flyer", 1e-6, 1.0, default=10e-3)
+    target_thickness: Metre | None = described(
+        "thickness of the target; by default that of the flyer", 1e-6, 1.0, default=None
+    )
+    geometry: Literal["axisymmetric", "quarter"] = explained(
+        "column of round or of square section, its outside a plane of symmetry", default="quarter"
+    )
+    cells_per_thickness: Dimensionless = described(
+        "grid cells through the flyer", 10.0, 1e4, default=100.0
+    )
+    cells_across: int = described("grid cells across the column", 1, 16, default=1)
+    end_time: Second | None = described(
+        "end of the run; by default when the first shock has crossed 0.9 of its plate",
+        1e-12,
+        1.0,
+        default=None,
+    )
+    strength: Literal["none", "material"] = explained(
+        "fluids, as the Hugoniot has them, or plates with the strength of their materials",
+        default="none",
+    )
+    eos_form: EosForm = explained(
+        "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it",
+        default="hugoniot",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateImpact(Numerics, _Shot):
+    """Parameters of a plate impact."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateSetting(Setting):
+    """What an observer needs to know about two plates."""
+
+    speed: float  # m/s
+    thicknesses: tuple[float, float]  # flyer, target; m
+    section: float  # area of the column, m2 (m2 per radian)
+    layer: "np.ndarray"  # (n,) of each particle, counted from the interface
+
+
+@dataclass(frozen=True)
+class Shocks:
+    """The exact state behind the shocks, from the Hugoniots us = c0 + s up of both plates."""
+
+    interface: float  # velocity, m/s
+    pressure: float  # Pa
+    speeds: tuple[float, float]  # of the shocks into flyer and target at rest, m/s
+    densities: tuple[float, float]  # behind them, kg/m3
+
+
+def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
+    """Impedance match: the interface velocity at which both plates have the same pressure."""
+
+    def pressure(material: "Material", jump: float) -> float:
+        return material.density * _shock_speed(material, jump) * jump
+
+    low, high = 0.0, speed
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if pressure(target, middle) < pressure(flyer, speed - middle):
+            low = middle
+        else:
+            high = middle
+    jumps = (speed - low, low)
+    speeds = (_shock_speed(flyer, jumps[0]), _shock_speed(target, jumps[1]))
+    densities = (
+        flyer.density * speeds[0] / (speeds[0] - jumps[0]),
+        target.density * speeds[1] / (speeds[1] - jumps[1]),
+    )
+    return Shocks(low, pressure(target, low), speeds, densities)
+
+
+def _shock_speed(material: "Material", jump: float) -> float:
+    return material.eos.c0 + material.eos.s * jump
+
+
+def _cell(given: PlateImpact) -> float:
+    return given.flyer_thickness / given.cells_per_thickness
+
+
+def _thicknesses(given: PlateImpact) -> tuple[float, float]:
+    return given.flyer_thickness, given.target_thickness or given.flyer_thickness
+
+
+def _end_time(given: PlateImpact, materials: Materials) -> float:
+    if given.end_time:
+        return given.end_time
+    flyer, target = materials["flyer"], materials["target"]
+    pairs = zip(
+        shocks(flyer, target, given.speed).speeds,
+        (flyer, target),
+        _thicknesses(given),
+        strict=True,
+    )
+    return CROSSED * min(thick / max(us, _elastic(given, one)) for us, one, thick in pairs)
+
+
+def _elastic(given: PlateImpact, material: "Material") -> float:
+    """Speed of an elastic precursor, m/s; a fluid has none."""
+    if given.strength == "none":
+        return 0.0
+    stiffness = material.elastic.bulk_modulus + 4.0 / 3.0 * material.elastic.shear_modulus
+    return math.sqrt(stiffness / material.density)
+
+
+def _fill(given: PlateImpact) -> PlateImpact:
+    return replace(filled_numerics(given), target_thickness=round_quantity(_thicknesses(given)[1]))
+
+
+def _check(given: PlateImpact, materials: Materials) -> list[Finding]:
+    findings = check_numerics(given)
+    for role in BODIES:
+        if not hasattr(materials[role].eos, "c0"):
+            limit = "a material whose equation of state is a Hugoniot"
+            findings.append(Finding(role, materials[role].name, limit, "use mie-grueneisen"))
+    if _thicknesses(given)[1] < 10.0 * _cell(given):
+        limit = f"at least ten cells, {10.0 * _cell(given):g} m"
+        cure = "raise cells_per_thickness, or thicken the target"
+        findings.append(Finding("target_thickness", f"{_thicknesses(given)[1]:g} m", limit, cure))
+    return findings
+
+
+def _build(given: PlateImpact, materials: Materials) -> Setting:
+    import numpy as np
+
+    from solver.problem import Problem
+
+    geometry, faces = _grid(given)
+    flyer, target = _thicknesses(given)
+    plates = [
+        _plate(given, "flyer", materials, geometry, (-flyer, 0.0)),
+        _plate(given, "target", materials, geometry, (0.0, target)),
+    ]
+    return PlateSetting(
+        problem=Problem(
+            geometry=geometry,
+            bodies=tuple(plate for plate, _ in plates),
+            faces=faces,
+            end_time=_end_time(given, materials),
+            **numerics(given),
+        ),
+        sector=SECTORS[given.geometry],
+        speed=given.speed,
+        thicknesses=(flyer, target),
+        section=_section(given),
+        layer=np.concatenate([layer for _, layer in plates]),
+    )
+
+
+def _section(given: PlateImpact) -> float:
+    width = given.cells_across * _cell(given)
+    return 0.5 * width**2 if given.geometry == "axisymmetric" else width**2
+
+
+def _grid(given: PlateImpact) -> tuple[Any, tuple[Any, ...]]:
+    from solver.geometry import grid
+    from solver.geometry.axisymmetric import Axisymmetric
+    from solver.geometry.cartesian3d import Cartesian3D
+    from solver.problem import Face
+
+    cell, wide = _cell(given), given.cells_across
+    before, behind = (math.ceil(thick / cell - 1e-9) + BEYOND for thick in _thicknesses(given))
+    side, free = (Face.SYMMETRIC, Face.SYMMETRIC), (Face.FREE, Face.FREE)
+    front = -before * cell
+    if given.geometry == "axisymmetric":
+        cells = (wide, before + behind, 0)
+        flat = grid(Axisymmetric, lower=(0.0, front, 0.0), cells=cells, spacing=cell)
+        return flat, (side, free, free)
+    cells = (wide, wide, before + behind)
+    box = grid(Cartesian3D, lower=(0.0, 0.0, front), cells=cells, spacing=cell)
+    return box, (side, side, free)
+
+
+def _plate(
+    given: PlateImpact,
+    name: str,
+    materials: Materials,
+    geometry: Any,
+    ends: tuple[float, float],
+) -> tuple["Body", "np.ndarray"]:
+    """A plate, and the layer of each of its particles."""
+    import numpy as np
+
+    material = materials[name]
+    step = _cell(given) / particles_per_cell(given)
+    across, wide = line(0.0, given.cells_across * _cell(given), step)
+    along, high = line(*ends, step)
+    flat = given.geometry == "axisymmetric"
+    columns = (across, along, np.zeros(1)) if flat else (across, across, along)
+    position = points(*columns)
+    axis = 1 if flat else 2
+    velocity = np.zeros(3)
+    velocity[axis] = given.speed if name == "flyer" else 0.0
+    made = body(
+        name,
+        _matter(given, material),
+        geometry,
+        position=position,
+        spacing=(wide, high, 0.0) if flat else (wide, wide, high),
+        velocity=velocity,
+        density=material.density,
+        volume=_section(given) * (ends[1] - ends[0]),
+    )
+    layer = np.floor(np.abs(position[:, axis]) / high).astype(np.int64)
+    return made, layer
+
+
+def _matter(given: PlateImpact, material: "Material") -> "Matter":
+    tension = filled_numerics(given).tension
+    assert tension is not None
+    made = matter(material, eos_form=given.eos_form, tension=tension)
+    return made if given.strength == "material" else made._replace(shear_modulus=0.0)
+
+
+def _size(given: PlateImpact, materials: Materials) -> Size:
+    given = filled_numerics(given)
+    assert given.courant is not None
+    layers = sum(_thicknesses(given)) / _cell(given) * particles_per_cell(given)
+    across = given.cells_across * particles_per_cell(given)
+    flat = given.geometry == "axisymmetric"
+    behind = max(shocks(materials["flyer"], materials["target"], given.speed).speeds)
+    step = given.fixed_dt or given.courant * _cell(given) / (behind + given.speed)
+    return Size(
+        particles=round(layers * (across if flat else across**2)),
+        steps=math.ceil(_end_time(given, materials) / step),
+    )
+
+
+def _cells(given: PlateImpact) -> dict[str, float]:
+    return {"cells_per_thickness": given.cells_per_thickness}
+
+
+def _pace(given: Any, setting: Setting) -> Pace:
+    return Pace(interval=setting.problem.end_time / OBSERVATIONS)
+
+
+def _view(setting: Any, snapshot: Any) -> Any:
+    from studies.measurements import _plates
+
+    return _plates.view(setting, snapshot)
+
+
+SCENARIO = Scenario(
+    name="plate_impact",
+    title="Plate on plate",
+    description="A plate hits a plate face to face; the state behind the plane shocks is measured.",
+    parameters=PlateImpact,
+    materials=BODIES,
+    measurements=(
+        "plateau_pressure",
+        "plateau_scatter",
+        "plateau_velocity",
+        "flyer_density",
+        "target_density",
+        "flyer_density_from_spacing",
+        "target_density_from_spacing",
+        "flyer_shock_front",
+        "target_shock_front",
+        "flyer_shock_speed",
+        "target_shock_speed",
+    ),
+    settles=(),
+    fill=_fill,
+    check=_check,
+    build=_build,
+    estimate=_size,
+    cells=_cells,
+    watch=Watch(pace=_pace, view=_view),
+)

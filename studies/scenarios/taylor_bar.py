@@ -1,0 +1,141 @@
+"""A metal bar flattens against a rigid wall: Taylor (1948), Ma (2005), section 2.3.2."""
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from solver.units import Dimensionless, Metre, MetrePerSecond, Second
+from studies.errors import Finding
+from studies.parameters import MaterialName
+from studies.quantities import round_quantity
+from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
+from studies.scenarios import _bar as bars
+from studies.scenarios._bar import AtWall, Bar, Extent
+from studies.scenarios._fields import described, explained
+from studies.scenarios._matter import matter
+from studies.scenarios._numerics import check_numerics, filled_numerics
+
+# Ma (2005), section 2.3.2: until the kinetic energy no longer changes, 72 us for 25.4 mm.
+END_PER_LENGTH = 72e-6 / 25.4e-3  # s/m
+WINDOW = 1.0 / 12.0  # of the end time, over which growth is judged: 6 us of 72
+OBSERVATIONS_PER_WINDOW = 5
+
+SPREAD = 3.0  # radius of the grid over that of the bar: copper at 190 m/s widens to 1.8
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Shot(AtWall):
+    """The bar and its flight."""
+
+    bar: MaterialName = explained("material of the bar", default="copper-thesis-taylor")
+    speed: MetrePerSecond = described("impact speed, normal to the wall", 1.0, 1e3, default=190.0)
+    bar_length: Metre = described("length of the bar", 1e-5, 1.0, default=25.4e-3)
+    bar_diameter: Metre = described("diameter of the bar", 1e-5, 1.0, default=7.6e-3)
+    cells_per_diameter: Dimensionless = described(
+        "grid cells across the bar's diameter", 2.0, 512.0, default=10.0
+    )
+    end_time: Second | None = described(
+        "latest end of the run; by default 2.83 ms per metre of length, 72 us at 25.4 mm",
+        1e-9,
+        1.0,
+        default=None,
+    )
+    stop: Literal["settled", "end_time"] = explained(
+        "end once length and mushroom have settled, or at end_time only", default="end_time"
+    )
+    settled_growth: Dimensionless = described(
+        "relative growth within a twelfth of end_time that counts as settled",
+        0.0,
+        0.5,
+        default=0.005,
+    )
+    thermal_softening: bool = explained(
+        "whether temperature softens and melting takes all strength", default=True
+    )
+    reference_length: Metre | None = described(
+        "final length to compare with", 1e-5, 1.0, default=None
+    )
+    reference_diameter: Metre | None = described(
+        "mushroom diameter to compare with", 1e-5, 1.0, default=None
+    )
+    reference_width: Metre | None = described(
+        "width at a fifth of the length to compare with", 1e-5, 1.0, default=None
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class TaylorBar(Bar, _Shot):
+    """Parameters of a Taylor bar."""
+
+
+def _end_time(given: TaylorBar) -> float:
+    return given.end_time or END_PER_LENGTH * given.bar_length
+
+
+def _cell(given: TaylorBar) -> float:
+    return given.bar_diameter / given.cells_per_diameter
+
+
+def _extent(given: TaylorBar) -> Extent:
+    return Extent(
+        length=given.bar_length,
+        diameter=given.bar_diameter,
+        speed=given.speed,
+        cell=_cell(given),
+        height=given.bar_length + 2.0 * _cell(given),
+        radius=0.5 * SPREAD * given.bar_diameter,
+        end_time=_end_time(given),
+    )
+
+
+def _fill(given: TaylorBar) -> TaylorBar:
+    return replace(filled_numerics(given), end_time=round_quantity(_end_time(given)))
+
+
+def _check(given: TaylorBar, materials: Materials) -> list[Finding]:
+    return check_numerics(given) + bars.check_extent(given.bar_length, _cell(given))
+
+
+def _build(given: TaylorBar, materials: Materials) -> Setting:
+    material = materials["bar"]
+    tension = filled_numerics(given).tension
+    assert tension is not None
+    made = matter(material, thermal_softening=given.thermal_softening, tension=tension)
+    references = (given.reference_length, given.reference_diameter, given.reference_width)
+    return bars.assemble(given, _extent(given), made, material.density, references)
+
+
+def _size(given: TaylorBar, materials: Materials) -> Size:
+    elastic, density = materials["bar"].elastic, materials["bar"].density
+    sound = bars.longitudinal_speed(elastic.bulk_modulus, elastic.shear_modulus, density)
+    return bars.size(given, _extent(given), sound)
+
+
+def _cells(given: TaylorBar) -> dict[str, float]:
+    return {"cells_per_diameter": given.cells_per_diameter}
+
+
+def _pace(given: Any, setting: Setting) -> Pace:
+    window = WINDOW * _end_time(given)
+    return Pace(
+        interval=window / OBSERVATIONS_PER_WINDOW,
+        window=window,
+        growth=given.settled_growth,
+        early=given.stop == "settled",
+    )
+
+
+SCENARIO = Scenario(
+    name="taylor_bar",
+    title="Taylor bar",
+    description="A round bar hits a rigid frictionless wall end-on and flattens; its final shape is measured.",
+    parameters=TaylorBar,
+    materials=("bar",),
+    measurements=("final_length", "mushroom_diameter", "width_at_fifth", "taylor_error"),
+    settles=("final_length", "mushroom_diameter"),
+    fill=_fill,
+    check=_check,
+    build=_build,
+    estimate=_size,
+    cells=_cells,
+    watch=Watch(pace=_pace, view=bars.view),
+)

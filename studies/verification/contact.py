@@ -1,0 +1,257 @@
+"""Bodies with velocity fields of their own: they approach, touch, slide and part (Bardenhagen's contact)."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from studies.recipes import Recipe
+from studies.verification import Case, Row, absolute, at_least, at_most, relative, reported
+from studies.verification._column import Stretch, column, solver_numerics
+from studies.verification._matter import elastic
+from studies.verification._waves import Isotropic
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from solver.problem import Body, Problem
+    from solver.simulation import Simulation
+
+BAR = Isotropic(8930.0, 117e9, 0.0)  # copper's stiffness: Ma (2005), Table 2.1; no Poisson's effect
+SPEED, SPACING = (
+    60.0,
+    1e-3,
+)  # m/s, m: strains of 1 %, and two transits of a wave while a gap of three cells closes
+CELLS, GAP_CELLS, ROOM_CELLS = 40, 4, 6  # of each bar, between them, around them
+
+# Set before any run. Bars: what a bar at a wall is held to. A node cannot tell how far from it a body ends, and a
+# stencil reaches a cell and a half from both sides: bodies touch up to three cells early.
+CONTACT_TIME, REBOUND, EARLY_CELLS = 0.03, 0.93, 3.0
+ROUND_OFF = 1e-10
+# Sliding: the ends of the upper block, two columns of its twenty, have a tilted normal.
+SLIDING = 0.05
+FRICTION = 0.3
+UPPER, LOWER = (20, 6), (60, 6)  # cells along and across the surface
+SLIDE_SPEED, PRESS_SPEED = 20.0, 2.0  # m/s: friction cannot stop the slide within the push
+
+
+@dataclass(frozen=True)
+class History:
+    """Step by step."""
+
+    time: "np.ndarray"  # s
+    kinetic: "np.ndarray"  # J
+    second: "np.ndarray"  # momentum of the second body along the column, N s
+    simulation: "Simulation"
+
+
+def _run(recipe: Recipe) -> Iterator[Row]:
+    yield from _bars(recipe)
+    for friction in (0.0, FRICTION):
+        yield from _sliding(friction, recipe)
+
+
+def _bars(recipe: Recipe) -> Iterator[Row]:
+    """A bar hits an equal one at rest: it stops, and the other takes its velocity after 2 L / c."""
+    import numpy as np
+
+    history = _collided(recipe)
+    total = BAR.density * CELLS * SPACING**3 * SPEED
+    force = np.diff(history.second, prepend=0.0) / np.diff(history.time, prepend=0.0)
+    level = 0.25 * BAR.density * BAR.bar_speed * SPEED * SPACING**2  # half of rho c v / 2
+    held = np.flatnonzero(force >= level)
+    touch = GAP_CELLS * SPACING / SPEED
+    first = float(history.time[np.flatnonzero(history.second > 1e-6 * total)[0]])
+    yield at_most(
+        "approach: how early the bars touch (cells of flight)",
+        limit=EARLY_CELLS,
+        got=(touch - first) * SPEED / SPACING,
+    )
+    yield relative(
+        "touch: time of the push above half of rho c v / 2 (us)",
+        expected=2e6 * CELLS * SPACING / BAR.bar_speed,
+        got=1e6 * float(history.time[held[-1]] - history.time[held[0]]),
+        within=CONTACT_TIME,
+    )
+    yield at_least(
+        "separate: momentum of the bar that was hit (of all)",
+        limit=REBOUND,
+        got=float(history.second[-1]) / total,
+    )
+    yield at_most(
+        "touch: largest pull between the bars (of rho c v / 2)",
+        limit=ROUND_OFF,
+        got=-float(force.min()) / (2.0 * level),
+    )
+    yield at_most(
+        "kinetic energy above the initial one, ever (of it)",
+        limit=ROUND_OFF,
+        got=float(history.kinetic.max() / history.kinetic[0] - 1.0),
+    )
+    audit = history.simulation.audit()
+    yield absolute(
+        "kinetic + internal + booked energy: change (of the initial)",
+        expected=0.0,
+        got=audit.energy_drift,
+        within=ROUND_OFF,
+    )
+    yield reported("energy booked as taken by contact (of the initial)", audit.taken_energy)
+
+
+def _collided(recipe: Recipe) -> History:
+    import numpy as np
+
+    from solver.problem import Contact
+    from solver.simulation import start
+
+    length, gap = CELLS * SPACING, GAP_CELLS * SPACING
+    begin = ROOM_CELLS * SPACING
+    end_time = gap / SPEED + 2.0 * 2.0 * length / BAR.bar_speed
+    # The flight is cut to half a cell short of the earliest touch.
+    flown = gap - (EARLY_CELLS + 0.5) * SPACING
+    matter = elastic(BAR)
+    problem = column(
+        [
+            Stretch("first", matter, BAR.density, begin + flown, begin + flown + length, SPEED),
+            Stretch(
+                "second", matter, BAR.density, begin + length + gap, begin + 2.0 * length + gap
+            ),
+        ],
+        recipe,
+        cells=2 * CELLS + GAP_CELLS + 2 * ROOM_CELLS,
+        spacing=SPACING,
+        end_time=end_time - flown / SPEED,
+        contact=Contact(0.0),
+    )
+    simulation = start(problem, threads=1)
+    rows = [_state(simulation, flown / SPEED)]
+    while simulation.time < problem.end_time:
+        simulation.advance()
+        rows.append(_state(simulation, flown / SPEED))
+    time, kinetic, second = np.array(rows).T
+    return History(time, kinetic, second, simulation)
+
+
+def _state(simulation: "Simulation", before: float) -> tuple[float, float, float]:
+    p = simulation.particles
+    second = simulation.body == 1
+    kinetic = 0.5 * float((p.mass * (p.velocity**2).sum(axis=1)).sum())
+    momentum = float((p.mass[second] * p.velocity[second, 0]).sum())
+    return simulation.time + before, kinetic, momentum
+
+
+def _sliding(friction: float, recipe: Recipe) -> Iterator[Row]:
+    """A block lands obliquely on a longer one: it slides, and friction is Coulomb's part of the push."""
+    import numpy as np
+
+    from solver.problem import Contact
+    from solver.simulation import start
+
+    problem = replace(_blocks(recipe), contact=Contact(friction))
+    simulation = start(problem, threads=1)
+    before = _momentum(simulation, 0)
+    kinetic = highest = _kinetic(simulation)
+    while simulation.time < problem.end_time:
+        simulation.advance()
+        highest = max(highest, _kinetic(simulation))
+    given = _momentum(simulation, 0) - before
+    yield absolute(
+        f"slide, friction {friction:g}: tangential over normal impulse",
+        expected=friction,
+        got=float(-given[0] / given[2]),
+        within=SLIDING,
+    )
+    yield at_most(
+        f"slide, friction {friction:g}: kinetic energy above the initial one, ever (of it)",
+        limit=ROUND_OFF,
+        got=highest / kinetic - 1.0,
+    )
+    total = _momentum(simulation, 0) + _momentum(simulation, 1)
+    yield at_most(
+        f"slide, friction {friction:g}: change of the total momentum (of the upper block's)",
+        limit=ROUND_OFF,
+        got=float(np.abs(total - before).max() / np.abs(before).max()),
+    )
+    audit = simulation.audit()
+    yield absolute(
+        f"slide, friction {friction:g}: kinetic + internal + booked energy: change (of the initial)",
+        expected=0.0,
+        got=audit.energy_drift,
+        within=ROUND_OFF,
+    )
+
+
+def _momentum(simulation: "Simulation", body: int) -> "np.ndarray":
+    p = simulation.particles
+    keep = simulation.body == body
+    total: np.ndarray = (p.mass[keep, None] * p.velocity[keep]).sum(axis=0)
+    return total
+
+
+def _kinetic(simulation: "Simulation") -> float:
+    p = simulation.particles
+    return 0.5 * float((p.mass * (p.velocity**2).sum(axis=1)).sum())
+
+
+def _blocks(recipe: Recipe) -> "Problem":
+    """A slice of two blocks, one cell thick, that touch; the upper one moves along and onto the lower one."""
+    from solver.geometry import grid
+    from solver.geometry.cartesian3d import Cartesian3D
+    from solver.problem import Face, Problem
+
+    room = ROOM_CELLS
+    geometry = grid(
+        Cartesian3D,
+        lower=(0.0, 0.0, 0.0),
+        cells=(LOWER[0] + 2 * room, 1, LOWER[1] + UPPER[1] + 2 * room),
+        spacing=SPACING,
+    )
+    middle = room + (LOWER[0] - UPPER[0]) // 2
+    lower = _block("lower", recipe, (room, room), LOWER, (0.0, 0.0, 0.0))
+    velocity = (SLIDE_SPEED, 0.0, -PRESS_SPEED)
+    upper = _block("upper", recipe, (middle, room + LOWER[1]), UPPER, velocity)
+    free, side = (Face.FREE, Face.FREE), (Face.SYMMETRIC, Face.SYMMETRIC)
+    return Problem(
+        geometry=geometry,
+        bodies=(upper, lower),
+        faces=(free, side, free),
+        end_time=4.0 * 2.0 * UPPER[1] * SPACING / BAR.bar_speed,
+        **solver_numerics(recipe),
+    )
+
+
+def _block(
+    name: str,
+    recipe: Recipe,
+    corner: tuple[int, int],
+    cells: tuple[int, int],
+    velocity: tuple[float, float, float],
+) -> "Body":
+    import numpy as np
+
+    from solver.problem import Body
+
+    per_cell = recipe.particles_per_cell
+    step = SPACING / per_cell
+    x, z = (
+        low * SPACING + step * (np.arange(count * per_cell) + 0.5)
+        for low, count in zip(corner, cells, strict=True)
+    )
+    points = np.meshgrid(x, np.array([0.5 * SPACING]), z, indexing="ij")
+    position = np.stack([axis.ravel() for axis in points], axis=-1)
+    return Body(
+        name=name,
+        matter=elastic(BAR),
+        position=position,
+        velocity=np.array(velocity),
+        mass=np.full(len(position), BAR.density * step**2 * SPACING),
+        density=BAR.density,
+        spacing=(step, SPACING, step),
+    )
+
+
+CASE = Case(
+    name="contact",
+    title="Contact of bodies: approach, touch, slide, separate",
+    source="Bardenhagen, Brackbill and Sulsky (2000); Coulomb; d'Alembert for the bars; Ma (2005), section 2.2.3",
+    run=_run,
+)

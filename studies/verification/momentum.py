@@ -1,0 +1,60 @@
+"""Momentum along the flight stays what it was until a fixed face is reached."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from studies.recipes import Recipe
+from studies.verification import Case, Row, at_most
+from studies.verification._impacts import impact_setting
+
+if TYPE_CHECKING:
+    from solver.state import Particles
+
+LIMIT = 1e-10
+# Speed that no signal in copper exceeds here (m/s): c + up behind a shock of 6 km/s is 11 km/s. Ahead of it the grid
+# hands on a trace, smaller by an order of magnitude with each cell: the run ends when the signal is half-way to the
+# rim.
+FASTEST, HALF_WAY = 12e3, 0.5
+SPEED, RADIUS = 6e3, 28e-3
+END_TIME = 10e-6
+
+
+def _run(recipe: Recipe) -> Iterator[Row]:
+    from solver.simulation import simulate, start
+
+    for geometry, axis in (("axisymmetric", 1), ("quarter", 2)):
+        setting = impact_setting(
+            recipe, geometry=geometry, speed=SPEED, material="copper-ofhc", plate_radius=RADIUS
+        )
+        problem = setting.problem
+        reached = HALF_WAY * (setting.radius - 0.5 * setting.projectile_diameter) / FASTEST
+        simulation = start(problem, threads=1)
+        before = _along(simulation.particles, axis)
+        while simulation.time < reached:
+            simulation.advance()
+        change = abs(_along(simulation.particles, axis) / before - 1.0)
+        yield at_most(
+            f"{geometry}, {SPEED / 1e3:g} km/s, {simulation.step} steps: change of the axial momentum",
+            limit=LIMIT,
+            got=change,
+        )
+        outcome = simulate(replace(problem, end_time=END_TIME), interval=0.1 * END_TIME)
+        yield at_most(
+            f"{geometry}, to {1e6 * END_TIME:g} us, with what rim and outflow took: largest error (of sum |m v|)",
+            limit=LIMIT,
+            got=max(abs(one.momentum_error) for one in outcome.history),
+        )
+
+
+def _along(particles: "Particles", axis: int) -> float:
+    return float((particles.mass * particles.velocity[:, axis]).sum())
+
+
+CASE = Case(
+    name="momentum",
+    title="Axial momentum of an impact",
+    source="Newton",
+    run=_run,
+    quick=False,
+)

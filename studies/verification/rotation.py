@@ -1,0 +1,166 @@
+"""Rigid rotation of matter under stress: the stress turns with it and keeps its size, at a point and on the grid."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from studies.recipes import Recipe
+from studies.verification import Case, Row, at_most
+from studies.verification._column import solver_numerics
+from studies.verification._matter import elastic
+from studies.verification._waves import Isotropic
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from solver.problem import Problem
+
+MATTER = Isotropic(8930.0, 117e9, 0.35)  # copper: Ma (2005), Table 2.1
+STRESS = (3e8, -1e8, -2e8, 0.5e8, -0.7e8, 1.1e8)  # Pa: a deviator
+LARGEST_DIFFERENCE = (
+    4e8  # of its principal directions, Pa: what turning by one radian too far could change
+)
+AXIS = (0.6, 0.0, 0.8)
+STEPS = (50, 200)  # for a full turn
+ROUND_OFF = 1e-12
+
+CELLS, SPACING, TURN = 16, 1e-3, 0.05  # of the block on the grid; TURN in one step, rad
+INSIDE = 6.0  # cells from the surface that a step can see: four mappings, each of a cell and a half
+
+
+def _run(recipe: Recipe) -> Iterator[Row]:
+    for steps in STEPS:
+        before, after = _turned_point(2.0 * math.pi / steps, steps)
+        yield at_most(
+            f"point, a full turn in {steps} steps: change of the von Mises stress",
+            limit=ROUND_OFF * steps,
+            got=abs(_mises(after) / _mises(before) - 1.0),
+        )
+        # The midpoint rotation turns by 2 atan(w / 2) instead of w: (w^3 / 12) in each step.
+        missed = 2.0 * math.pi * (2.0 * math.pi / steps) ** 2 / 12.0
+        gap = max(abs(a - b) for a, b in zip(before, after, strict=True))
+        yield at_most(
+            f"point, a full turn in {steps} steps: stress missed (of the bound from the midpoint rule)",
+            limit=1.0,
+            got=gap / (2.0 * missed * LARGEST_DIFFERENCE),
+        )
+    yield from _on_grid(recipe)
+
+
+def _mises(stress: "tuple[float, ...] | np.ndarray") -> float:
+    from solver.tensor import equivalent_stress
+
+    return float(equivalent_stress(tuple(stress)))
+
+
+def _turned_point(angle: float, steps: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """A stress before and after steps that only turn it."""
+    import numpy as np
+
+    from solver.problem import ArtificialViscosity
+    from solver.stress import Point, advance
+
+    dt = 1e-8
+    gradient = _spin([part * angle for part in AXIS]) / dt
+    point = Point(MATTER.density, 0.0, 0.0, 0.0, STRESS, 0.0, 300.0)
+    matter = elastic(MATTER)
+    for _ in range(steps):
+        point = advance(
+            matter, ArtificialViscosity(), SPACING, dt, np.ascontiguousarray(gradient), point
+        )[0]
+        point = point._replace(density=MATTER.density)  # its straight steps grow the volume
+    return STRESS, point.deviator
+
+
+def _spin(vector: list[float]) -> "np.ndarray":
+    import numpy as np
+
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _on_grid(recipe: Recipe) -> Iterator[Row]:
+    """One step of a block that turns rigidly: particles that the surface cannot reach turn their stress."""
+    import numpy as np
+
+    from solver.simulation import start
+
+    problem = _block(recipe)
+    simulation = start(problem, threads=1)
+    simulation.particles.deviator[:] = STRESS
+    before = simulation.particles.position.copy()
+    simulation.advance()
+    p = simulation.particles
+    middle = 0.5 * CELLS * SPACING
+    inside = np.abs(before - middle).max(axis=1) < (0.5 * CELLS - INSIDE) * SPACING
+    sizes = np.array([_mises(stress) for stress in p.deviator[inside]])
+    yield at_most(
+        f"grid, {TURN} rad in a step: change of the von Mises stress",
+        limit=ROUND_OFF * 1e2,
+        got=float(np.abs(sizes / _mises(STRESS) - 1.0).max()),
+    )
+    angle = 2.0 * math.atan(0.5 * TURN)
+    got = p.deviator[inside]
+    expected = _rotated(STRESS, angle)
+    yield at_most(
+        f"grid, {TURN} rad in a step: distance from the stress turned by 2 atan(w / 2) (of its size)",
+        limit=ROUND_OFF * 1e2,
+        got=float(np.abs(got - expected).max()) / _mises(STRESS),
+    )
+
+
+def _rotated(stress: tuple[float, ...], angle: float) -> "np.ndarray":
+    """R s R^T about ``AXIS`` (Rodrigues), six components."""
+    import numpy as np
+
+    xx, yy, zz, xy, yz, zx = stress
+    full = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
+    k = _spin(list(AXIS))
+    turn = np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * k @ k
+    s = turn @ full @ turn.T
+    return np.array([s[0, 0], s[1, 1], s[2, 2], s[0, 1], s[1, 2], s[2, 0]])
+
+
+def _block(recipe: Recipe) -> "Problem":
+    """A cube in the middle of a larger grid; one fixed step turns it by ``TURN``."""
+    import numpy as np
+
+    from solver.geometry import grid
+    from solver.geometry.cartesian3d import Cartesian3D
+    from solver.problem import Body, Face, Problem
+
+    per_cell = recipe.particles_per_cell
+    line = SPACING / per_cell * (np.arange(CELLS * per_cell) + 0.5)
+    points = np.meshgrid(line, line, line, indexing="ij")
+    position = np.stack([axis.ravel() for axis in points], axis=-1)
+    dt = 1e-9
+    spin = _spin([part * TURN / dt for part in AXIS])
+    body = Body(
+        name="block",
+        matter=elastic(MATTER),
+        position=position,
+        velocity=(position - 0.5 * CELLS * SPACING) @ spin.T,
+        mass=np.full(len(position), MATTER.density * (SPACING / per_cell) ** 3),
+        density=MATTER.density,
+        spacing=(SPACING / per_cell,) * 3,
+    )
+    free = (Face.FREE, Face.FREE)
+    geometry = grid(
+        Cartesian3D, lower=(-2.0 * SPACING,) * 3, cells=(CELLS + 4,) * 3, spacing=SPACING
+    )
+    return Problem(
+        geometry=geometry,
+        bodies=(body,),
+        faces=(free, free, free),
+        end_time=dt,
+        **{**solver_numerics(replace(recipe, damping_rate=0.0)), "fixed_dt": dt},
+    )
+
+
+CASE = Case(
+    name="rotation",
+    title="Rigid rotation under stress",
+    source="objectivity: Jaumann's rate by the midpoint rotation of Hughes and Winget (1980); Ma (2005), section 2.2.1",
+    run=_run,
+)

@@ -1,0 +1,58 @@
+"""Waves, vibration and contact of bars."""
+
+from collections.abc import Iterator
+
+from tests.claims import Row, claim
+from tests.claims.proven._rows import case
+
+
+@claim(
+    "elastic-waves",
+    says="elastic step waves have their stress and speed, a rod that of a bar",
+    quick=True,
+)
+def elastic_waves() -> Iterator[Row]:
+    return case("elastic-waves")
+
+
+@claim(
+    "bar-contact",
+    says="a bar stays at the wall for 2 L / c within 3 %, leaves with 0.93 of its momentum, and is never pulled",
+    quick=True,
+)
+def bar_contact() -> Iterator[Row]:
+    return case("bar-contact")
+
+
+@claim(
+    "vibrating-bar",
+    says="kinetic energy and the strain energy that the stress holds: their change halves with the cell",
+    quick=True,
+)
+def vibrating_bar() -> Iterator[Row]:
+    return case("vibrating-bar")
+
+
+@claim(
+    "thesis-bar",
+    says="the thesis' bar leaves the wall after 2 L / c within 10 %; where its energy is",
+)
+def thesis_bar() -> Iterator[Row]:
+    return case("thesis-bar")
+
+
+@claim(
+    "taylor-bar",
+    says="Taylor bar: mean error at most 0.02 in 3-D and 0.015 axisymmetric, geometries within 1 %",
+)
+def taylor_bar() -> Iterator[Row]:
+    return case("taylor-bar")
+
+
+@claim(
+    "contact",
+    says="bodies approach, touch, slide, part; touch makes no kinetic energy, booked energy closes the balance",
+    quick=True,
+)
+def contact() -> Iterator[Row]:
+    return case("contact")

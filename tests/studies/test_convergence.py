@@ -1,0 +1,302 @@
+"""Convergence: manufactured series of known order, and everything that must not be extrapolated."""
+
+import math
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from studies.convergence import (
+    FORMAL_ORDER,
+    ORDERS,
+    SAFETY,
+    SAFETY_OF_TWO,
+    VERDICTS,
+    Convergence,
+    Sample,
+    converge,
+    levels_of,
+    observed_order,
+)
+
+HALVING = (1.0, 2.0, 4.0)
+UNEVEN = (1.0, 1.4, 2.6)  # r21 = 1.4, r32 = 1.857
+LIMIT, ERROR = 20.0, 0.5  # of the manufactured series f(h) = LIMIT + ERROR h^p
+SOLVED = 1e-9  # relative: what bisection leaves of an order, and round-off of differences
+
+
+def series(order: float, spacings: Sequence[float], error: float = ERROR) -> list[Sample]:
+    return [Sample(h, LIMIT + error * h**order) for h in spacings]
+
+
+def alone(*values: float) -> Convergence:
+    """Values on meshes that are halved, the finest first, one offset each."""
+    return converge(Sample(2.0**place, value) for place, value in enumerate(values))
+
+
+def shifted(*levels: Sequence[float]) -> Convergence:
+    """The same with several offsets each."""
+    return converge(
+        Sample(2.0**place, value) for place, level in enumerate(levels) for value in level
+    )
+
+
+# --- known order ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("spacings", [HALVING, UNEVEN, (0.3, 0.31, 0.4)])
+@pytest.mark.parametrize("order", [0.5, 1.0, 1.37, 2.0])
+@pytest.mark.parametrize("error", [ERROR, -ERROR])
+def test_series_of_known_order__gives_order_limit_and_index(
+    spacings: Sequence[float], order: float, error: float
+) -> None:
+    found = converge(series(order, spacings, error))
+    assert found.verdict == "converging"
+    assert found.order == pytest.approx(order, rel=1e-6)  # differences of numbers near 20
+    assert found.extrapolated == pytest.approx(LIMIT, rel=SOLVED)
+    assert found.value == found.extrapolated
+    true_error = abs(error * spacings[0] ** order)
+    assert found.mesh == pytest.approx(SAFETY * true_error, rel=1e-6)
+    assert found.gci == pytest.approx(found.mesh / abs(LIMIT + error * spacings[0] ** order))
+
+
+@pytest.mark.parametrize(
+    ("values", "cells", "order", "limit", "index"),
+    [
+        ((6.063, 5.972, 5.863), (18_000, 8_000, 4_500), 1.53, 6.1685, 0.022),
+        ((10.7880, 10.7250, 10.6050), (18_000, 4_500, 980), 0.75, 10.8801, 0.011),
+    ],
+)
+def test_published_example__of_celik_et_al_2008_table_1(
+    values: Sequence[float], cells: Sequence[int], order: float, limit: float, index: float
+) -> None:
+    found = converge(Sample(n**-0.5, value) for n, value in zip(cells, values, strict=True))
+    assert round(found.order, 2) == order
+    assert round(found.extrapolated, 4) == limit
+    assert round(found.gci, 3) == index
+
+
+def test_published_example__that_oscillates_is_not_extrapolated() -> None:
+    values = (6.0042, 5.9624, 6.0909)  # Celik et al. (2008), Table 1, third column
+    found = converge(map(Sample, (1.0, 2.0, 4.286), values))
+    assert found.verdict == "oscillatory"
+    assert math.isnan(found.extrapolated)
+
+
+def test_error_bar__of_a_converging_series_covers_the_limit_from_the_finest_value() -> None:
+    found = converge(series(1.0, HALVING))
+    finest = found.levels[0].value
+    assert abs(finest - LIMIT) <= found.mesh
+
+
+@given(
+    st.floats(0.55, 1.95),
+    st.floats(1.1, 4.0),
+    st.floats(1.1, 4.0),
+    st.floats(-1.0, 1.0).filter(lambda error: abs(error) > 1e-3),
+)
+def test_order__is_found_for_any_ratios(
+    order: float, first: float, second: float, error: float
+) -> None:
+    spacings = (1.0, first, first * second)
+    values = [error * h**order for h in spacings]
+    assert observed_order(spacings, values) == pytest.approx(order, rel=1e-6)
+
+
+def test_order__of_the_logarithm_is_zero() -> None:
+    # f = ln h is the limit of (h^p - 1)/p for p to 0: it has no value at h = 0.
+    assert observed_order(UNEVEN, [math.log(h) for h in UNEVEN]) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_order__above_the_formal_one_is_reported_and_not_used() -> None:
+    found = converge(series(2.6, HALVING))
+    assert found.order == pytest.approx(2.6)
+    fine, middle = found.levels[0].value, found.levels[1].value
+    expected = fine - (middle - fine) / (2.0**FORMAL_ORDER - 1.0)
+    assert found.extrapolated == pytest.approx(expected)
+
+
+# --- what must not be extrapolated ------------------------------------------------------------------
+
+
+def test_oscillation__keeps_the_finest_value_and_half_the_range() -> None:
+    found = alone(20.0, 19.0, 22.0)
+    assert found.verdict == "oscillatory"
+    assert found.value == 20.0
+    assert found.mesh == pytest.approx(1.5)
+    assert math.isnan(found.extrapolated)
+    assert math.isnan(found.order)
+    assert math.isnan(found.gci)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ((20.0, 22.0, 23.0), "grow with refinement"),
+        ((20.0, 21.0, 22.0), "grow with refinement"),  # order 0: no limit either
+        ((20.0, 20.1, 21.0), "outside of"),  # order 3.2
+        ((20.0, 21.0, 22.2), "outside of"),  # order 0.26
+        ((20.0, 20.0, 20.0), "do not differ"),
+        ((0.0, 0.0, 0.0), "do not differ"),
+        ((20.0, 20.0, 21.0), "the same value"),
+    ],
+)
+def test_not_asymptotic__keeps_the_finest_value_and_the_whole_range(
+    values: Sequence[float], words: str
+) -> None:
+    found = alone(*values)
+    assert found.verdict == "not in the asymptotic range"
+    assert words in found.reason
+    assert found.value == values[0]
+    assert found.mesh == pytest.approx(max(values) - min(values))
+    assert math.isnan(found.extrapolated)
+    assert math.isnan(found.gci)
+
+
+def test_scatter__above_a_difference_hides_the_order() -> None:
+    quiet = shifted((20.1, 20.0, 19.9), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
+    assert quiet.verdict == "converging"
+    noisy = shifted((20.6, 20.0, 19.4), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
+    assert noisy.verdict == "not in the asymptotic range"
+    assert "scatter over offsets" in noisy.reason
+    assert noisy.value == pytest.approx(20.0)
+
+
+def test_scatter__hides_an_oscillation_too() -> None:
+    found = shifted((20.2, 19.8), (19.9, 19.9), (22.0, 22.0))
+    assert found.verdict == "not in the asymptotic range"
+
+
+def test_two_grids__assume_first_order_and_a_factor_of_three() -> None:
+    found = converge([Sample(1.0, 20.0), Sample(1.5, 20.3)])
+    assert found.verdict == "two grids"
+    assert found.value == 20.0
+    assert found.mesh == pytest.approx(SAFETY_OF_TWO * 0.3 / 0.5)
+    assert math.isnan(found.order)
+    assert math.isnan(found.extrapolated)
+
+
+def test_single_grid__says_nothing_about_the_mesh() -> None:
+    found = converge([Sample(1.0, 20.0, sub_cell=0.3, rest=0.4)])
+    assert (found.verdict, found.value) == ("single grid", 20.0)
+    assert math.isnan(found.mesh)
+    assert found.uncertainty == pytest.approx(0.5)
+
+
+# --- parts of the error bar -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("values", "scatter"),
+    [
+        ((1.0, 3.0), 1.0),
+        ((1.0, 2.5, 3.0), 1.0),
+        ((1.0, 2.0, 3.0, 6.0), math.sqrt((4.0 + 1.0 + 0.0 + 9.0) / 3.0)),
+    ],
+)
+def test_scatter__is_half_the_range_of_few_and_the_deviation_of_more(
+    values: Sequence[float], scatter: float
+) -> None:
+    (level,) = levels_of(Sample(1.0, value) for value in values)
+    assert level.value == pytest.approx(sum(values) / len(values))
+    assert level.scatter == pytest.approx(scatter)
+
+
+def test_offsets__take_the_place_of_what_a_single_run_cannot_see() -> None:
+    one = converge([Sample(1.0, 20.0, sub_cell=0.3)])
+    several = converge([Sample(1.0, 20.0, sub_cell=0.3), Sample(1.0, 20.2, sub_cell=0.3)])
+    assert one.offsets == pytest.approx(0.3)
+    assert several.offsets == pytest.approx(0.1)
+
+
+def test_uncertainty__is_the_root_of_the_squares_of_its_parts() -> None:
+    samples = [Sample(h, LIMIT + ERROR * h, sub_cell=0.3, rest=0.7) for h in HALVING]
+    found = converge(samples)
+    parts = (SAFETY * ERROR, 0.3, 0.7)
+    assert (found.mesh, found.offsets, found.measurement) == pytest.approx(parts)
+    assert found.uncertainty == pytest.approx(math.hypot(*parts))
+
+
+# --- failed runs ------------------------------------------------------------------------------------
+
+
+def test_failed_offset__is_left_out_and_counted() -> None:
+    found = shifted((20.0, math.nan, 20.2), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
+    assert found.value == pytest.approx(found.extrapolated)
+    assert found.levels[0].value == pytest.approx(20.1)
+    assert (found.levels[0].values, found.levels[0].runs) == (2, 3)
+    assert "1 of 3 offsets without a value" in found.reason
+
+
+def test_failed_resolution__leaves_the_others_and_says_so() -> None:
+    found = alone(math.nan, 20.0, 20.5, 21.5)
+    assert found.verdict == "converging"
+    assert "1 of 4 resolutions without a value; the finest among them" in found.reason
+    assert alone(20.0, math.nan, 21.5).verdict == "two grids"
+    assert alone(math.nan, math.nan, 21.5).verdict == "single grid"
+
+
+@pytest.mark.parametrize("values", [(), (math.nan,), (math.nan, math.inf)])
+def test_nothing__has_no_value(values: Sequence[float]) -> None:
+    found = alone(*values)
+    assert found.verdict == "no value"
+    assert math.isnan(found.value)
+    assert math.isnan(found.uncertainty)
+
+
+# --- properties -------------------------------------------------------------------------------------
+
+VALUES = st.floats(1.0, 100.0, width=32)
+LEVELS = st.lists(st.lists(VALUES | st.just(math.nan), min_size=1, max_size=4), max_size=5)
+NUMBERS = ("value", "uncertainty", "mesh", "offsets", "measurement", "extrapolated")
+
+
+def samples_of(levels: Sequence[Sequence[float]]) -> list[Sample]:
+    return [
+        Sample(1.5**place, value, sub_cell=0.01, rest=0.02)
+        for place, level in enumerate(levels)
+        for value in level
+    ]
+
+
+@given(LEVELS, st.randoms(use_true_random=False))
+def test_converge__does_not_see_the_order_of_runs(
+    levels: list[list[float]], random: object
+) -> None:
+    samples = samples_of(levels)
+    other = list(samples)
+    random.shuffle(other)  # type: ignore[attr-defined]
+    assert repr(converge(other)) == repr(converge(samples))  # a repr, because NaN is not NaN
+
+
+@given(LEVELS, st.integers(-20, 20), st.integers(-20, 20))
+def test_converge__does_not_see_the_units(
+    levels: list[list[float]], of_value: int, of_length: int
+) -> None:
+    one = converge(samples_of(levels))
+    factor = 2.0**of_value  # exact, so that no decision is on the edge
+    two = converge(
+        Sample(s.spacing * 2.0**of_length, s.value * factor, s.sub_cell * factor, s.rest * factor)
+        for s in samples_of(levels)
+    )
+    assert two.verdict == one.verdict
+    for name in NUMBERS:
+        expected = getattr(one, name) * factor
+        assert getattr(two, name) == pytest.approx(expected, rel=SOLVED, nan_ok=True)
+    for name in ("order", "gci"):
+        expected = getattr(one, name)
+        assert getattr(two, name) == pytest.approx(expected, rel=SOLVED, nan_ok=True)
+
+
+@given(LEVELS)
+def test_converge__extrapolates_only_what_converges(levels: list[list[float]]) -> None:
+    found = converge(samples_of(levels))
+    assert found.verdict in VERDICTS
+    assert math.isfinite(found.extrapolated) == (found.verdict == "converging")
+    if found.verdict == "converging":
+        assert ORDERS[0] <= found.order <= ORDERS[1]
+        assert found.value == found.extrapolated
+    elif found.verdict != "no value":
+        assert found.value == next(level.value for level in found.levels if level.values)
+    assert found.verdict == "no value" or found.uncertainty >= found.offsets

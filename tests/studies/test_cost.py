@@ -1,0 +1,40 @@
+"""What a sweep costs, and what each accuracy would make of it."""
+
+from dataclasses import replace
+
+import pytest
+
+from studies import examples
+from studies.cost import cost_of, presets_of
+from studies.recipes import ACCURACY
+from studies.sweep import Sweep
+from studies.sweep_document import read_yaml
+
+SWEEP = Sweep.parse(read_yaml(examples.text("smoke"), "smoke"))
+
+
+def test_presets__are_those_of_the_table_with_the_cost_of_their_runs() -> None:
+    presets = {one.name: one for one in presets_of(SWEEP, most_runs=1000)}
+    assert list(presets) == list(ACCURACY)
+    for name, one in presets.items():
+        expected = cost_of(SWEEP.at_accuracy(name))
+        assert one.cost is not None
+        assert one.cost.runs == one.runs == expected.runs
+        assert one.cost.core_seconds == pytest.approx(expected.core_seconds)
+        assert one.cost.bytes == pytest.approx(expected.bytes)
+
+
+def test_presets__cost_more_the_finer_they_are() -> None:
+    costs = [one.cost.core_seconds for one in presets_of(SWEEP, 1000) if one.cost]
+    assert costs == sorted(costs)
+    assert costs[0] < costs[-1]
+
+
+def test_preset__that_makes_too_many_runs_is_not_expanded() -> None:
+    (fine,) = [one for one in presets_of(SWEEP, most_runs=17) if one.name == "fine"]
+    assert (fine.runs, fine.cost, fine.reason) == (18, None, "more than 17 runs")
+
+
+def test_presets__are_none_where_the_resolution_is_fixed() -> None:
+    own = replace(SWEEP, fixed={**SWEEP.fixed, "cells_per_diameter": 8.0}, resolutions=())
+    assert list(presets_of(own, 1000)) == []

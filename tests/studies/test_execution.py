@@ -1,0 +1,191 @@
+"""What computing a run adds to solving it: the same result after a break, histories, numbers that fit the scenario."""
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from solver.errors import Interrupted
+from studies import materials, scenarios
+from studies.execution import _kinds_of_problem, compute, observer_of
+from studies.parameters import declared
+from studies.results import RunResult
+from studies.run import Run, materials_of, resolve
+
+# Small runs, one of each family.
+RUNS: dict[str, dict[str, Any]] = {
+    "thin_plate": {
+        "speed": 3000.0,
+        "projectile_diameter": 8e-3,
+        "plate_thickness": 2e-3,
+        "plate_radius": 16e-3,
+        "projectile": "copper-ofhc",
+        "target": "copper-ofhc",
+        "cells_per_diameter": 4.0,
+        "end_time": 4e-6,
+    },
+    "taylor_bar": {"cells_per_diameter": 4.0, "end_time": 20e-6, "reference_length": 16.2e-3},
+    "elastic_bar": {},
+    "plate_impact": {"cells_per_thickness": 40.0},
+}
+BROKEN_OFF_AFTER = 23  # steps; between two observations in each of the runs
+
+
+def asked(scenario: str, **changes: Any) -> Run:
+    given = {**RUNS[scenario], **changes}
+    defaults = declared(scenarios.load(scenario).parameters)
+    names = {
+        role: str(given.get(role, defaults[role].default))
+        for role in scenarios.load(scenario).materials
+    }
+    return resolve(scenario, given, {role: materials.load(name) for role, name in names.items()})
+
+
+def after(steps: int) -> Callable[[], bool]:
+    """Says yes once it has been asked that often."""
+    asked_so_far = 0
+
+    def leave() -> bool:
+        nonlocal asked_so_far
+        asked_so_far += 1
+        return asked_so_far >= steps
+
+    return leave
+
+
+def without_provenance(directory: Path) -> str:
+    plain = json.loads((directory / "result.json").read_text(encoding="utf-8"))
+    del plain["provenance"]
+    return json.dumps(plain)
+
+
+@pytest.fixture(params=list(RUNS))
+def scenario(request: pytest.FixtureRequest) -> str:
+    name: str = request.param
+    return name
+
+
+def test_resume__gives_the_result_of_a_run_that_never_stopped(
+    scenario: str, tmp_path: Path
+) -> None:
+    run, file = asked(scenario), tmp_path / "checkpoint"
+    whole = compute(run, tmp_path / "whole", threads=1)
+    for _ in range(2):  # broken off twice
+        with pytest.raises(Interrupted):
+            compute(
+                run,
+                tmp_path / "resumed",
+                threads=1,
+                checkpoint=file,
+                leave=after(BROKEN_OFF_AFTER),
+            )
+        assert not (tmp_path / "resumed" / "result.json").exists()
+    resumed = compute(run, tmp_path / "resumed", threads=1, checkpoint=file)
+    assert "from the checkpoint" in str(resumed.provenance["checkpoint"])
+    assert without_provenance(tmp_path / "resumed") == without_provenance(tmp_path / "whole")
+    states = [(tmp_path / place / "state.npz").read_bytes() for place in ("whole", "resumed")]
+    assert states[0] == states[1]
+    assert "checkpoint" not in whole.provenance
+
+
+def test_resume__of_another_run_begins_from_the_start(tmp_path: Path) -> None:
+    file = tmp_path / "checkpoint"
+    with pytest.raises(Interrupted):
+        compute(
+            asked("elastic_bar", speed=200.0),
+            tmp_path / "other",
+            threads=1,
+            checkpoint=file,
+            leave=after(BROKEN_OFF_AFTER),
+        )
+    run = asked("elastic_bar")
+    compute(run, tmp_path / "whole", threads=1)
+    result = compute(run, tmp_path / "resumed", threads=1, checkpoint=file)
+    assert "from the start" in str(result.provenance["checkpoint"])
+    assert without_provenance(tmp_path / "resumed") == without_provenance(tmp_path / "whole")
+
+
+def test_observer__recalls_what_it_remembered(scenario: str) -> None:
+    one, other = observer_of(asked(scenario)), observer_of(asked(scenario))
+    simulate_a_little(one)
+    other.recall(one.remember())
+    assert other.times == one.times
+    assert other.remember() == one.remember()
+    assert [list(reading) for reading in other.readings] == [list(r) for r in one.readings]
+
+
+def simulate_a_little(observer: Any) -> None:
+    from solver.simulation import start
+
+    simulation = start(observer.setting.problem, threads=1)
+    for _ in range(3):
+        observer(simulation.snapshot())
+        simulation.advance()
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RunResult]:
+    return {name: compute(asked(name), tmp_path_factory.mktemp(name), threads=1) for name in RUNS}
+
+
+def test_result__has_all_that_its_scenario_measures(
+    results: dict[str, RunResult], scenario: str
+) -> None:
+    result = results[scenario]
+    assert result.state == "succeeded"
+    assert list(result.measurements) == list(scenarios.load(scenario).measurements)
+    for measured in result.measurements.values():
+        assert len(measured.history["time"]) == len(measured.history["value"])
+        assert (measured.value is None) <= bool(measured.flags)
+
+
+def test_result__counts_what_is_loose_in_impacts_only(
+    results: dict[str, RunResult], scenario: str
+) -> None:
+    """A bar has no rim from which anything could be separated, nor a resolution that an impact needs."""
+    numbers, flags = results[scenario].numbers, results[scenario].flags
+    impact = scenario == "thin_plate"
+    assert ("separated_mass_fraction" in numbers) == impact
+    assert ("fast_mass_fraction" in numbers) == impact
+    assert ("under_resolved" in flags) == impact  # four cells across every diameter
+    assert all(math.isfinite(number) for number in numbers.values())
+
+
+def test_result__of_a_bar_that_was_stopped_early_says_so(results: dict[str, RunResult]) -> None:
+    taylor = results["taylor_bar"].measurements
+    assert "still_growing" in taylor["final_length"].flags
+    assert taylor["taylor_error"].flags == ("no_reference",)
+    assert taylor["final_length"].value is not None
+
+
+def test_result__follows_the_history_up_to_its_last_observation(
+    results: dict[str, RunResult],
+) -> None:
+    bar = results["elastic_bar"].measurements
+    contact = bar["contact_time"]
+    # Nothing is known while the bar stands at the wall, and nothing changes once it has left.
+    values = contact.history["value"]
+    known = [value for value in values if value is not None]
+    assert values[: len(values) - len(known)] == [None] * (len(values) - len(known))
+    assert contact.value == known[-1]
+    assert bar["rebound_momentum"].history["value"][0] == pytest.approx(-1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])
+def test_estimate__is_near_the_real_number_of_steps(
+    results: dict[str, RunResult], scenario: str
+) -> None:
+    run = asked(scenario)
+    chosen = scenarios.load(scenario)
+    size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
+    assert 0.5 < size.steps / results[scenario].numbers["steps"] < 2.0
+
+
+def test_kernels__are_compiled_for_every_shipped_example_and_the_recipe_of_the_thesis() -> None:
+    shapes = {type(problem.shape).__name__ for problem in _kinds_of_problem()}
+    geometries = {type(problem.geometry).__name__ for problem in _kinds_of_problem()}
+    assert {"Linear", "QuadraticBSpline"} <= shapes
+    assert geometries == {"Axisymmetric", "Cartesian3D"}

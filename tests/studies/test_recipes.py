@@ -1,0 +1,258 @@
+"""Presets fill what was left out, and a run is what they fill in; offsets shift the grid and nothing else."""
+
+import dataclasses
+from collections.abc import Iterator
+from typing import Any, get_args
+
+import numpy as np
+import pytest
+
+from solver.problem import Contact, Damping, Problem, Scheme
+from solver.shapes.gimp import Gimp
+from solver.shapes.linear import Linear
+from solver.shapes.quadratic_bspline import QuadraticBSpline
+from solver.simulation import Simulation, start
+from studies import materials, scenarios
+from studies.errors import InvalidInput
+from studies.execution import setting_of
+from studies.parameters import declared
+from studies.recipes import ACCURACY, RECIPES, Recipe, RecipeName
+from studies.run import Run, estimate, resolve
+from studies.scenarios._numerics import Numerics, check_numerics, filled_numerics, numerics
+
+COPPER = materials.load("copper-ofhc")
+GIVEN: dict[str, Any] = {
+    "speed": 4000.0,
+    "projectile_diameter": 8e-3,
+    "plate_thickness": 2e-3,
+    "plate_radius": 16e-3,
+    "projectile": "copper-ofhc",
+    "target": "copper-ofhc",
+    "cells_per_diameter": 8.0,
+}
+
+
+def asked(**changes: Any) -> Run:
+    return resolve("thin_plate", {**GIVEN, **changes}, {"projectile": COPPER, "target": COPPER})
+
+
+# Recipes
+
+
+def test_recipes__are_those_that_a_parameter_may_name() -> None:
+    assert set(RECIPES) == set(get_args(RecipeName))
+
+
+def test_recipe__decides_every_numerical_parameter_that_may_be_left_out() -> None:
+    optional = {name for name, one in declared(Numerics).items() if one.optional}
+    constant_step = {"fixed_dt"}  # left out, it stays out: the stable step
+    assert {one.name for one in dataclasses.fields(Recipe)} == optional - constant_step
+
+
+@pytest.mark.parametrize("name", list(RECIPES))
+def test_recipe__holds_what_its_parameters_allow(name: RecipeName) -> None:
+    values = dataclasses.asdict(RECIPES[name])
+    assert asked(**values).id == asked(recipe=name).id
+
+
+def test_thesis__is_what_the_solver_does_without_being_told() -> None:
+    """Both are Ma (2005) with the viscosity of MPM3D-F90."""
+    plain = {one.name: one for one in dataclasses.fields(Problem)}
+    for name, value in numerics(Numerics(recipe="thesis")).items():
+        default = plain[name]
+        made = default.default_factory is not dataclasses.MISSING
+        assert value == (default.default_factory() if made else default.default), name  # type: ignore[operator]
+
+
+def test_filled__keeps_what_was_given() -> None:
+    given = filled_numerics(Numerics(recipe="thesis", courant=0.123, shape="gimp"))
+    assert (given.courant, given.shape) == (0.123, "gimp")
+    assert given.viscosity_quadratic == RECIPES["thesis"].viscosity_quadratic
+
+
+def test_filled__keeps_a_zero_that_was_given() -> None:
+    given = filled_numerics(Numerics(viscosity_linear=0.0))
+    assert RECIPES["whipple"].viscosity_linear > 0.0
+    assert given.viscosity_linear == 0.0
+
+
+def test_filled__twice_is_filled_once() -> None:
+    once = filled_numerics(Numerics())
+    assert filled_numerics(once) == once
+
+
+# Identity
+
+
+def test_identity__is_of_the_values_and_not_of_the_name() -> None:
+    thesis = dataclasses.asdict(RECIPES["thesis"])
+    assert asked(recipe="thesis").id == asked(recipe="whipple", **thesis).id
+    assert asked(recipe="thesis").id != asked(recipe="whipple").id
+
+
+def test_identity__of_the_default_is_that_of_its_name() -> None:
+    assert asked().id == asked(recipe="whipple").id
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"shape": "gimp"},
+        {"scheme": "usf"},
+        {"particles_per_cell": 3},
+        {"viscosity_linear": 0.1},
+        {"viscosity_quadratic": 1.0},
+        {"courant": 0.2},
+        {"damping_rate": 1e4},
+        {"damping_order": 2},
+        {"tension": "unlimited"},
+        {"contact": "bardenhagen"},
+        {"offset": 0.5},
+    ],
+    ids=lambda one: next(iter(one)),
+)
+def test_identity__changes_with_each_numerical_parameter(change: dict[str, Any]) -> None:
+    assert asked(**change).id != asked().id
+
+
+def test_run__shows_the_recipe_and_its_values() -> None:
+    parameters = asked(recipe="thesis").parameters
+    assert parameters["recipe"] == "thesis"
+    assert parameters["courant"] == RECIPES["thesis"].courant
+
+
+# What the solver gets
+
+
+@pytest.mark.parametrize(
+    ("change", "name", "expected"),
+    [
+        ({"shape": "linear"}, "shape", Linear()),
+        ({"shape": "quadratic-bspline"}, "shape", QuadraticBSpline()),
+        ({"shape": "gimp", "particles_per_cell": 2}, "shape", Gimp(0.25)),
+        ({"shape": "gimp", "particles_per_cell": 4}, "shape", Gimp(0.125)),
+        ({"scheme": "usf"}, "scheme", Scheme.USF),
+        ({"damping_rate": 2e4, "damping_order": 2}, "damping", Damping(2e4, 2)),
+        ({}, "contact", None),
+        ({"contact": "bardenhagen", "friction": 0.3}, "contact", Contact(0.3)),
+        ({"fixed_dt": 1e-9}, "fixed_dt", 1e-9),
+    ],
+)
+def test_numerics__become_what_the_solver_takes(
+    change: dict[str, Any], name: str, expected: object
+) -> None:
+    problem = setting_of(asked(**change)).problem
+    assert getattr(problem, name) == expected
+    assert type(getattr(problem, name)) is type(expected)
+
+
+def test_friction__without_contact_is_refused() -> None:
+    assert [one.field for one in check_numerics(Numerics(friction=0.1))] == ["friction"]
+    assert not check_numerics(Numerics(friction=0.1, contact="bardenhagen"))
+    with pytest.raises(InvalidInput, match="friction"):
+        asked(friction=0.1)
+
+
+@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_particles__are_as_many_as_asked_and_estimated(geometry: str, count: int) -> None:
+    """A plate of two by sixteen cells; the sphere beside it has 5 % of the particles, counted by its volume."""
+    run = asked(geometry=geometry, particles_per_cell=count, cells_per_diameter=8.0)
+    target = setting_of(run).problem.bodies[1]
+    axes = 2 if geometry == "axisymmetric" else 3
+    assert target.mass.size == 2 * 16 ** (axes - 1) * count**axes
+    particles = sum(body.mass.size for body in setting_of(run).problem.bodies)
+    assert estimate(run).particles == pytest.approx(particles, rel=0.1)
+
+
+def test_estimate__knows_the_shape_and_the_recipe() -> None:
+    linear, wide = (asked(shape=shape, geometry="quarter") for shape in ("linear", "gimp"))
+    assert estimate(linear).core_seconds < estimate(wide).core_seconds
+    assert estimate(asked(courant=0.15)).steps == pytest.approx(
+        2 * estimate(asked(courant=0.3)).steps, abs=1
+    )
+
+
+# Offset
+
+
+def advanced(run: Run, steps: int) -> Simulation:
+    simulation = start(setting_of(run).problem, threads=1)
+    for _ in range(steps):
+        simulation.advance()
+    return simulation
+
+
+@pytest.fixture(params=["axisymmetric", "quarter"])
+def geometry(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+def flight(geometry: str) -> int:
+    return 1 if geometry == "axisymmetric" else 2
+
+
+def test_offset__shifts_the_grid_along_the_flight_and_no_body(geometry: str) -> None:
+    aligned, shifted = (
+        setting_of(asked(geometry=geometry, offset=offset)).problem for offset in (0.0, 0.25)
+    )
+    shift = np.asarray(shifted.geometry.lower) - np.asarray(aligned.geometry.lower)
+    expected = np.zeros(3)
+    expected[flight(geometry)] = -0.25 * aligned.geometry.spacing
+    assert shift == pytest.approx(expected, abs=1e-15)
+    for one, other in zip(aligned.bodies, shifted.bodies, strict=True):
+        assert np.array_equal(one.position, other.position)
+        assert np.array_equal(one.mass, other.mass)
+
+
+def by_number(simulation: Simulation) -> Iterator[np.ndarray]:
+    order = np.argsort(simulation.particles.number)
+    yield simulation.particles.position[order]
+    yield simulation.particles.velocity[order]
+    yield simulation.particles.density[order]
+
+
+def test_offset__of_a_whole_cell_changes_round_off_only(geometry: str) -> None:
+    """Sixty steps amplify the round-off of positions in cells, 1e-15, by a few orders."""
+    aligned, shifted = (advanced(asked(geometry=geometry, offset=x), 60) for x in (0.0, 1.0))
+    for one, other in zip(by_number(aligned), by_number(shifted), strict=True):
+        assert np.abs(one - other).max() < 1e-9 * np.abs(one).max()
+
+
+def test_offset__of_half_a_cell_is_seen(geometry: str) -> None:
+    aligned, shifted = (advanced(asked(geometry=geometry, offset=x), 60) for x in (0.0, 0.5))
+    for one, other in zip(by_number(aligned), by_number(shifted), strict=True):
+        assert np.abs(one - other).max() > 1e-6 * np.abs(one).max()
+
+
+# Accuracy
+
+
+def test_accuracy__presets_grow_and_refine_by_halving() -> None:
+    assert list(ACCURACY) == ["draft", "standard", "fine"]
+    counts = [len(one.resolutions) * one.offsets for one in ACCURACY.values()]
+    assert counts == sorted(counts)
+    for one in ACCURACY.values():
+        assert all(
+            fine == 2.0 * coarse
+            for coarse, fine in zip(one.resolutions, one.resolutions[1:], strict=False)
+        )
+        assert one.offsets >= 1
+        assert one.meaning
+
+
+def test_accuracy__resolves_at_least_what_a_run_is_not_flagged_for() -> None:
+    least = scenarios.load("thin_plate").watch.least_cells["cells_per_diameter"]
+    assert all(min(one.resolutions) >= least for one in ACCURACY.values())
+
+
+# Blocks
+
+
+def test_block__may_grow_twice_as_long_as_a_plate() -> None:
+    """15 ms per metre of diameter, R sqrt(rho / Y) of three diameters of copper at 350 MPa."""
+    block = {name: value for name, value in GIVEN.items() if not name.startswith("plate")}
+    run = resolve("thick_plate", block, {"projectile": COPPER, "target": COPPER})
+    ends = [one.parameters["end_time"] for one in (run, asked())]
+    assert ends == pytest.approx([2.0 * 60e-6, 60e-6])
+    assert ends[0] == pytest.approx(3.0 * 8e-3 * (8930.0 / 350e6) ** 0.5, rel=0.02)
