@@ -3,6 +3,7 @@
 Exit status: 0 all fine, 1 something went wrong, 2 the input is refused, 3 some runs failed.
 """
 
+import json
 import subprocess
 import sys
 import time
@@ -77,6 +78,20 @@ def sweep(file: SweepFile, out: Out) -> None:
 
 
 @app.command()
+def estimate(file: SweepFile) -> None:
+    """Say what a sweep would cost, as it is and at each accuracy. Nothing is computed."""
+    from service.console import print_cost
+    from service.settings import Settings
+    from studies.cost import cost_of, presets_of
+    from studies.sweep import Sweep, SweepLimits
+    from studies.sweep_document import read_sweep_file
+
+    most = Settings().max_runs
+    asked = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=most))
+    print_cost(asked.name, cost_of(asked), presets_of(asked, most))
+
+
+@app.command()
 def serve(
     host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
     port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes a free one.")] = None,
@@ -132,6 +147,36 @@ def cancel(id: SweepId, url: Url = LOCAL) -> None:
 
     with _client(url) as client:
         print_sweep(client.sweep(id).cancel())
+
+
+@app.command()
+def validate(
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="A case; else all.")] = None,
+    verification: Annotated[
+        bool, typer.Option("--verification", help="Problems with an exact answer.")
+    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Cases of a few seconds only.")] = False,
+    json_file: Annotated[
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the rows there too.")
+    ] = None,
+) -> None:
+    """Solve problems with a known answer; prints expected, got, error and verdict, and fails when one fails."""
+    from studies.verification import names, verify
+
+    if not verification:
+        cure = "add --verification"
+        raise InvalidInput([Finding("validate", "no kind of cases", "--verification", cure)])
+    rows = []
+    for one in verify([name] if name else names(quick=quick)):
+        print(f"{one.case} | {one.row}", flush=True)
+        rows.append(one)
+    if json_file:
+        document = {"verification": [one.as_json() for one in rows]}
+        json_file.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", "utf-8")
+    failed = sum(one.row.passed is False for one in rows)
+    gated = sum(one.row.passed is not None for one in rows)
+    print(f"{gated - failed} passed, {failed} failed, {len(rows) - gated} reported")
+    raise typer.Exit(WRONG if failed or not rows else FINE)
 
 
 @app.command()

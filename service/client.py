@@ -99,7 +99,7 @@ class Client:
         return SweepHandle(self, answer["id"])
 
     def estimate(self, sweep: Mapping[str, Any] | str | Path) -> dict[str, Any]:
-        """What a sweep would cost: runs, reused, core_seconds, seconds, bytes."""
+        """What a sweep would cost: runs, reused, core_seconds, seconds, bytes, and presets."""
         return self._json("POST", "/v1/sweeps/estimate", **_body(sweep))
 
     def sweep(self, id: str) -> "SweepHandle":
@@ -125,6 +125,10 @@ class Client:
     def laws(self) -> list[dict[str, Any]]:
         """Every law."""
         return self._json("GET", "/v1/laws")["items"]
+
+    def accuracies(self) -> list[dict[str, Any]]:
+        """Every preset of resolutions and offsets."""
+        return self._json("GET", "/v1/accuracies")["items"]
 
     def _json(self, method: str, path: str, **given: Any) -> Any:
         with _reaching(self.url):

@@ -1,11 +1,14 @@
 """What the command line prints: findings, states, and a sweep on its way."""
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from studies.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from studies.cost import Cost, PresetCost
 
 DONE = ("succeeded", "failed", "cancelled")  # states of a point that has ended
 
@@ -65,6 +68,19 @@ def print_sweep(sweep: Progress) -> None:
         print(f"  {sweep.reason}")
     if sweep.eta_seconds:
         print(f"  {duration(sweep.eta_seconds)} left")
+
+
+def print_cost(name: str, cost: "Cost", presets: "Iterable[PresetCost]") -> None:
+    """What a sweep would cost, and the same at each accuracy."""
+    print(f"{name}: {_in_short(cost)}")
+    for preset in presets:
+        words = _in_short(preset.cost) if preset.cost else f"not offered: {preset.reason}"
+        print(f"  accuracy: {preset.name:<9} {words}\n{'':22}{preset.meaning}")
+
+
+def _in_short(cost: "Cost") -> str:
+    time, size = duration(cost.core_seconds), cost.bytes / 1e6
+    return f"{cost.runs} runs, about {time} of one core, {size:.0f} MB"
 
 
 def in_words(counts: Mapping[str, int]) -> str:

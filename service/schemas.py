@@ -12,6 +12,7 @@ from pydantic.json_schema import models_json_schema
 
 from service.jobs import Page, PointRow, RunRow, State, SweepRow, SweepState
 from studies import examples
+from studies.cost import PresetCost
 from studies.sweep_document import read_yaml
 
 FILES = {
@@ -60,7 +61,7 @@ class SweepModel(Answer):
     scenario: str
     state: SweepState
     reason: str | None = Field(description="why cube and report could not be made")
-    planned: int = Field(description="points of the sweep")
+    planned: int = Field(description="runs of the sweep: points times resolutions and offsets")
     reused: int = Field(description="of these, computed before or already under way when accepted")
     new: int = Field(description="of these, queued for this sweep")
     counts: dict[str, int] = Field(description="points by state")
@@ -130,8 +131,10 @@ class PointModel(Answer):
     """A point of a sweep, and its run."""
 
     ordinal: int = Field(description="place in the sweep's own order")
-    index: tuple[int, ...] = Field(description="place on each axis")
-    coordinates: dict[str, float | str] = Field(description="value on each axis, SI")
+    index: tuple[int, ...] = Field(
+        description="place on each axis, and among several resolutions and offsets"
+    )
+    coordinates: dict[str, float | str] = Field(description="value on each of these, SI")
     state: State = Field(description="the run's; `cancelled` if this sweep no longer waits for it")
     run: RunModel
 
@@ -153,14 +156,39 @@ class PointPage(Answer):
         return cls(items=[PointModel.of(row) for row in page.items], next_cursor=page.next_cursor)
 
 
+class PresetModel(Answer):
+    """The same sweep at the accuracy of a preset: write `accuracy: name` for `resolution`."""
+
+    name: str
+    meaning: str
+    resolutions: tuple[float, ...] = Field(description="cells across the projectile's diameter")
+    offsets: int = Field(description="sub-cell positions of the grid at each resolution")
+    runs: int = Field(description="points of the sweep, times resolutions and offsets")
+    core_seconds: float | None = Field(description="of all of them; null: see reason")
+    bytes: int | None = Field(description="that their results would take")
+    reason: str = Field(description="why it is not offered for this sweep; else empty")
+
+    @classmethod
+    def of(cls, preset: PresetCost, pace: float) -> "PresetModel":
+        """A preset, its time at the measured pace of this service."""
+        known = {name: value for name, value in vars(preset).items() if name != "cost"}
+        cost = preset.cost
+        return cls(
+            **known,
+            core_seconds=None if cost is None else cost.core_seconds * pace,
+            bytes=None if cost is None else cost.bytes,
+        )
+
+
 class EstimateModel(Answer):
     """What a sweep would cost; nothing was stored."""
 
-    runs: int = Field(description="points of the sweep")
+    runs: int = Field(description="points of the sweep, times resolutions and offsets")
     reused: int = Field(description="different runs that are computed or under way already")
     core_seconds: float = Field(description="of the runs that are not there yet")
     seconds: float = Field(description="the same on the workers of this service")
     bytes: int = Field(description="that their results would take")
+    presets: list[PresetModel] = Field(description="the same at each accuracy that is offered")
 
 
 class ParameterModel(Answer):

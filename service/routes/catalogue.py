@@ -1,10 +1,13 @@
-"""What may be asked for: scenarios with their parameters, materials with their sources, laws."""
+"""What may be asked for: scenarios with their parameters, materials with their sources, laws, presets."""
+
+from dataclasses import asdict
 
 from fastapi import APIRouter
 
 from service.schemas import Catalogue, ParameterModel, ScenarioCatalogue, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.parameters import declared, describe
+from studies.recipes import ACCURACY, RECIPES
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 
@@ -25,6 +28,18 @@ def list_materials() -> Catalogue:
 def list_laws() -> Catalogue:
     """Every law, with equation, source and range."""
     return Catalogue(items=[laws.load(name).describe() for name in laws.names()])
+
+
+@router.get("/accuracies")
+def list_accuracies() -> Catalogue:
+    """Every preset of resolutions and sub-cell offsets: what `accuracy` of a sweep may say."""
+    return Catalogue(items=[{"name": name, **asdict(one)} for name, one in ACCURACY.items()])
+
+
+@router.get("/recipes")
+def list_recipes() -> Catalogue:
+    """Every preset of numerical parameters: what the parameter `recipe` may say, and what it fills in."""
+    return Catalogue(items=[{"name": name, **asdict(one)} for name, one in RECIPES.items()])
 
 
 def _scenario(name: str) -> ScenarioModel:

@@ -6,7 +6,15 @@ from fastapi import APIRouter, Path, Query, Response
 
 from service.jobs import RUN_STATES, State, SweepState
 from service.routes.given import SettingsGiven, StoreGiven, SweepGiven
-from service.schemas import EstimateModel, PointPage, SweepModel, SweepPage, example_sweeps
+from service.schemas import (
+    EstimateModel,
+    PointPage,
+    PresetModel,
+    SweepModel,
+    SweepPage,
+    example_sweeps,
+)
+from studies.cost import presets_of
 from studies.run import estimate
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
@@ -15,7 +23,10 @@ RETRY_AFTER = "2"  # s; a good moment to look at a new sweep again
 SWEEP_BODY: dict[str, Any] = {
     "requestBody": {
         "required": True,
-        "description": "A sweep document. Quantities carry their unit: `6 km/s`, `2 mm`.",
+        "description": (
+            "A sweep document. Quantities carry their unit: `6 km/s`, `2 mm`. `resolution` may be a "
+            "list and `offsets` a number of sub-cell positions; `accuracy` sets both by a name."
+        ),
         "content": {
             "application/json": {"schema": {"type": "object"}, "examples": example_sweeps()},
             "application/yaml": {"schema": {"type": "object"}},
@@ -45,18 +56,20 @@ def submit_sweep(sweep: SweepGiven, store: StoreGiven, response: Response) -> Sw
 
 @router.post("/estimate", openapi_extra=SWEEP_BODY)
 def estimate_sweep(sweep: SweepGiven, store: StoreGiven, settings: SettingsGiven) -> EstimateModel:
-    """What a sweep would cost. Nothing is stored."""
+    """What a sweep would cost, as it is and at each `accuracy`. Nothing is stored."""
     points = sweep.runs()
     runs = {point.run.id: point.run for point in points}
     known = store.known_runs(runs)
     estimates = [estimate(run) for id, run in runs.items() if id not in known]
-    core_seconds = sum(one.core_seconds for one in estimates) * (store.pace() or 1.0)
+    pace = store.pace() or 1.0
+    core_seconds = sum(one.core_seconds for one in estimates) * pace
     return EstimateModel(
         runs=len(points),
         reused=len(known),
         core_seconds=core_seconds,
         seconds=core_seconds / max(1, min(settings.workers, len(estimates))),
         bytes=sum(one.bytes for one in estimates),
+        presets=[PresetModel.of(one, pace) for one in presets_of(sweep, settings.max_runs)],
     )
 
 

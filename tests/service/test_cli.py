@@ -13,6 +13,7 @@ import pytest
 from service import cli, local
 from service.jobs import RUN_STATES, SweepRow, SweepState
 from studies import examples
+from studies.recipes import ACCURACY
 from tests.service.api import FILES, Api, open_api, served
 
 Run = Callable[..., int]
@@ -91,6 +92,27 @@ def test_sweep__of_bad_input_ends_with_2_and_the_cure(
     assert "Traceback" not in said
     for word in ("value", "limit", "cure", *words):
         assert word in said
+
+
+def test_estimate__prints_the_cost_and_that_of_each_accuracy(
+    whipple: Run, smoke: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("estimate", smoke) == 0
+    said = capsys.readouterr().out
+    assert "smoke: 2 runs" in said
+    for name, preset in ACCURACY.items():
+        assert f"accuracy: {name}" in said
+        assert f"{2 * len(preset.resolutions) * preset.offsets} runs" in said
+        assert preset.meaning in said
+
+
+def test_estimate__of_bad_input_ends_with_2(
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(examples.text("smoke") + "\naccuracy: fine\n")
+    assert whipple("estimate", file) == 2
+    assert "give one of the two" in capsys.readouterr().err
 
 
 def test_sweep__of_a_missing_file_ends_with_2_and_its_name(

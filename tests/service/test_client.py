@@ -122,6 +122,7 @@ def test_catalogue__is_at_hand(client: Client) -> None:
     assert "thin_plate" in [one["name"] for one in client.scenarios()]
     assert "copper-ofhc" in [one["name"] for one in client.materials()]
     assert client.laws()
+    assert "fine" in [one["name"] for one in client.accuracies()]
     assert client.estimate(SWEEP)["runs"] == 2
 
 

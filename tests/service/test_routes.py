@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from studies import examples
+from studies.recipes import ACCURACY
 from tests.service.api import FILES, SWEEP, Api, open_api
 
 
@@ -164,6 +165,46 @@ def test_estimate__counts_and_stores_nothing(api: Api) -> None:
     assert len(api.http.get("/v1/sweeps").json()["items"]) == 1
 
 
+def test_estimate__shows_what_each_accuracy_would_cost(api: Api) -> None:
+    presets = api.http.post("/v1/sweeps/estimate", json=SWEEP).json()["presets"]
+    assert [preset["name"] for preset in presets] == list(ACCURACY)
+    for preset in presets:
+        at = {key: value for key, value in SWEEP.items() if key != "resolution"}
+        asked = api.http.post("/v1/sweeps/estimate", json=at | {"accuracy": preset["name"]}).json()
+        for word in ("runs", "core_seconds", "bytes"):
+            assert preset[word] == pytest.approx(asked[word])
+
+
+def test_estimate__offers_no_preset_where_the_resolution_is_an_axis(api: Api) -> None:
+    axes = {**SWEEP["axes"], "cells_per_diameter": [8, 16]}
+    own = {**SWEEP, "axes": axes}
+    del own["resolution"]
+    assert api.http.post("/v1/sweeps/estimate", json=own).json()["presets"] == []
+
+
+def test_estimate__says_why_a_preset_is_not_offered(api: Api) -> None:
+    thin = {**SWEEP, "fixed": {**SWEEP["fixed"], "plate_thickness": "0.1 mm"}, "resolution": 64}
+    presets = api.http.post("/v1/sweeps/estimate", json=thin).json()["presets"]
+    draft = {preset["name"]: preset for preset in presets}["draft"]
+    assert draft["core_seconds"] is None
+    assert "half a cell" in draft["reason"]
+
+
+def test_submit__of_several_resolutions_and_offsets_plans_each_run(api: Api) -> None:
+    id = api.submit(resolution=[8, 16], offsets=3)
+    assert api.http.get(f"/v1/sweeps/{id}").json()["planned"] == 12
+    points = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"]
+    assert points[1]["index"] == [0, 0, 1]
+    assert points[1]["coordinates"] == {
+        "speed": 3000.0,
+        "cells_per_diameter": 8.0,
+        "offset": 0.333333333333,
+    }
+    document = api.http.get(f"/v1/sweeps/{id}/document").json()
+    assert (document["resolution"], document["offsets"]) == ([8.0, 16.0], 3)
+    assert api.http.post("/v1/sweeps", json=document).json()["reused"] == 12
+
+
 # --- files ------------------------------------------------------------------------------------------
 
 
@@ -250,6 +291,20 @@ def test_scenarios__tell_unit_bounds_default_and_meaning(api: Api) -> None:
 def test_materials__carry_unit_source_and_confidence(api: Api) -> None:
     items = {one["name"]: one for one in api.http.get("/v1/materials").json()["items"]}
     assert {"value", "unit", "source", "confidence"} == set(items["copper-ofhc"]["density"])
+
+
+def test_accuracies__carry_resolutions_offsets_and_meaning(api: Api) -> None:
+    items = {one["name"]: one for one in api.http.get("/v1/accuracies").json()["items"]}
+    assert list(items) == list(ACCURACY)
+    assert items["fine"]["resolutions"] == list(ACCURACY["fine"].resolutions)
+    assert items["fine"]["offsets"] == ACCURACY["fine"].offsets
+    assert all(one["meaning"] for one in items.values())
+
+
+def test_recipes__say_what_they_fill_in(api: Api) -> None:
+    items = {one["name"]: one for one in api.http.get("/v1/recipes").json()["items"]}
+    assert {"whipple", "thesis"} <= set(items)
+    assert items["thesis"]["shape"] == "linear"
 
 
 def test_laws__carry_equation_source_and_range(api: Api) -> None:
