@@ -11,5 +11,5 @@ before any figure was computed:
 3. Among these the smallest sum of |D(8) - D(4)| / D(8) over both speeds wins, where D(n) is the hole at n cells through
    the plate; variants within half a percentage point of the best count as equal, and then the cheaper one wins.
 
-Variants change one thing at a time, around linear cells and around quadratic B-splines.
+Variants change one thing at a time around a base of each shape.
 """
