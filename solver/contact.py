@@ -1,14 +1,17 @@
 """Bodies that meet, each with a velocity field of its own: Bardenhagen, Brackbill and Sulsky (2000), Comput. Methods
 Appl. Mech. Eng. 187, 529; Ma (2005), section 2.2.3.
 
-A node that two bodies reach is where they may touch. They do when they would still approach each other along the
-normal after the step; then they get the impulse that gives both the normal velocity of their common centre of mass,
-and along the surface as much of it as Coulomb's friction allows. Bodies that draw apart are left alone. Bodies meet
+A node that two bodies reach is where they may touch. They do when they approach each other along the normal, and still
+would after the step; then they get the impulse that gives both the normal velocity of their common centre of mass, and
+along the surface as much of it as Coulomb's friction allows. Bodies that draw apart are left alone. Bodies meet
 before their surfaces do, by about a cell: a node cannot tell how far from it a body ends.
 
 The impulse is a force of the step like any other, equal and opposite on the two fields. Bodies that meet give up
 kinetic energy of their relative motion that no stress has taken: minus the impulse times the mean of the relative
-velocities before and after, booked as taken.
+velocities before and after, booked as taken. That is why the approach is judged before the forces too: where these
+alone would make bodies approach that draw apart, the impulse would do work on them. Without this, slow elastic bars
+gained up to 44 % of their energy at the contact; with it they lose a sixth to a third of it. Judged by the velocities
+before the forces alone, as in Ma (2005), Eqs. 2-27 and 2-28, they stick (2026-11).
 """
 
 import math
@@ -64,13 +67,14 @@ def meet(first, second, meeting, friction, dt):
         meeting.impulse[i, :] = 0.0
         if first.mass[i] <= 0.0 or second.mass[i] <= 0.0:
             continue
-        size = approach = 0.0
+        size = approach = before = 0.0
         for c in range(3):
             normal[c] = first.surface[i, c] - second.surface[i, c]
             size += normal[c] * normal[c]
-            relative[c] = _trial(first, i, c, dt) - _trial(second, i, c, dt)
+            relative[c] = _velocity(first, i, c, dt) - _velocity(second, i, c, dt)
             approach += relative[c] * normal[c]
-        if approach <= 0.0:
+            before += (_velocity(first, i, c, 0.0) - _velocity(second, i, c, 0.0)) * normal[c]
+        if approach <= 0.0 or before <= 0.0:
             continue
         size = math.sqrt(size)
         approach /= size
@@ -92,8 +96,8 @@ def meet(first, second, meeting, friction, dt):
 
 
 @device
-def _trial(nodes, i, c, dt):
-    """Velocity at the end of the step without contact."""
+def _velocity(nodes, i, c, dt):
+    """Velocity after a step without contact."""
     return (nodes.momentum[i, c] + nodes.force[i, c] * dt) / nodes.mass[i]
 
 

@@ -1,8 +1,9 @@
 """Sod's tube: a rarefaction, a contact and a shock in an ideal gas."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
-from studies.recipes import Recipe
+from studies.recipes import Recipe, Shape
 from studies.verification import Case, Row, observed_order, relative, reported
 from studies.verification._column import (
     INTERFACE_CELLS,
@@ -19,19 +20,30 @@ from studies.verification._matter import gas
 CELLS = (100, 200, 400)  # in a tube of length 1, coarse to fine
 END_TIME = 0.2
 
+# Gas of the left chamber thins by a factor of 2.3, and two particles per cell become less than one. Splines still bridge
+# the gaps; particles of a fixed width do not, and linear cells never did: they are reported.
+GATED: Shape = "quadratic-bspline"
+
 # Set before any run, at the finest grid: what the plate impact is held to, and twice that for densities next to the
 # contact, where the particles of both sides share cells.
 PRESSURE, VELOCITY, DENSITY, SHOCK_SPEED = 0.01, 0.01, 0.02, 0.01
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
-    exact = riemann(*SOD, SOD_GAMMA)
-    lines = {cells: _tube(cells, exact, recipe) for cells in CELLS}
-    errors = [_density_error(lines[cells], exact, cells) for cells in CELLS]
-    yield from _rows(lines[CELLS[-1]], exact, CELLS[-1])
-    for cells, error in zip(CELLS, errors, strict=True):
-        order = observed_order(errors) if cells == CELLS[-1] else None
-        yield reported(f"L1 error of the density, {cells} cells", error, order=order)
+    for one in (recipe, replace(recipe, shape=GATED)):
+        exact = riemann(*SOD, SOD_GAMMA)
+        lines = {cells: _tube(cells, exact, one) for cells in CELLS}
+        errors = [_density_error(lines[cells], exact, cells) for cells in CELLS]
+        for row in _rows(lines[CELLS[-1]], exact, CELLS[-1]):
+            gated = row.tolerance if one.shape == GATED else None
+            yield replace(row, claim=f"{one.shape}: {row.claim}", tolerance=gated)
+        for cells, error in zip(CELLS, errors, strict=True):
+            order = observed_order(errors) if cells == CELLS[-1] else None
+            yield reported(
+                f"{one.shape}: L1 error of the density, {cells} cells", error, order=order
+            )
+        if recipe.shape == GATED:
+            break
 
 
 def _tube(cells: int, exact: Riemann, recipe: Recipe) -> tuple[Profile, Profile]:
