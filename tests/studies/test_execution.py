@@ -12,8 +12,10 @@ from solver.errors import Interrupted
 from studies import materials, scenarios
 from studies.execution import _kinds_of_problem, compute, observer_of
 from studies.parameters import declared
+from studies.recipes import RECIPES
 from studies.results import RunResult
 from studies.run import Run, materials_of, resolve
+from studies.scenarios._numerics import Numerics, numerics
 
 # Small runs, one of each family.
 RUNS: dict[str, dict[str, Any]] = {
@@ -185,7 +187,7 @@ def test_estimate__is_near_the_real_number_of_steps(
 
 
 def test_kernels__are_compiled_for_every_shipped_example_and_the_recipe_of_the_thesis() -> None:
-    shapes = {type(problem.shape).__name__ for problem in _kinds_of_problem()}
+    shapes = {type(problem.shape) for problem in _kinds_of_problem()}
     geometries = {type(problem.geometry).__name__ for problem in _kinds_of_problem()}
-    assert {"Linear", "QuadraticBSpline"} <= shapes
+    assert shapes == {type(numerics(Numerics(recipe=name))["shape"]) for name in RECIPES}
     assert geometries == {"Axisymmetric", "Cartesian3D"}

@@ -97,7 +97,7 @@ def test_identity__of_the_default_is_that_of_its_name() -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        {"shape": "gimp"},
+        {"shape": "linear"},
         {"scheme": "usf"},
         {"particles_per_cell": 3},
         {"viscosity_linear": 0.1},
