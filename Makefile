@@ -17,7 +17,7 @@ TARGETS := help demo test claims bench clean
 help:
 	@echo "make demo               set up, compute the two example sweeps into $(OUT)/, print cold and warm time"
 	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
-	@echo "make claims [first-light]   recompute what the project says about itself (one set, or all)"
+	@echo "make claims [first-light|proven]   recompute what the project says about itself (one set, or all)"
 	@echo "make bench              measure speed; never part of pass or fail"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
