@@ -35,7 +35,8 @@ class Recipe:
 RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
     {
         # Chosen by the rule of ``studies.recipe_study``, see docs/recipe.md: of the shapes that hold the plateau of a
-        # plate impact, GIMP has the hole that changes least with the grid, 0.9 % from 4 to 8 cells through a plate.
+        # plate impact, GIMP has the hole that changes least with the grid: by 1 to 3 % from 4 to 8 cells through a
+        # plate, mean of three sub-cell positions, where splines change by 5 to 6 %.
         "whipple": Recipe(
             shape="gimp",
             scheme="musl",
