@@ -193,7 +193,18 @@ class Stepper:
             if damping[0] > 0.0 and damping[1] == 2.0:
                 self._smooth(field, stage)
         for field in self.fields:
-            self._transfer(field, stage, work, damping, dt)
+            field.lost[:] = 0.0
+            self._over_slabs(
+                move_particles,
+                field,
+                stage,
+                stage.moved,
+                field.nodes,
+                work,
+                damping,
+                dt,
+                field.lost,
+            )
             impulse -= field.lost[:, :3].sum(axis=0)
             energy += float(field.lost[:, 3].sum())
             energy += field.close_mapped()
@@ -218,22 +229,8 @@ class Stepper:
             meet(nodes, others, meeting, contact.friction, dt)
 
     def _scatter_surface(self, field: Field, stage: Stage) -> None:
-        begin, end = _span(stage, field)
-        order = stage.order[begin:end]
         field.nodes.surface[:] = 0.0
-        for slabs in self._shares(field):
-            self.team.run(
-                lambda share: scatter_surface(
-                    self.problem.geometry,
-                    self.problem.shape,
-                    stage.particles,
-                    order,
-                    field.slab_start,
-                    share,
-                    field.nodes.surface,
-                ),
-                slabs,
-            )
+        self._over_slabs(scatter_surface, field, stage, field.nodes.surface)
         for axis in field.layers:
             for layer in axis:
                 fold_vectors(layer, field.nodes.surface)
@@ -241,76 +238,18 @@ class Stepper:
                 mirror_vectors(layer, field.nodes.surface)
 
     def _scatter(self, field: Field, stage: Stage) -> None:
-        begin, end = _span(stage, field)
-        order = stage.order[begin:end]
-        for slabs in self._shares(field):
-            self.team.run(
-                lambda share: scatter_state(
-                    self.problem.geometry,
-                    self.problem.shape,
-                    stage.particles,
-                    order,
-                    field.slab_start,
-                    share,
-                    field.nodes,
-                ),
-                slabs,
-            )
+        self._over_slabs(scatter_state, field, stage, field.nodes)
 
     def _smooth(self, field: Field, stage: Stage) -> None:
         """The nodal velocities seen through the particles once more."""
-        begin, end = _span(stage, field)
-        order = stage.order[begin:end]
         field.nodes.smooth[:] = 0.0
-        for slabs in self._shares(field):
-            self.team.run(
-                lambda share: scatter_smoothed(
-                    self.problem.geometry,
-                    self.problem.shape,
-                    stage.particles,
-                    order,
-                    field.slab_start,
-                    share,
-                    field.nodes,
-                ),
-                slabs,
-            )
+        self._over_slabs(scatter_smoothed, field, stage, field.nodes)
         for layer in field.walls():
             fold_vectors(layer, field.nodes.smooth)
         self._on_nodes(divide_smooth, field.nodes)
         for axis in reversed(field.layers):
             for layer in axis:
                 mirror_vectors(layer, field.nodes.smooth)
-
-    def _transfer(
-        self,
-        field: Field,
-        stage: Stage,
-        work: tuple[float, float],
-        damping: tuple[float, float],
-        dt: float,
-    ) -> None:
-        begin, end = _span(stage, field)
-        order = stage.order[begin:end]
-        field.lost[:] = 0.0
-        for slabs in self._shares(field):
-            self.team.run(
-                lambda share: move_particles(
-                    self.problem.geometry,
-                    self.problem.shape,
-                    stage.particles,
-                    stage.moved,
-                    order,
-                    field.slab_start,
-                    share,
-                    field.nodes,
-                    work,
-                    damping,
-                    dt,
-                    field.lost,
-                ),
-                slabs,
-            )
 
     def _update(self, stage: Stage, tally: Tally, dt: float, *, keep: int) -> None:
         row = 0
@@ -351,6 +290,24 @@ class Stepper:
             )
 
         self.team.run(update, self.team.ranges(end - begin, CHUNK))
+
+    def _over_slabs(self, work: Any, field: Field, stage: Stage, *arguments: Any) -> None:
+        """A kernel over the particles of a field, slab by slab."""
+        begin, end = _span(stage, field)
+        order = stage.order[begin:end]
+        for slabs in self._shares(field):
+            self.team.run(
+                lambda share: work(
+                    self.problem.geometry,
+                    self.problem.shape,
+                    stage.particles,
+                    order,
+                    field.slab_start,
+                    share,
+                    *arguments,
+                ),
+                slabs,
+            )
 
     def _shares(self, field: Field) -> list[list[np.ndarray]]:
         """Slabs for each thread: the even ones, and then the odd ones; empty slabs are left out."""

@@ -106,7 +106,7 @@ def _scatter_state(geometry, shape, particles, order, begin, end, nodes):
 
 @kernel
 def move_particles(
-    geometry, shape, particles, moved, order, slab_start, slabs, nodes, work, damping, dt, lost
+    geometry, shape, particles, order, slab_start, slabs, moved, nodes, work, damping, dt, lost
 ):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
