@@ -112,8 +112,8 @@ def move_particles(
 
     The internal energy takes the part ``work[0]`` of the work of the stress in the velocities before the forces
     (``work[1]`` times that of the viscosity). New positions go to ``moved`` (n, 3): the strain update that follows
-    still uses the weights of the old ones. ``damping`` is (part of the step, order); ``lost`` (slabs, 4) takes the
-    momentum and, last, the energy that it took from each slab.
+    still uses the weights of the old ones. ``damping`` is (part of the step, order); to ``lost`` (slabs, 4) are added
+    the momentum and, last, the energy that it took from each slab.
     """
     for slab in slabs:
         begin, end = slab_start[slab], slab_start[slab + 1]
@@ -138,7 +138,6 @@ def _move(geometry, shape, particles, moved, order, begin, end, nodes, work, dam
     stencil = new_stencil(geometry, shape)
     drift = np.empty(3)
     kick = np.empty(3)
-    lost[:] = 0.0
     for place in range(begin, end):
         p = order[place]
         fill_stencil(geometry, shape, particles.position, p, stencil)
