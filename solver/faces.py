@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.geometry import exit_face, layer_nodes
+from solver.geometry import exit_face, layer_nodes, node_positions
 from solver.jit import device, kernel
-from solver.problem import Face
+from solver.problem import Clamp, Face
 
-_FREE = int(Face.FREE)
+_FREE, _FIXED = int(Face.FREE), int(Face.FIXED)
 
-# What a wall does at one of its nodes in a step; the other faces are closed always.
+# What a face does at one of its nodes in a step: walls judge anew in each, the others never change.
 OPEN = 0  # nothing: the body leaves
 CLOSED = 1  # holds the node and mirrors the body
 STOPPED = 2  # stops the node, and pulls at nothing: the body draws away, but still moves on towards the wall
@@ -40,11 +40,13 @@ class Layer(NamedTuple):
     taken: np.ndarray  # (n,) momentum taken from that node, kg m/s
 
 
-def closed_layers(geometry: Any, faces: tuple[tuple[Face, Face], ...]) -> list[list[Layer]]:
+def closed_layers(
+    geometry: Any, faces: tuple[tuple[Face, Face], ...], clamp: Clamp
+) -> list[list[Layer]]:
     """The closed faces of each axis with extent."""
     return [
         [
-            _layer(geometry, axis, side, kind)
+            _layer(geometry, axis, side, kind, clamp)
             for side, kind in enumerate(faces[axis])
             if kind != Face.FREE
         ]
@@ -53,8 +55,14 @@ def closed_layers(geometry: Any, faces: tuple[tuple[Face, Face], ...]) -> list[l
     ]
 
 
-def _layer(geometry: Any, axis: int, side: int, kind: Face) -> Layer:
+def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> Layer:
     face = layer_nodes(geometry, axis, side, 0)
+    closed = np.full(face.size, CLOSED, np.uint8)
+    if kind == Face.FIXED:
+        along = np.arange(3) != axis
+        place = node_positions(geometry)[face][:, along]
+        beyond = (place < clamp.lower[along]) | (place > clamp.upper[along])
+        closed[beyond.any(axis=1)] = OPEN
     sign = np.ones(3)
     sign[slice(None) if kind == Face.FIXED else axis] = -1.0
     return Layer(
@@ -65,7 +73,7 @@ def _layer(geometry: Any, axis: int, side: int, kind: Face) -> Layer:
         face,
         layer_nodes(geometry, axis, side, -1),
         layer_nodes(geometry, axis, side, 1),
-        np.ones(face.size, np.uint8),
+        closed,
         np.zeros(face.size),
         np.zeros((face.size, 3)),
         np.zeros(face.size),
@@ -215,8 +223,10 @@ def book_ghosts(layer, nodes, dt, impulse):
 
 
 @kernel
-def cross_faces(geometry, faces, particles, impulse):
+def cross_faces(geometry, faces, clamp, particles, impulse):
     """Particles outside the grid: those past a free face die, those past a closed one are put back and turned round.
+
+    A fixed face is free beyond the clamp.
 
     Returns how many were put back; adds what they were given to ``impulse`` (3,).
     """
@@ -226,7 +236,10 @@ def cross_faces(geometry, faces, particles, impulse):
         while face >= 0 and particles.alive[p]:
             axis = face // 2
             side = face - 2 * axis
-            if faces[axis, side] == _FREE:
+            kind = faces[axis, side]
+            if kind == _FREE or (
+                kind == _FIXED and not _clamped(clamp, particles.position, p, axis)
+            ):
                 particles.alive[p] = 0
             else:
                 _put_back(geometry, particles, p, axis, side)
@@ -234,6 +247,17 @@ def cross_faces(geometry, faces, particles, impulse):
                 reflected += 1
             face = exit_face(geometry, particles.position, p)
     return reflected
+
+
+@device
+def _clamped(clamp, position, p, axis):
+    """Whether a particle past a face of an axis left within the clamp: its place along the face decides."""
+    for other in range(3):
+        if other != axis:
+            place = position[p, other]
+            if place < clamp.lower[other] or place > clamp.upper[other]:
+                return False
+    return True
 
 
 @device

@@ -24,9 +24,21 @@ class Face(IntEnum):
     """What a face of the grid does to the nodes on it."""
 
     FREE = 0  # nothing; particles that pass it are booked in the outflow ledger
-    FIXED = 1  # holds all components
+    FIXED = 1  # holds all components, within the problem's clamp
     SYMMETRIC = 2  # holds the normal component
     WALL = 3  # holds the normal component against approach only, and lets go
+
+
+class Clamp(NamedTuple):
+    """The box in which fixed faces hold; beyond it they are free."""
+
+    lower: np.ndarray  # (3,) m
+    upper: np.ndarray  # (3,) m
+
+
+def clamp(*, lower: Any = -np.inf, upper: Any = np.inf) -> Clamp:
+    """A clamp between two corners, one number or one for each axis; by default everywhere."""
+    return Clamp(np.full(3, lower, np.float64), np.full(3, upper, np.float64))
 
 
 class Scheme(IntEnum):
@@ -109,6 +121,7 @@ class Problem:
     scheme: Scheme = Scheme.MUSL
     damping: Damping = field(default_factory=Damping)
     contact: Contact | None = None  # None: one velocity field for all bodies
+    clamp: Clamp = field(default_factory=clamp)
 
     def __post_init__(self) -> None:
         if not self.bodies or not all(body.mass.size for body in self.bodies):

@@ -74,7 +74,7 @@ class Field:
 
     def __init__(self, problem: Problem, bodies: slice):
         self.nodes = empty_nodes(node_count(problem.geometry))
-        self.layers = closed_layers(problem.geometry, problem.faces)
+        self.layers = closed_layers(problem.geometry, problem.faces, problem.clamp)
         slabs = slab_count(problem.geometry)
         self.slab_start = np.zeros(slabs + 1, np.int64)
         self.lost = np.zeros((slabs, 4))
@@ -147,7 +147,9 @@ class Stepper:
             self._update(stage, tally, dt, keep=0)  # sigma at n+1
         reflected = 0
         if tally.outside.any():
-            reflected = cross_faces(self.problem.geometry, self.faces, stage.particles, impulse)
+            reflected = cross_faces(
+                self.problem.geometry, self.faces, self.problem.clamp, stage.particles, impulse
+            )
         return Booked(impulse, energy, reflected)
 
     def _sort(self, stage: Stage) -> None:

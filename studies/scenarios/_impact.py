@@ -29,7 +29,7 @@ from studies.scenarios._numerics import (
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Face
+    from solver.problem import Body, Clamp, Face
     from studies.materials import Material
 
 UPRANGE, DOWNRANGE = 2.5, 5.0  # grid in front of and behind the target, in projectile diameters
@@ -66,7 +66,9 @@ class Shot:
     cells_per_diameter: Dimensionless = described(
         "grid cells across the projectile's diameter", 2.0, 512.0, default=32.0
     )
-    edges: Literal["fixed", "free"] = explained("what holds the target's rim", default="fixed")
+    edges: Literal["fixed", "free"] = explained(
+        "what holds the target's rim; debris that flies past it leaves the grid", default="fixed"
+    )
     end_time: Second | None = described(
         "latest end of the run; by default 7.5 ms per metre of diameter (60 us at 8 mm), 15 for a thick block",
         1e-9,
@@ -215,6 +217,7 @@ def assemble(
         geometry=geometry,
         bodies=bodies,
         faces=faces,
+        clamp=_clamp(given, thickness),
         end_time=end_time(given),
         **numerics(given),
     )
@@ -275,6 +278,19 @@ def _grid(
         spacing=cell,
     )
     return geometry, ((rim, rim) if whole else inner_to_rim, inner_to_rim, free)
+
+
+def _clamp(given: Impact, thickness: float) -> "Clamp":
+    """The rim of the target, and the cell on either side that its particles reach; debris beyond it flies on."""
+    import numpy as np
+
+    from solver.problem import clamp
+
+    reach = (1.0 + 1e-6) * spacing(given)  # nodes a cell away belong to it whatever the round-off
+    lower, upper = np.full(3, -np.inf), np.full(3, np.inf)
+    axis = _flight_axis(given)
+    lower[axis], upper[axis] = -reach, thickness + reach
+    return clamp(lower=lower, upper=upper)
 
 
 def _length(given: Impact) -> float:

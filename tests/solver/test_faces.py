@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from solver.faces import (
+    CLOSED,
+    OPEN,
     Layer,
     closed_layers,
     cross_faces,
@@ -14,8 +16,8 @@ from solver.faces import (
     judge_wall,
     mirror_velocity,
 )
-from solver.geometry import node_count
-from solver.problem import Face, Problem
+from solver.geometry import node_count, node_positions
+from solver.problem import Face, Problem, clamp
 from solver.registry import entries
 from solver.shapes.linear import Linear
 from solver.simulation import Simulation, start
@@ -48,7 +50,7 @@ def layer_of(kind: Face, axis: int, side: int) -> Layer:
     """The layer of the one closed face of the box."""
     faces = [[Face.FREE, Face.FREE] for _ in range(3)]
     faces[axis][side] = kind
-    (layer,) = closed_layers(BOX, tuple(map(tuple, faces)))[axis]  # type: ignore[arg-type]
+    (layer,) = closed_layers(BOX, tuple(map(tuple, faces)), clamp())[axis]  # type: ignore[arg-type]
     return layer
 
 
@@ -156,7 +158,7 @@ def crossed(*kinds: Face, place: float, velocity: float) -> tuple[Any, np.ndarra
     faces = np.zeros((3, 2), np.int64)
     faces[0] = [int(kind) for kind in kinds]
     impulse = np.zeros(3)
-    return particles, impulse, cross_faces(BOX, faces, particles, impulse)
+    return particles, impulse, cross_faces(BOX, faces, clamp(), particles, impulse)
 
 
 @pytest.mark.parametrize("place", [-0.1, 4.0, 4.3])
@@ -198,8 +200,40 @@ def test_closed_faces__do_not_keep_what_leaves_through_a_free_one_beside_them() 
     particles.position[0] = (-0.1 * SPACING, 4.2 * SPACING, 2.0 * SPACING)
     faces = np.zeros((3, 2), np.int64)
     faces[0, 0] = int(Face.FIXED)
-    cross_faces(BOX, faces, particles, np.zeros(3))
+    cross_faces(BOX, faces, clamp(), particles, np.zeros(3))
     assert particles.alive[0] == 0
+
+
+# Within a clamp
+
+GRIP = clamp(
+    lower=(-np.inf, SPACING, -np.inf), upper=(np.inf, 2.0 * SPACING, np.inf)
+)  # layers 1 and 2 along y
+
+
+def test_clamp__holds_a_fixed_face_within_it_and_leaves_it_free_beyond() -> None:
+    faces = ((Face.FIXED, Face.FREE), FREE, FREE)
+    ((layer,), _, _) = closed_layers(BOX, faces, GRIP)
+    place = node_positions(BOX)[layer.face, 1] / SPACING
+    held = (place > 0.9) & (place < 2.1)
+    assert (layer.closed[held] == CLOSED).all()
+    assert (layer.closed[~held] == OPEN).all()
+
+
+@pytest.mark.parametrize("kind", [Face.SYMMETRIC, Face.WALL])
+def test_clamp__is_of_fixed_faces_only(kind: Face) -> None:
+    ((layer,), _, _) = closed_layers(BOX, ((kind, Face.FREE), FREE, FREE), GRIP)
+    assert (layer.closed == CLOSED).all()
+
+
+@pytest.mark.parametrize(("along", "stays"), [(0.5, 0), (1.5, 1), (3.0, 0)])
+def test_clamp__puts_back_within_it_and_lets_go_beyond(along: float, stays: int) -> None:
+    particles = empty_particles(1)
+    particles.position[0] = (-0.1 * SPACING, along * SPACING, 2.0 * SPACING)
+    faces = np.zeros((3, 2), np.int64)
+    faces[0, 0] = int(Face.FIXED)
+    reflected = cross_faces(BOX, faces, GRIP, particles, np.zeros(3))
+    assert particles.alive[0] == reflected == stays
 
 
 # In a simulation

@@ -8,7 +8,7 @@ from solver.faces import closed_layers, fold_state, hold_state, mirror_velocity
 from solver.geometry import grid, lattice_measure, node_count, node_positions
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
-from solver.problem import Face
+from solver.problem import Face, clamp
 from solver.shapes.linear import Linear
 from solver.state import Nodes, Particles, empty_nodes, empty_particles
 from solver.step import solve_momentum
@@ -64,7 +64,7 @@ def scattered(geometry: Any, particles: Particles, shape: Any = LINEAR) -> Nodes
 def closed(geometry: Any, nodes: Nodes, faces: tuple[tuple[Face, Face], ...]) -> np.ndarray:
     """Ghosts folded and faces held, as a step does it; returns the impulse of one second."""
     impulse = np.zeros(3)
-    for axis in closed_layers(geometry, faces):
+    for axis in closed_layers(geometry, faces, clamp()):
         for layer in axis:
             fold_state(layer, nodes)
         for layer in axis:
@@ -104,7 +104,7 @@ def expansion_error(kind: str, shape: Any = LINEAR) -> Expansion:
     faces = (MIRROR, MIRROR, MIRROR)
     closed(geometry, nodes, faces)
     solve_momentum(nodes, 0, nodes.mass.size, 0.0)
-    for axis in reversed(closed_layers(geometry, faces)):
+    for axis in reversed(closed_layers(geometry, faces, clamp())):
         for layer in axis:
             mirror_velocity(layer, nodes)
     rate = np.array(
