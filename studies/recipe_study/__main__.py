@@ -2,88 +2,155 @@
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 from studies.recipe_study.choice import (
+    candidates,
     change_of_hole,
     eligible,
     failures,
-    score,
+    final_changes,
+    gates,
+    mean_holes,
+    scatter,
     total_cost,
     winner,
 )
-from studies.recipe_study.measure import measured
+from studies.recipe_study.measure import (
+    FINAL_CELLS,
+    FINAL_SPEEDS,
+    OFFSETS,
+    final_hole,
+    measured,
+)
 from studies.recipe_study.variants import variants
+from studies.recipes import Recipe
 
 PROCESSES = 2
 Results = dict[str, dict[str, Any]]
+Finals = dict[str, dict[str, dict[str, list[float]]]]  # by variant, speed and cells
 
 
 def main(directory: Path) -> None:
-    """Compute the variants that ``results.json`` in the directory does not hold yet; print the table and the choice."""
+    """Compute what ``results.json`` in the directory does not hold yet; print the tables and the choice."""
     directory.mkdir(parents=True, exist_ok=True)
-    results = compute(directory / "results.json")
-    (directory / "table.md").write_text(table(results))
-    print(table(results))
-    print(f"chosen: {winner(results)}")
+    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
+        results = compute(directory / "results.json", pool)
+        finals = compute_finals(directory / "finals.json", pool, results)
+    text = f"{table(results)}\n{final_table(finals)}"
+    (directory / "table.md").write_text(text)
+    print(text)
+    print(f"chosen: {winner(results, finals)}")
     try:
-        from studies.recipe_study.figures import draw
+        from studies.recipe_study.figures import draw, draw_finals
     except ImportError:
-        print("the figure needs matplotlib: pip install 'whipple[figures]'")
+        print("the figures need matplotlib: pip install 'whipple[figures]'")
         return
-    draw(results, directory)
+    draw(results, directory / "variants.png")
+    draw_finals(finals, directory / "candidates.png")
 
 
-def compute(file: Path) -> Results:
+def compute(file: Path, pool: ProcessPoolExecutor) -> Results:
     """Every variant, stored one by one, so that an interrupted study goes on."""
     results: Results = json.loads(file.read_text()) if file.exists() else {}
     missing = [variant for variant in variants() if variant.name not in results]
-    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
-        jobs = {variant: pool.submit(measured, variant.recipe) for variant in missing}
-        for variant, job in jobs.items():
-            results[variant.name] = {"group": variant.group, **job.result()}
-            file.write_text(json.dumps(results, indent=1))
-            print(variant.name, flush=True)
+    jobs = {variant: pool.submit(measured, variant.recipe) for variant in missing}
+    for variant, job in jobs.items():
+        results[variant.name] = {"group": variant.group, **job.result()}
+        file.write_text(json.dumps(results, indent=1))
+        print(variant.name, flush=True)
     return results
 
 
+def compute_finals(file: Path, pool: ProcessPoolExecutor, results: Results) -> Finals:
+    """Holes of the candidates over grids and sub-cell positions, the longest runs first."""
+    finals: Finals = json.loads(file.read_text()) if file.exists() else {}
+    for name in candidates(results):
+        if name in finals:
+            continue
+        recipe = Recipe(**results[name]["recipe"])
+        jobs = {
+            (f"{speed:g}", str(cells), offset): pool.submit(
+                final_hole, recipe, speed, cells, offset
+            )
+            for cells in reversed(FINAL_CELLS)
+            for speed in FINAL_SPEEDS
+            for offset in OFFSETS
+        }
+        finals[name] = {
+            f"{speed:g}": {
+                str(cells): [jobs[f"{speed:g}", str(cells), one].result() for one in OFFSETS]
+                for cells in FINAL_CELLS
+            }
+            for speed in FINAL_SPEEDS
+        }
+        file.write_text(json.dumps(finals, indent=1))
+        print(f"candidate {name}", flush=True)
+    return finals
+
+
 def table(results: Mapping[str, Mapping[str, Any]]) -> str:
-    """The study as a table in Markdown."""
+    """The variants as a table in Markdown."""
     lines = [
-        "| variant | P, % at 2, 6 km/s | scatter, % | Us, % | D at 4, 8 cells, mm, 2 km/s "
-        "| 6 km/s | sum of changes, % | crater p, D, mm | cost, s | eligible |",
-        "|---|---|---|---|---|---|---|---|---|---|",
+        "| variant | worst error, %: P | Us | particle density | from spacing | scatter, % | bar: time, % | rebound "
+        "| D at 4, 8 cells, mm: 2 km/s | 6 km/s | crater p, D, mm | cost, s | eligible |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     lines += [_line(name, figures) for name, figures in results.items()]
     return "\n".join(lines) + "\n"
 
 
 def _line(name: str, figures: Mapping[str, Any]) -> str:
-    shocks = figures["shocks"].values()
+    bar = figures["bar"]
+    missed = [word for word, held in gates(figures).items() if not held]
+    verdict = "yes" if eligible(figures) else "; ".join([*sorted(set(failures(figures))), *missed])
     cells = [
         name,
-        *(_percents(shocks, key) for key in ("pressure", "scatter", "shock_speed")),
+        *(
+            _worst(figures, quantity)
+            for quantity in ("pressure", "shock_speed", "particle_density", "spacing_density")
+        ),
+        f"{100.0 * scatter(figures):.1f}",
+        f"{100.0 * bar['time']:+.1f}" if "time" in bar else "-",
+        f"{bar['rebound']:.3f}" if "rebound" in bar else "-",
         *(_millimetres(holes.values(), "hole_diameter") for holes in figures["holes"].values()),
-        f"{100.0 * score(figures):.1f}" if change_of_hole(figures, "2000") is not None else "-",
         _millimetres([figures["crater"]], "crater_depth")
         + " "
         + _millimetres([figures["crater"]], "crater_diameter"),
-        f"{total_cost(figures):.0f}",
-        "yes" if eligible(figures) else "; ".join(sorted(set(failures(figures)))) or "no: shock",
+        f"{total_cost(figures):.0f}" if change_of_hole(figures, "2000") is not None else "-",
+        verdict,
     ]
     return "| " + " | ".join(cells) + " |"
 
 
-def _percents(shocks: Any, key: str) -> str:
-    return " ".join(f"{100.0 * one[key]:+.2f}" if key in one else "-" for one in shocks)
+def _worst(figures: Mapping[str, Any], quantity: str) -> str:
+    errors = [error for one in figures["shocks"].values() for error in one.get(quantity, [])]
+    return f"{100.0 * max(errors, key=abs):+.2f}" if errors else "-"
 
 
-def _millimetres(runs: Any, key: str) -> str:
+def _millimetres(runs: Iterable[Mapping[str, Any]], key: str) -> str:
     return " ".join(f"{1e3 * one[key]:.2f}" if one.get(key) is not None else "-" for one in runs)
+
+
+def final_table(finals: Finals) -> str:
+    """The candidates as a table in Markdown."""
+    lines = [
+        "| candidate | speed | D at 4, 8, 16 cells, mm, mean of three positions | 4 to 8, % | 8 to 16, % |",
+        "|---|---|---|---|---|",
+    ]
+    for name, final in finals.items():
+        changes = zip(final_changes(final, "32"), final_changes(final, "64"), strict=True)
+        for (speed, means), (first, last) in zip(mean_holes(final).items(), changes, strict=True):
+            values = " ".join(f"{1e3 * value:.2f}" for value in means.values())
+            where = f"{float(speed) / 1e3:g} km/s"
+            lines.append(
+                f"| {name} | {where} | {values} | {100.0 * first:+.1f} | {100.0 * last:+.1f} |"
+            )
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""One figure of the study: a row for each variant, a column for each figure it is judged by."""
+"""Figures of the study: variants by what they are judged by, candidates by their holes against the cell."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -7,23 +7,28 @@ from typing import Any
 import matplotlib
 from matplotlib import pyplot
 
-from studies.recipe_study.choice import change_of_hole, cost, failures
+from studies.recipe_study.choice import change_of_hole, cost, eligible
+from studies.verification.plate_impact import PRESSURE, SHOCK_SPEED
 
 matplotlib.use("Agg")
 
 SPEEDS = {"2000": ("2 km/s", "#0072b2", "o"), "6000": ("6 km/s", "#d55e00", "s")}
 ROW, WIDTH = 0.24, 12.0  # inches
+WIDEST = (
+    3.0  # axis of an error, in limits of its gate: what lies beyond is out by far, and in the table
+)
+CELLS_THROUGH = 4.0  # cells across the sphere for each cell through the plate of a quarter diameter
 
 Figures = Mapping[str, Any]
 
 
-def draw(results: Mapping[str, Figures], directory: Path) -> None:
-    """``recipe.png`` in the directory."""
+def draw(results: Mapping[str, Figures], file: Path) -> None:
+    """A row for each variant, a column for each figure."""
     names = list(results)
     columns: list[tuple[str, Callable[[Figures, str], float | None], float | None]] = [
-        ("plateau pressure,\nerror / %", _shock("pressure"), 1.5),
-        ("scatter of the\npressure / %", _shock("scatter"), None),
-        ("shock speed,\nerror / %", _shock("shock_speed"), 1.0),
+        ("pressure behind the\nshock, error / %", _shock("pressure"), 100.0 * PRESSURE["gimp"]),
+        ("its scatter / %", _shock("scatter"), None),
+        ("shock speed,\nerror / %", _shock("shock_speed"), 100.0 * SHOCK_SPEED),
         ("hole, change from 4 to 8\ncells through the plate / %", _hole, None),
         ("cost of a hole,\ntimes linear cells", _cost(results["linear"]), None),
     ]
@@ -33,6 +38,7 @@ def draw(results: Mapping[str, Figures], directory: Path) -> None:
     for panel, (title, value, limit) in zip(panels, columns, strict=True):
         if limit is not None:
             panel.axvspan(-limit, limit, color="#e8e8e8", lw=0)
+            panel.set_xlim(-WIDEST * limit, WIDEST * limit)
         panel.axvline(0.0, color="#8a8a8a", lw=0.8)
         for speed, (label, colour, mark) in SPEEDS.items():
             points = [(value(results[name], speed), row) for row, name in enumerate(names)]
@@ -41,17 +47,42 @@ def draw(results: Mapping[str, Figures], directory: Path) -> None:
         panel.set_title(title, fontsize=9)
         panel.grid(axis="y", color="#eeeeee")
         panel.tick_params(labelsize=8)
-    labels = [f"{name}  (failed)" if failures(results[name]) else name for name in names]
+    labels = [f"{name}{'' if eligible(results[name]) else '  (out)'}" for name in names]
     panels[0].set_yticks(range(len(names)), labels, fontsize=8)
     panels[0].invert_yaxis()
     panels[-1].legend(fontsize=8, loc="lower right")
-    figure.savefig(directory / "recipe.png", dpi=120)
+    figure.savefig(file, dpi=120)
+
+
+def draw_finals(finals: Mapping[str, Mapping[str, Mapping[str, list[float]]]], file: Path) -> None:
+    """A panel for each speed: holes against cells through the plate, a mark for each position, a line for the mean."""
+    speeds = list(next(iter(finals.values())))
+    figure, panels = pyplot.subplots(
+        1, len(speeds), figsize=(WIDTH, 4.0), layout="constrained", squeeze=False
+    )
+    for panel, speed in zip(panels[0], speeds, strict=True):
+        for (name, final), (_, colour, mark) in zip(finals.items(), SPEEDS.values(), strict=False):
+            through = [int(cells) / CELLS_THROUGH for cells in final[speed]]
+            for cells, values in zip(through, final[speed].values(), strict=True):
+                panel.plot(
+                    [cells] * len(values), [1e3 * v for v in values], mark, color=colour, ms=4
+                )
+            means = [1e3 * sum(values) / len(values) for values in final[speed].values()]
+            panel.plot(through, means, color=colour, label=name)
+        panel.set_xscale("log", base=2)
+        panel.set_xticks(through, [f"{cells:g}" for cells in through])
+        panel.set_xlabel("cells through the plate")
+        panel.set_title(f"{float(speed) / 1e3:g} km/s", fontsize=10)
+        panel.grid(color="#eeeeee")
+    panels[0][0].set_ylabel("hole diameter / mm")
+    panels[0][0].legend(fontsize=8)
+    figure.savefig(file, dpi=120)
 
 
 def _shock(name: str) -> Callable[[Figures, str], float | None]:
     def percent(figures: Figures, speed: str) -> float | None:
-        value = figures["shocks"][speed].get(name)
-        return None if value is None else 100.0 * float(value)
+        both = figures["shocks"][f"Cu on Cu, {speed}"].get(name)
+        return None if both is None else 100.0 * float(sum(both)) / len(both)
 
     return percent
 

@@ -1,5 +1,6 @@
-"""What is measured of each variant: the states of a plate impact, the hole, the crater, and the cost of each."""
+"""What is measured of each variant: shocks and a bar with exact answers, the hole, the crater, and the cost of each."""
 
+import math
 import tempfile
 import time
 from dataclasses import asdict
@@ -11,13 +12,18 @@ from studies.recipes import Recipe
 from studies.results import RunResult
 from studies.run import execute
 from studies.sweep import Sweep
-from studies.verification._collision import waves
-from studies.verification._hugoniot import COPPER, impedance_match
-from studies.verification.plate_impact import impact
+from studies.verification._hugoniot import Solid
+from studies.verification.bar_contact import contact_and_rebound
+from studies.verification.plate_impact import PAIRS, impact, states
 
 SPEEDS = (2e3, 6e3)  # m/s
 HOLE_CELLS = (16, 32)  # across the diameter: 4 and 8 through the plate
 CRATER_CELLS = 8  # coarse: it compares recipes, it does not predict
+
+# Of the candidates.
+FINAL_SPEEDS = (2e3, 4e3, 6e3)  # m/s
+FINAL_CELLS = (16, 32, 64)
+OFFSETS = (0.0, 1.0 / 3.0, 2.0 / 3.0)  # of a cell
 
 Figures = dict[str, Any]
 
@@ -26,7 +32,11 @@ def measured(recipe: Recipe) -> Figures:
     """Every figure of a recipe."""
     return {
         "recipe": asdict(recipe),
-        "shocks": {f"{speed:g}": shock(recipe, speed) for speed in SPEEDS},
+        "shocks": {
+            f"{flyer.name} on {target.name}, {speed:g}": shock(recipe, flyer, target, speed)
+            for flyer, target, speed in PAIRS
+        },
+        "bar": bar(recipe),
         "holes": {
             f"{speed:g}": {str(cells): hole(recipe, speed, cells) for cells in HOLE_CELLS}
             for speed in SPEEDS
@@ -35,37 +45,46 @@ def measured(recipe: Recipe) -> Figures:
     }
 
 
-def shock(recipe: Recipe, speed: float) -> Figures:
-    """Relative errors of the state behind the shocks of a symmetric copper impact, mean of both."""
+def shock(recipe: Recipe, flyer: Solid, target: Solid, speed: float) -> Figures:
+    """Relative errors of the states behind both shocks of a plate impact."""
     begin = time.process_time()
     try:
-        result = impact(COPPER, COPPER, speed, recipe)
+        result = impact(flyer, target, speed, recipe)
     except WhippleError as error:
         return {"state": "failed", "reason": str(error)}
-    states = dict(zip(("flyer", "target"), impedance_match(COPPER, COPPER, speed), strict=True))
-    both = [(states[body], wave) for body, wave in waves(result)]
-
-    def mean(values: list[float]) -> float:
-        return sum(values) / len(values)
-
+    both = [(exact, wave) for _, exact, wave in states(flyer, target, speed, result)]
     return {
         "state": "succeeded",
-        "pressure": mean([w.plateau.stress / s.pressure - 1.0 for s, w in both]),
-        "scatter": mean([w.plateau.scatter for _, w in both]),
-        "shock_speed": mean([w.speed / s.shock_speed - 1.0 for s, w in both]),
-        "particle_density": mean([w.plateau.density / s.density - 1.0 for s, w in both]),
-        "spacing_density": mean([w.plateau.spacing_density / s.density - 1.0 for s, w in both]),
-        "energy": mean([w.plateau.energy / s.energy - 1.0 for s, w in both]),
-        "drift": result.outcome.audit.energy_drift,
+        "pressure": [w.plateau.stress / s.pressure - 1.0 for s, w in both],
+        "scatter": [w.plateau.scatter for _, w in both],
+        "shock_speed": [w.speed / s.shock_speed - 1.0 for s, w in both],
+        "particle_density": [w.plateau.density / s.density - 1.0 for s, w in both],
+        "spacing_density": [w.plateau.spacing_density / s.density - 1.0 for s, w in both],
+        "energy": [w.plateau.energy / s.energy - 1.0 for s, w in both],
+        "energy_drift": result.outcome.audit.energy_drift,
         "seconds": time.process_time() - begin,
     }
 
 
-def hole(recipe: Recipe, speed: float, cells: int) -> Figures:
+def bar(recipe: Recipe) -> Figures:
+    """The elastic bar on a wall."""
+    try:
+        contact, rebound = contact_and_rebound(recipe)
+    except WhippleError as error:
+        return {"state": "failed", "reason": str(error)}
+    return {"state": "succeeded", "time": contact, "rebound": rebound}
+
+
+def final_hole(recipe: Recipe, speed: float, cells: int, offset: float) -> float:
+    """Diameter of the hole at one sub-cell position, m; NaN without one."""
+    return float(hole(recipe, speed, cells, offset).get("hole_diameter") or math.nan)
+
+
+def hole(recipe: Recipe, speed: float, cells: int, offset: float = 0.0) -> Figures:
     """The hole in a copper plate of a quarter of the sphere's diameter."""
     fixed = {"projectile_diameter": "8 mm", "plate_thickness": "2 mm"}
     copper = {"projectile": "copper-ofhc", "target": "copper-ofhc"}
-    return _run("thin_plate", recipe, speed, cells, {**fixed, **copper})
+    return _run("thin_plate", recipe, speed, cells, {**fixed, **copper, "offset": offset})
 
 
 def crater(recipe: Recipe) -> Figures:

@@ -24,11 +24,13 @@ SHAPES: tuple[Shape, ...] = ("linear", "gimp", "quadratic-bspline")
 CHANGES: dict[str, tuple[dict[str, Any], ...]] = {
     "scheme": ({"scheme": "usf"}, {"scheme": "usl"}),
     "particles": ({"particles_per_cell": 3}, {"particles_per_cell": 4}),
-    # MPM3D-F90's defaults; the linear part alone made stronger; no linear part.
+    # MPM3D-F90's defaults, and then the linear part from none to strong.
     "viscosity": (
         {"viscosity_linear": 0.06, "viscosity_quadratic": 1.5},
-        {"viscosity_linear": 0.5, "viscosity_quadratic": 2.0},
-        {"viscosity_linear": 0.0, "viscosity_quadratic": 2.0},
+        *(
+            {"viscosity_linear": linear, "viscosity_quadratic": 2.0}
+            for linear in (0.0, 0.1, 0.15, 0.25, 0.3, 0.5)
+        ),
     ),
     "courant": ({"courant": 0.15}, {"courant": 0.4}, {"courant": 0.6}),
     # Times of 10 and 1 us: a hole takes 20, a shock crosses the plate in 0.4.

@@ -33,6 +33,14 @@ class Touch:
     rebound: float  # momentum at the end over minus the one at the start
 
 
+def contact_and_rebound(recipe: Recipe) -> tuple[float, float]:
+    """Relative error of the time in contact, and the momentum after the rebound (of that before)."""
+    touch = _touch(recipe)
+    exact = 2.0 * CELLS * SPACING / BAR.bar_speed
+    level = 0.5 * BAR.density * BAR.bar_speed * SPEED * SPACING**2
+    return _duration(touch, level) / exact - 1.0, touch.rebound
+
+
 def _run(recipe: Recipe) -> Iterator[Row]:
     touch = _touch(recipe)
     plateau = BAR.density * BAR.bar_speed * SPEED * SPACING**2

@@ -18,6 +18,10 @@ IMPACT_SPEEDS = (2e3, 6e3)  # m/s
 CELLS_PER_DIAMETER = 16.0
 END_TIME = 20e-6  # of an 8 mm sphere, s
 DRIFT = 0.01
+# A thousandth of the mass may hold a tenth of the internal energy at the end: a hundred times the mean. Stated with
+# 3 to 5 % known; the 17 to 20 % before them came from debris that hit a rim which is no longer held above the plate.
+# In the first microsecond little else than the touching zone has any energy, so the largest share is reported.
+HOTTEST = 0.1
 
 SHOCK_SPEEDS = (2e3, 6e3)
 FLYER_CELLS = (25, 50, 100, 200)
@@ -32,7 +36,6 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 
 def _impact(speed: float, recipe: Recipe) -> Iterator[Row]:
     from solver.simulation import simulate
-    from studies.execution import HOTTEST_SHARE_FLAG
 
     setting = impact_setting(
         recipe,
@@ -51,9 +54,13 @@ def _impact(speed: float, recipe: Recipe) -> Iterator[Row]:
         got=max(abs(one.energy_drift) for one in outcome.history),
     )
     yield at_most(
-        f"{where}: largest share of internal energy in the hottest 0.1 % of mass",
-        limit=HOTTEST_SHARE_FLAG,
-        got=max(one.hottest_energy_share for one in outcome.history),
+        f"{where}: share of internal energy in the hottest 0.1 % of mass at the end",
+        limit=HOTTEST,
+        got=outcome.audit.hottest_energy_share,
+    )
+    yield reported(
+        f"{where}: the same share, largest of the run",
+        max(one.hottest_energy_share for one in outcome.history),
     )
     hottest = float(outcome.snapshot.particles.energy.max()) / (0.5 * speed**2)
     yield reported(f"{where}: hottest particle at the end (of v^2 / 2)", hottest)

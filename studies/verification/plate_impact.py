@@ -7,6 +7,7 @@ from studies.verification import Case, Row, absolute, relative, reported
 from studies.verification._collision import (
     Collision,
     Piece,
+    Wave,
     collide,
     collision_problem,
     waves,
@@ -46,6 +47,15 @@ def impact(
     return collide(collision_problem(first, second, speed, recipe, boost=boost))
 
 
+def states(
+    flyer: Solid, target: Solid, speed: float, result: Collision
+) -> Iterator[tuple[str, Shock, Wave]]:
+    """Each body, the exact state behind its shock, and the one that was found."""
+    exact = dict(zip(("flyer", "target"), impedance_match(flyer, target, speed), strict=True))
+    for body, wave in waves(result):
+        yield body, exact[body], wave
+
+
 def _run(recipe: Recipe) -> Iterator[Row]:
     for flyer, target, speed in PAIRS:
         yield from rows(flyer, target, speed, recipe)
@@ -53,10 +63,9 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 
 def rows(flyer: Solid, target: Solid, speed: float, recipe: Recipe) -> Iterator[Row]:
     """Both waves of one impact against the impedance match."""
-    states = dict(zip(("flyer", "target"), impedance_match(flyer, target, speed), strict=True))
     result = impact(flyer, target, speed, recipe)
-    for body, wave in waves(result):
-        exact, got = states[body], wave.plateau
+    for body, exact, wave in states(flyer, target, speed, result):
+        got = wave.plateau
         where = f"{flyer.name} on {target.name}, {speed / 1e3:g} km/s, {body}"
         gated = recipe.shape in PRESSURE
         yield relative(

@@ -4,43 +4,93 @@ from typing import Any
 
 import pytest
 
-from studies.recipe_study.__main__ import table
-from studies.recipe_study.choice import eligible, score, winner
+from studies.recipe_study.__main__ import final_table, table
+from studies.recipe_study.choice import candidates, eligible, gates, winner
 from studies.recipe_study.variants import variants
+
+SPEEDS = ("2000", "4000", "6000")
 
 
 def study(
-    *, pressure: float = 0.0, holes: tuple[float, float] = (16e-3, 15e-3), seconds: float = 10.0
+    *,
+    shape: str = "gimp",
+    group: str = "base",
+    pressure: float = 0.0,
+    scatter: float = 0.05,
+    rebound: float = 0.95,
+    seconds: float = 10.0,
 ) -> dict[str, Any]:
-    """Figures of a variant that is the same at both speeds."""
+    """Figures of a variant that is the same at all speeds."""
     sound = {"state": "succeeded", "energy_drift": 0.0, "flags": []}
-    shock = {"state": "succeeded", "pressure": pressure, "shock_speed": 0.0, "scatter": 0.05}
-    both = {
-        cells: {**sound, "hole_diameter": hole, "seconds": seconds}
-        for cells, hole in zip(("16", "32"), holes, strict=True)
+    shock = {
+        **{"state": "succeeded", "energy_drift": 0.0, "pressure": [0.0, pressure]},
+        **{"shock_speed": [0.0], "particle_density": [0.0], "spacing_density": [0.0]},
+        "scatter": [scatter],
     }
+    holes = {cells: {**sound, "hole_diameter": 15e-3, "seconds": seconds} for cells in ("16", "32")}
     return {
-        "shocks": {"2000": {**shock, "drift": 0.0}, "6000": {**shock, "drift": 0.0}},
-        "holes": {"2000": both, "6000": both},
+        "group": group,
+        "recipe": {"shape": shape},
+        "shocks": {f"Cu on Cu, {speed}": dict(shock) for speed in SPEEDS},
+        "bar": {"state": "succeeded", "time": 0.0, "rebound": rebound},
+        "holes": {"2000": holes, "6000": holes},
         "crater": {**sound, "crater_depth": 14e-3, "crater_diameter": 25e-3},
     }
 
 
-def test_choice__wants_the_shocks_right_first() -> None:
-    results = {"rough": study(pressure=0.02, holes=(15e-3, 15e-3)), "fine": study()}
-    assert not eligible(results["rough"])
-    assert winner(results) == "fine"
+def final(coarse: float, middle: float, fine: float) -> dict[str, dict[str, list[float]]]:
+    """Holes, mm, that scatter by a tenth of a millimetre."""
+    grids = {
+        cells: [1e-3 * (hole + shift) for shift in (-0.1, 0.0, 0.1)]
+        for cells, hole in zip(("16", "32", "64"), (coarse, middle, fine), strict=True)
+    }
+    return dict.fromkeys(SPEEDS, grids)
 
 
-def test_choice__takes_the_smallest_change_of_the_hole() -> None:
-    results = {"far": study(holes=(17e-3, 15e-3)), "near": study(holes=(15.5e-3, 15e-3))}
-    assert winner(results) == "near"
-    assert score(results["near"]) == pytest.approx(2.0 * 0.5 / 15.0)
+@pytest.mark.parametrize(
+    ("figures", "gate"),
+    [({"pressure": 0.021}, "P"), ({"rebound": 0.92}, "rebound")],
+)
+def test_gates__are_those_of_the_verification(figures: dict[str, float], gate: str) -> None:
+    assert eligible(study())
+    missed = study(**figures)  # type: ignore[arg-type]
+    assert not eligible(missed)
+    assert [word for word, held in gates(missed).items() if not held] == [gate]
+
+
+def test_gates__hold_splines_closer() -> None:
+    assert eligible(study(pressure=0.017))
+    assert not eligible(study(pressure=0.017, shape="quadratic-bspline"))
+
+
+def test_gates__look_at_both_bodies_of_every_shock() -> None:
+    one = study()
+    one["shocks"]["Cu on Cu, 4000"]["spacing_density"] = [0.0, -0.006]
+    assert not gates(one)["spacing"]
+
+
+def test_candidates__are_the_calmest_viscosity_of_each_shape() -> None:
+    results = {
+        "base": study(scatter=0.06),
+        "smooth": study(scatter=0.04, group="viscosity"),
+        "damped": study(scatter=0.01, group="damping"),
+        "spline": study(shape="quadratic-bspline"),
+        "linear": study(shape="linear", pressure=-0.2),
+    }
+    assert candidates(results) == ["smooth", "spline"]
+
+
+def test_choice__takes_the_smallest_last_change_of_those_that_hold() -> None:
+    results = {"gimp": study(), "spline": study(shape="quadratic-bspline")}
+    finals = {"gimp": final(15.2, 15.0, 14.8), "spline": final(16.0, 15.0, 15.0)}
+    assert winner(results, finals) == "spline"
+    assert winner(results, {**finals, "spline": final(17.0, 15.0, 15.0)}) == "gimp"
 
 
 def test_choice__takes_the_cheaper_of_equals() -> None:
-    results = {"dear": study(seconds=20.0), "cheap": study(holes=(16.01e-3, 15e-3))}
-    assert winner(results) == "cheap"
+    results = {"gimp": study(seconds=20.0), "spline": study(shape="quadratic-bspline")}
+    finals = {"gimp": final(15.0, 15.0, 15.0), "spline": final(15.0, 15.0, 15.01)}
+    assert winner(results, finals) == "spline"
 
 
 @pytest.mark.parametrize(
@@ -51,12 +101,13 @@ def test_choice__leaves_out_what_failed(fault: dict[str, Any]) -> None:
     broken = study()
     broken["crater"] = {**broken["crater"], **fault}
     assert not eligible(broken)
-    with pytest.raises(ValueError, match="no variant"):
-        winner({"broken": broken})
+    with pytest.raises(ValueError, match="no candidate"):
+        winner({"broken": broken}, {})
 
 
-def test_table__has_a_line_for_each_variant() -> None:
+def test_tables__have_a_line_for_each_variant_and_speed() -> None:
     assert len(table({"a": study(), "b": study()}).splitlines()) == 4
+    assert len(final_table({"a": final(16.0, 15.0, 15.0)}).splitlines()) == 5
 
 
 def test_variants__change_one_thing_under_one_name() -> None:
