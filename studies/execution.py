@@ -14,14 +14,15 @@ from typing import Any
 import numpy as np
 
 from solver import PHYSICS_VERSION
-from solver.checkpoint import Checkpointing
-from solver.errors import WhippleError
+from solver.errors import Interrupted, WhippleError
 from solver.jit import software
 from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from studies import measurements, scenarios
 from studies.atomic import write_atomically
+from studies.checkpoints import Checkpoints
+from studies.film import Film
 from studies.measurements import History, Measurement, Reading
 from studies.results import Measured, Progress, RunResult
 from studies.run import Run, materials_of
@@ -33,10 +34,6 @@ ENERGY_DRIFT_FLAG = 0.01
 HOTTEST_SHARE_FLAG = 0.5
 
 
-def _never() -> bool:
-    return False
-
-
 @dataclass
 class Observer:
     """Reads the scenario's measurements at each observation and decides when they have settled."""
@@ -45,6 +42,7 @@ class Observer:
     given: Any  # parameters
     setting: Setting
     progress: Callable[[Progress], None] | None
+    film: Film | None = None
     times: list[float] = field(default_factory=list)
     readings: list[dict[str, Reading]] = field(default_factory=list)
     last_view: Any = None
@@ -66,6 +64,8 @@ class Observer:
         if self.progress:
             self.progress(self._progress(snapshot))
         settled = self.pace.early and all(self._settled(name) for name in self.scenario.settles)
+        if self.film:
+            self.film.see(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
         return "settled" if settled else None
 
     def remember(self) -> str:
@@ -160,21 +160,32 @@ def compute(
     *,
     threads: int | None = None,
     checkpoint: Path | None = None,
-    leave: Callable[[], bool] = _never,
+    leave: Callable[[], bool] | None = None,
+    saved: Callable[[int], object] | None = None,
+    film: bool = False,
 ) -> RunResult:
-    """The result of a run, also written to the directory.
+    """The result of a run, also written to the directory, with the final state and the ``film`` if it is wanted.
 
     With ``checkpoint`` the run goes on from that file where it is this run's and this machine's, and writes it as it
-    goes; the numbers are those of a run that never stopped. Raises Interrupted once ``leave`` says so.
+    goes; the numbers are those of a run that never stopped. ``saved`` is told the step of each checkpoint that it
+    writes or goes on from. Raises Interrupted once ``leave`` says so.
     """
     directory.mkdir(parents=True, exist_ok=True)
     started = datetime.now(UTC).isoformat(timespec="seconds")
     clock = time.perf_counter()
     resumed: list[str] = []
+    kept: Checkpoints | None = None
     try:
-        watched = observer_of(run, progress)
-        kept = _kept(watched, checkpoint, leave, resumed.append)
+        watched = observer_of(run, progress, film=film)
+        if checkpoint:
+            kept = Checkpoints(
+                checkpoint, watched, leave=leave, saved=saved, explain=resumed.append
+            )
         result = _succeed(run, directory, watched, threads, kept)
+    except Interrupted:
+        assert kept
+        kept.look()
+        raise
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
     made = {**provenance(), "started": started, "seconds": time.perf_counter() - clock}
@@ -186,10 +197,13 @@ def compute(
     return result
 
 
-def observer_of(run: Run, progress: Callable[[Progress], None] | None = None) -> Observer:
+def observer_of(
+    run: Run, progress: Callable[[Progress], None] | None = None, *, film: bool = False
+) -> Observer:
     """The observer of a run, with the problem that it is to watch."""
-    scenario = scenarios.load(run.scenario)
-    return Observer(scenario, scenario.parameters(**run.parameters), setting_of(run), progress)
+    scenario, setting = scenarios.load(run.scenario), setting_of(run)
+    shown = Film(setting.problem) if film else None
+    return Observer(scenario, scenario.parameters(**run.parameters), setting, progress, shown)
 
 
 def setting_of(run: Run) -> Setting:
@@ -219,40 +233,24 @@ def provenance() -> dict[str, str | float]:
     }
 
 
-def _kept(
-    watched: Observer,
-    checkpoint: Path | None,
-    leave: Callable[[], bool],
-    tell: Callable[[str], object],
-) -> Checkpointing | None:
-    if checkpoint is None:
-        return None
-    return Checkpointing(
-        path=checkpoint,
-        caller=watched.definitions(),
-        remember=watched.remember,
-        recall=watched.recall,
-        leave=leave,
-        tell=tell,
-    )
-
-
 def _succeed(
     run: Run,
     directory: Path,
     watched: Observer,
     threads: int | None,
-    kept: Checkpointing | None,
+    kept: Checkpoints | None,
 ) -> RunResult:
     outcome = simulate(
         watched.setting.problem,
         watched,
         interval=watched.pace.interval,
         threads=threads,
-        checkpoint=kept,
+        checkpoint=kept.of_solver() if kept else None,
     )
     numbers = _numbers(watched, outcome)
     _save_state(directory, outcome)
+    if watched.film:
+        watched.film.save(directory / "film.npz", compressed=True)
     return RunResult(
         run.id,
         "succeeded",

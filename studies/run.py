@@ -136,15 +136,29 @@ def execute(
     *,
     threads: int | None = None,
     checkpoint: Path | None = None,
+    leave: Callable[[], bool] | None = None,
+    saved: Callable[[int], object] | None = None,
+    film: bool = False,
 ) -> RunResult:
     """Compute a run; leaves ``result.json`` and, if it succeeded, ``state.npz`` in the directory.
 
     With ``checkpoint`` the run goes on from that file, where it is this run's and this machine's, and writes it as it
-    goes. The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised.
+    goes; ``saved`` is told the step of each one that it writes or goes on from. Once ``leave`` says so it writes one
+    and raises Interrupted. With ``film`` there will be a ``film.npz`` (``studies.film``) too. The solver's own
+    verdict, an unphysical state, is a result with state "failed"; it is not raised.
     """
     from studies.execution import compute
 
-    return compute(run, directory, progress, threads=threads, checkpoint=checkpoint)
+    return compute(
+        run,
+        directory,
+        progress,
+        threads=threads,
+        checkpoint=checkpoint,
+        leave=leave,
+        saved=saved,
+        film=film,
+    )
 
 
 def warm_up() -> None:
