@@ -200,8 +200,9 @@ def test_sequences__of_operations_answer_as_they_are_described(
             self.calls = itertools.count()
             self.parts = ExitStack()
             self.api = self.parts.enter_context(open_api(next(folders)))
-            described.stage.app = self.api.http.app
-            self.api.http.app.state.slices = NoCuts(self.api.settings.data / "cache")
+            app: Any = self.api.http.app
+            app.state.slices = NoCuts(self.api.settings.data / "cache")
+            described.stage.app = app
 
         def teardown(self) -> None:
             self.parts.close()
