@@ -34,9 +34,9 @@ class Recipe:
 
 RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
     {
-        # Chosen by the rule of ``studies.recipe_study``, see docs/recipe.md: splines hold the exact states of every plate
-        # impact, and their hole changes by less than 2 % from 8 to 16 cells through a plate at every speed. The linear
-        # viscosity is the one that holds both gates around it: with less, fronts run fast; with more, a bar rebounds less.
+        # Chosen by the rule of ``studies.recipe_study``, see docs/recipe.md: splines hold the exact states of every
+        # plate impact, and their hole changes by less than 2 % from 8 to 16 cells through a plate. The linear viscosity
+        # lies between two gates: with less, fronts run fast; with more, an elastic bar rebounds less.
         "whipple": Recipe(
             shape="quadratic-bspline",
             scheme="musl",
