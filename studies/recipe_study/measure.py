@@ -1,4 +1,4 @@
-"""What is measured of each variant: shocks and a bar with exact answers, the hole, the crater, and the cost of each."""
+"""What is measured of each variant: problems with known answers, the hole, the crater, and the cost of each."""
 
 import math
 import tempfile
@@ -15,6 +15,7 @@ from studies.sweep import Sweep
 from studies.verification._hugoniot import Solid
 from studies.verification.bar_contact import contact_and_rebound
 from studies.verification.plate_impact import PAIRS, impact, states
+from studies.verification.taylor_bar import mean_error
 
 SPEEDS = (2e3, 6e3)  # m/s
 HOLE_CELLS = (16, 32)  # across the diameter: 4 and 8 through the plate
@@ -28,8 +29,8 @@ OFFSETS = (0.0, 1.0 / 3.0, 2.0 / 3.0)  # of a cell
 Figures = dict[str, Any]
 
 
-def measured(recipe: Recipe) -> Figures:
-    """Every figure of a recipe."""
+def known(recipe: Recipe) -> Figures:
+    """The figures of a recipe that have a known answer."""
     return {
         "recipe": asdict(recipe),
         "shocks": {
@@ -37,6 +38,14 @@ def measured(recipe: Recipe) -> Figures:
             for flyer, target, speed in PAIRS
         },
         "bar": bar(recipe),
+        "taylor": taylor(recipe),
+    }
+
+
+def measured(recipe: Recipe) -> Figures:
+    """Every figure of a recipe."""
+    return {
+        **known(recipe),
         "holes": {
             f"{speed:g}": {str(cells): hole(recipe, speed, cells) for cells in HOLE_CELLS}
             for speed in SPEEDS
@@ -75,9 +84,19 @@ def bar(recipe: Recipe) -> Figures:
     return {"state": "succeeded", "time": contact, "rebound": rebound}
 
 
-def final_hole(recipe: Recipe, speed: float, cells: int, offset: float) -> float:
-    """Diameter of the hole at one sub-cell position, m; NaN without one."""
-    return float(hole(recipe, speed, cells, offset).get("hole_diameter") or math.nan)
+def final_hole(recipe: Recipe, speed: float, cells: int, offset: float) -> tuple[float, float]:
+    """Diameter of the hole at one sub-cell position (m; NaN without one), and its processor seconds."""
+    figures = hole(recipe, speed, cells, offset)
+    return float(figures.get("hole_diameter") or math.nan), float(figures["seconds"])
+
+
+def taylor(recipe: Recipe) -> Figures:
+    """The Taylor bar on the thesis' grid."""
+    try:
+        error = mean_error(recipe)
+    except WhippleError as failure:
+        return {"state": "failed", "reason": str(failure)}
+    return {"state": "succeeded", "mean_error": error}
 
 
 def hole(recipe: Recipe, speed: float, cells: int, offset: float = 0.0) -> Figures:

@@ -1,5 +1,6 @@
 """What is varied: each variant is a base with one choice changed."""
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -43,6 +44,11 @@ CHANGES: dict[str, tuple[dict[str, Any], ...]] = {
 }
 
 
+# Of the shapes that can hold the shocks: every pair of these.
+SCANNED: tuple[Shape, ...] = ("gimp", "quadratic-bspline")
+LINEAR, QUADRATIC = (0.0, 0.06, 0.1, 0.15, 0.2, 0.3), (1.5, 2.0, 3.0, 4.0, 6.0)
+
+
 @dataclass(frozen=True)
 class Variant:
     """A recipe under the name of what it changes."""
@@ -62,6 +68,13 @@ def variants() -> Iterator[Variant]:
                 words = " ".join(_words(name, value) for name, value in change.items())
                 recipe = replace(BASE, **{"shape": shape, **change})
                 yield Variant(f"{shape}, {words}", group, recipe)
+
+
+def scan() -> Iterator[Variant]:
+    """The viscosities of each smooth shape."""
+    for shape, linear, quadratic in itertools.product(SCANNED, LINEAR, QUADRATIC):
+        recipe = replace(BASE, shape=shape, viscosity_linear=linear, viscosity_quadratic=quadratic)
+        yield Variant(f"{shape}, q {linear:g} / {quadratic:g}", "scan", recipe)
 
 
 def _words(name: str, value: Any) -> str:
