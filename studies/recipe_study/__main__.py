@@ -11,9 +11,9 @@ from typing import Any
 from studies.recipe_study.choice import (
     candidates,
     change_of_hole,
+    converges,
     failures,
     final_changes,
-    margin,
     margins,
     mean_holes,
     missed,
@@ -74,9 +74,11 @@ def compute(
 
 
 def compute_finals(file: Path, pool: ProcessPoolExecutor, scanned: Results) -> Results:
-    """Holes of the candidates over grids and sub-cell positions, the longest runs first, and their cost."""
+    """Holes of the candidates over grids and sub-cell positions, up to the first candidate that converges."""
     finals: Results = json.loads(file.read_text()) if file.exists() else {}
     for name in candidates(scanned):
+        if any(converges(one["holes"]) for one in finals.values()):
+            break
         if name in finals:
             continue
         recipe = Recipe(**scanned[name]["recipe"])
@@ -137,9 +139,8 @@ def scan_table(scanned: Mapping[str, Mapping[str, Any]]) -> str:
     """The viscosities as a table in Markdown: the smallest margin, and the gate that it is of."""
     lines = ["| viscosity | smallest margin | of | scatter, % |", "|---|---|---|---|"]
     for name, figures in scanned.items():
-        gate = min(margins(figures), key=lambda word: margins(figures)[word])
-        kept = f"{margin(figures):+.2f}" if not failures(figures) else "failed"
-        lines.append(f"| {name} | {kept} | {gate} | {100.0 * scatter(figures):.1f} |")
+        gate, least = min(margins(figures).items(), key=lambda one: one[1])
+        lines.append(f"| {name} | {least:+.2f} | {gate} | {100.0 * scatter(figures):.1f} |")
     return "\n".join(lines) + "\n"
 
 

@@ -44,8 +44,9 @@ CHANGES: dict[str, tuple[dict[str, Any], ...]] = {
 }
 
 
-# Of the shapes that can hold the shocks: every pair of these.
+# Of the shapes that can hold the shocks, with so many particles along each direction of a cell: every pair of these.
 SCANNED: tuple[Shape, ...] = ("gimp", "quadratic-bspline")
+PARTICLES = (2, 3)
 LINEAR, QUADRATIC = (0.0, 0.06, 0.1, 0.15, 0.2, 0.3), (1.5, 2.0, 3.0, 4.0, 6.0)
 
 
@@ -71,10 +72,17 @@ def variants() -> Iterator[Variant]:
 
 
 def scan() -> Iterator[Variant]:
-    """The viscosities of each smooth shape."""
-    for shape, linear, quadratic in itertools.product(SCANNED, LINEAR, QUADRATIC):
-        recipe = replace(BASE, shape=shape, viscosity_linear=linear, viscosity_quadratic=quadratic)
-        yield Variant(f"{shape}, q {linear:g} / {quadratic:g}", "scan", recipe)
+    """The viscosities of each smooth shape and number of particles."""
+    for shape, count, linear, quadratic in itertools.product(SCANNED, PARTICLES, LINEAR, QUADRATIC):
+        recipe = replace(
+            BASE,
+            shape=shape,
+            particles_per_cell=count,
+            viscosity_linear=linear,
+            viscosity_quadratic=quadratic,
+        )
+        words = f"{shape}, {count} particles, q {linear:g} / {quadratic:g}"
+        yield Variant(words, "scan", recipe)
 
 
 def _words(name: str, value: Any) -> str:
