@@ -57,6 +57,7 @@ def margins(figures: Figures) -> dict[str, float]:
     found["contact"] = 1.0 - abs(bar.get("time", math.inf)) / bar_contact.CONTACT_TIME
     found["rebound"] = (bar.get("rebound", -math.inf) - least) / (1.0 - least)
     found["Taylor"] = 1.0 - taylor / taylor_bar.MEAN_ERROR["axisymmetric"]
+    found["Noh"] = 1.0 - float(figures["noh"].get("part", math.inf))
     return found
 
 
@@ -76,13 +77,12 @@ def scatter(figures: Figures) -> float:
     return sum(values) / len(values) if values else math.nan
 
 
-def impact_cost(figures: Figures) -> float:
-    """Processor seconds of all plate impacts."""
-    return sum(one.get("seconds", math.inf) for one in figures["shocks"].values())
-
-
 def candidates(scanned: Results) -> list[str]:
     """What each shape and number of particles sends, where a viscosity of it is eligible: the cheapest first."""
+
+    def price(name: str) -> float:
+        return float(scanned[name]["coarse_hole"].get("seconds", math.inf))
+
     best: dict[tuple[str, int], str] = {}
     for name, figures in scanned.items():
         kind = figures["recipe"]["shape"], figures["recipe"]["particles_per_cell"]
@@ -90,7 +90,7 @@ def candidates(scanned: Results) -> list[str]:
             kind not in best or scatter(figures) < scatter(scanned[best[kind]])
         ):
             best[kind] = name
-    return sorted(best.values(), key=lambda name: impact_cost(scanned[name]))
+    return sorted(best.values(), key=price)
 
 
 def change_of_hole(figures: Figures, speed: str) -> float | None:

@@ -14,6 +14,7 @@ from studies.run import execute
 from studies.sweep import Sweep
 from studies.verification._hugoniot import Solid
 from studies.verification.bar_contact import contact_and_rebound
+from studies.verification.noh import gated_errors
 from studies.verification.plate_impact import PAIRS, impact, states
 from studies.verification.taylor_bar import mean_error
 
@@ -39,6 +40,8 @@ def known(recipe: Recipe) -> Figures:
         },
         "bar": bar(recipe),
         "taylor": taylor(recipe),
+        "noh": noh(recipe),
+        "coarse_hole": hole(recipe, SPEEDS[-1], HOLE_CELLS[0]),
     }
 
 
@@ -97,6 +100,15 @@ def taylor(recipe: Recipe) -> Figures:
     except WhippleError as failure:
         return {"state": "failed", "reason": str(failure)}
     return {"state": "succeeded", "mean_error": error}
+
+
+def noh(recipe: Recipe) -> Figures:
+    """Noh's implosions on a plane and on an axis: the largest error, as a part of its gate."""
+    try:
+        errors = gated_errors(recipe)
+    except WhippleError as failure:
+        return {"state": "failed", "reason": str(failure)}
+    return {"state": "succeeded", "part": max(errors.values())}
 
 
 def hole(recipe: Recipe, speed: float, cells: int, offset: float = 0.0) -> Figures:

@@ -17,6 +17,7 @@ def study(
     pressure: float = 0.0,
     rebound: float = 0.95,
     taylor: float = 0.01,
+    noh: float = 0.5,
     scatter: float = 0.05,
     particles: int = 2,
     seconds: float = 10.0,
@@ -27,7 +28,6 @@ def study(
         **{"state": "succeeded", "energy_drift": 0.0, "pressure": [0.0, pressure]},
         **{"shock_speed": [0.0], "particle_density": [0.0], "spacing_density": [0.0]},
         "scatter": [scatter],
-        "seconds": seconds,
     }
     holes = {cells: {**sound, "hole_diameter": 15e-3, "seconds": 10.0} for cells in ("16", "32")}
     return {
@@ -36,6 +36,8 @@ def study(
         "shocks": {f"Cu on Cu, {speed}": dict(shock) for speed in SPEEDS},
         "bar": {"state": "succeeded", "time": 0.0, "rebound": rebound},
         "taylor": {"state": "succeeded", "mean_error": taylor},
+        "noh": {"state": "succeeded", "part": noh},
+        "coarse_hole": {"state": "succeeded", "seconds": seconds},
         "holes": {"2000": holes, "6000": holes},
         "crater": {**sound, "crater_depth": 14e-3, "crater_diameter": 25e-3},
     }
@@ -52,7 +54,12 @@ def final(coarse: float, middle: float, fine: float) -> dict[str, Any]:
 
 @pytest.mark.parametrize(
     ("figures", "gate"),
-    [({"pressure": 0.021}, "P"), ({"rebound": 0.92}, "rebound"), ({"taylor": 0.016}, "Taylor")],
+    [
+        ({"pressure": 0.021}, "P"),
+        ({"rebound": 0.92}, "rebound"),
+        ({"taylor": 0.016}, "Taylor"),
+        ({"noh": 1.01}, "Noh"),
+    ],
 )
 def test_gates__are_those_of_the_verification(figures: dict[str, float], gate: str) -> None:
     assert eligible(study())
@@ -61,7 +68,7 @@ def test_gates__are_those_of_the_verification(figures: dict[str, float], gate: s
     assert missed(worse) == [gate]
 
 
-@pytest.mark.parametrize("problem", ["bar", "taylor"])
+@pytest.mark.parametrize("problem", ["bar", "taylor", "noh"])
 def test_gates__are_missed_by_what_failed(problem: str) -> None:
     broken = {**study(), problem: {"state": "failed", "reason": "x"}}
     assert missed(broken)
