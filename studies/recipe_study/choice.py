@@ -4,22 +4,25 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from studies.verification import bar_contact, plate_impact
+from studies.verification import bar_contact, plate_impact, taylor_bar
 
 DRIFT = 0.01
 OTHER_SHAPES = plate_impact.PRESSURE["gimp"]  # whatever is not named there is held to this
 CHANGES = {"32": 0.08, "64": 0.02}  # of the mean hole, from the grid before
-EQUAL = 0.005  # candidates whose changes sum up to as much count as equal
 
 Figures = Mapping[str, Any]
 Results = Mapping[str, Figures]
+Holes = Mapping[
+    str, Mapping[str, list[float]]
+]  # by speed and cells, one for each sub-cell position, m
 
 
 def runs(figures: Figures) -> Iterator[Figures]:
-    """Every hole and the crater of a variant."""
-    for holes in figures["holes"].values():
+    """Every hole and the crater of a variant; the viscosities of the scan have none."""
+    for holes in figures.get("holes", {}).values():
         yield from holes.values()
-    yield figures["crater"]
+    if "crater" in figures:
+        yield figures["crater"]
 
 
 def failures(figures: Figures) -> list[str]:
@@ -36,29 +39,36 @@ def failures(figures: Figures) -> list[str]:
     return found
 
 
-def gates(figures: Figures) -> dict[str, bool]:
-    """Whether each quantity with an exact answer is held, at every speed, pair and body."""
-    shocks = [one for one in figures["shocks"].values() if one["state"] == "succeeded"]
-    whole = len(shocks) == len(figures["shocks"])
+def margins(figures: Figures) -> dict[str, float]:
+    """How far each gate is from being missed, as a part of it; negative where it is, -inf where nothing is known."""
+    shocks = list(figures["shocks"].values())
     limits = {
         "P": ("pressure", plate_impact.PRESSURE.get(figures["recipe"]["shape"], OTHER_SHAPES)),
         "Us": ("shock_speed", plate_impact.SHOCK_SPEED),
         "density": ("particle_density", plate_impact.DENSITY),
         "spacing": ("spacing_density", plate_impact.DENSITY),
     }
-    held = {
-        word: whole and all(abs(error) <= limit for one in shocks for error in one[name])
+    found = {
+        word: min(1.0 - abs(error) / limit for one in shocks for error in one.get(name, [math.inf]))
         for word, (name, limit) in limits.items()
     }
-    bar = figures["bar"]
-    held["contact"] = bar["state"] == "succeeded" and abs(bar["time"]) <= bar_contact.CONTACT_TIME
-    held["rebound"] = bar["state"] == "succeeded" and bar["rebound"] >= bar_contact.REBOUND
-    return held
+    bar, least = figures["bar"], bar_contact.REBOUND
+    taylor = figures["taylor"].get("mean_error", math.inf)
+    found["contact"] = 1.0 - abs(bar.get("time", math.inf)) / bar_contact.CONTACT_TIME
+    found["rebound"] = (bar.get("rebound", -math.inf) - least) / (1.0 - least)
+    found["Taylor"] = 1.0 - taylor / taylor_bar.MEAN_ERROR["axisymmetric"]
+    found["Noh"] = 1.0 - float(figures["noh"].get("part", math.inf))
+    return found
+
+
+def missed(figures: Figures) -> list[str]:
+    """The gates that a variant does not hold."""
+    return [word for word, margin in margins(figures).items() if margin < 0.0]
 
 
 def eligible(figures: Figures) -> bool:
-    """Whether nothing failed and every exact answer is held."""
-    return not failures(figures) and all(gates(figures).values())
+    """Whether nothing failed and every gate is held."""
+    return not failures(figures) and not missed(figures)
 
 
 def scatter(figures: Figures) -> float:
@@ -67,16 +77,20 @@ def scatter(figures: Figures) -> float:
     return sum(values) / len(values) if values else math.nan
 
 
-def candidates(results: Results) -> list[str]:
-    """The variant that each shape sends, where one is eligible."""
-    best: dict[str, str] = {}
-    for name, figures in results.items():
-        if figures["group"] not in ("base", "viscosity") or not eligible(figures):
-            continue
-        shape = figures["recipe"]["shape"]
-        if shape not in best or scatter(figures) < scatter(results[best[shape]]):
-            best[shape] = name
-    return list(best.values())
+def candidates(scanned: Results) -> list[str]:
+    """What each shape and number of particles sends, where a viscosity of it is eligible: the cheapest first."""
+
+    def price(name: str) -> float:
+        return float(scanned[name]["coarse_hole"].get("seconds", math.inf))
+
+    best: dict[tuple[str, int], str] = {}
+    for name, figures in scanned.items():
+        kind = figures["recipe"]["shape"], figures["recipe"]["particles_per_cell"]
+        if eligible(figures) and (
+            kind not in best or scatter(figures) < scatter(scanned[best[kind]])
+        ):
+            best[kind] = name
+    return sorted(best.values(), key=price)
 
 
 def change_of_hole(figures: Figures, speed: str) -> float | None:
@@ -97,7 +111,7 @@ def total_cost(figures: Figures) -> float:
     return sum(math.inf if seconds is None else seconds for seconds in costs)
 
 
-def mean_holes(final: Mapping[str, Mapping[str, list[float]]]) -> dict[str, dict[str, float]]:
+def mean_holes(final: Holes) -> dict[str, dict[str, float]]:
     """Hole by speed and cells, mean over the sub-cell positions, m."""
     return {
         speed: {cells: sum(values) / len(values) for cells, values in grids.items()}
@@ -105,13 +119,13 @@ def mean_holes(final: Mapping[str, Mapping[str, list[float]]]) -> dict[str, dict
     }
 
 
-def final_changes(final: Mapping[str, Mapping[str, list[float]]], cells: str) -> list[float]:
+def final_changes(final: Holes, cells: str) -> list[float]:
     """Relative changes of the mean hole to a grid from the one before, speed by speed."""
     before = str(int(cells) // 2)
     return [holes[cells] / holes[before] - 1.0 for holes in mean_holes(final).values()]
 
 
-def converges(final: Mapping[str, Mapping[str, list[float]]]) -> bool:
+def converges(final: Holes) -> bool:
     """Whether the mean hole changes by no more than it may."""
     return all(
         abs(change) <= limit
@@ -120,15 +134,9 @@ def converges(final: Mapping[str, Mapping[str, list[float]]]) -> bool:
     )
 
 
-def winner(results: Results, finals: Mapping[str, Any]) -> str:
+def winner(scanned: Results, finals: Results) -> str:
     """The name of the candidate that the rule chooses; raises ValueError where none holds."""
-    fit = [name for name in candidates(results) if converges(finals[name])]
-    if not fit:
-        raise ValueError("no candidate holds the exact answers and converges")
-
-    def score(name: str) -> float:
-        return sum(abs(change) for change in final_changes(finals[name], "64"))
-
-    best = min(map(score, fit))
-    equal = [name for name in fit if score(name) <= best + EQUAL]
-    return min(equal, key=lambda name: total_cost(results[name]))
+    for name in candidates(scanned):
+        if converges(finals[name]["holes"]):
+            return name
+    raise ValueError("no candidate holds the gates and converges")

@@ -54,20 +54,21 @@ def draw(results: Mapping[str, Figures], file: Path) -> None:
     figure.savefig(file, dpi=120)
 
 
-def draw_finals(finals: Mapping[str, Mapping[str, Mapping[str, list[float]]]], file: Path) -> None:
+def draw_finals(finals: Mapping[str, Figures], file: Path) -> None:
     """A panel for each speed: holes against cells through the plate, a mark for each position, a line for the mean."""
-    speeds = list(next(iter(finals.values())))
+    speeds = list(next(iter(finals.values()))["holes"])
     figure, panels = pyplot.subplots(
         1, len(speeds), figsize=(WIDTH, 4.0), layout="constrained", squeeze=False
     )
     for panel, speed in zip(panels[0], speeds, strict=True):
         for (name, final), (_, colour, mark) in zip(finals.items(), SPEEDS.values(), strict=False):
-            through = [int(cells) / CELLS_THROUGH for cells in final[speed]]
-            for cells, values in zip(through, final[speed].values(), strict=True):
+            grids = final["holes"][speed]
+            through = [int(cells) / CELLS_THROUGH for cells in grids]
+            for cells, values in zip(through, grids.values(), strict=True):
                 panel.plot(
                     [cells] * len(values), [1e3 * v for v in values], mark, color=colour, ms=4
                 )
-            means = [1e3 * sum(values) / len(values) for values in final[speed].values()]
+            means = [1e3 * sum(values) / len(values) for values in grids.values()]
             panel.plot(through, means, color=colour, label=name)
         panel.set_xscale("log", base=2)
         panel.set_xticks(through, [f"{cells:g}" for cells in through])

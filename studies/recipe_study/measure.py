@@ -1,4 +1,4 @@
-"""What is measured of each variant: shocks and a bar with exact answers, the hole, the crater, and the cost of each."""
+"""What is measured of each variant: problems with known answers, the hole, the crater, and the cost of each."""
 
 import math
 import tempfile
@@ -14,7 +14,9 @@ from studies.run import execute
 from studies.sweep import Sweep
 from studies.verification._hugoniot import Solid
 from studies.verification.bar_contact import contact_and_rebound
+from studies.verification.noh import gated_errors
 from studies.verification.plate_impact import PAIRS, impact, states
+from studies.verification.taylor_bar import mean_error
 
 SPEEDS = (2e3, 6e3)  # m/s
 HOLE_CELLS = (16, 32)  # across the diameter: 4 and 8 through the plate
@@ -28,8 +30,8 @@ OFFSETS = (0.0, 1.0 / 3.0, 2.0 / 3.0)  # of a cell
 Figures = dict[str, Any]
 
 
-def measured(recipe: Recipe) -> Figures:
-    """Every figure of a recipe."""
+def known(recipe: Recipe) -> Figures:
+    """The figures of a recipe that have a known answer."""
     return {
         "recipe": asdict(recipe),
         "shocks": {
@@ -37,6 +39,16 @@ def measured(recipe: Recipe) -> Figures:
             for flyer, target, speed in PAIRS
         },
         "bar": bar(recipe),
+        "taylor": taylor(recipe),
+        "noh": noh(recipe),
+        "coarse_hole": hole(recipe, SPEEDS[-1], HOLE_CELLS[0]),
+    }
+
+
+def measured(recipe: Recipe) -> Figures:
+    """Every figure of a recipe."""
+    return {
+        **known(recipe),
         "holes": {
             f"{speed:g}": {str(cells): hole(recipe, speed, cells) for cells in HOLE_CELLS}
             for speed in SPEEDS
@@ -75,9 +87,28 @@ def bar(recipe: Recipe) -> Figures:
     return {"state": "succeeded", "time": contact, "rebound": rebound}
 
 
-def final_hole(recipe: Recipe, speed: float, cells: int, offset: float) -> float:
-    """Diameter of the hole at one sub-cell position, m; NaN without one."""
-    return float(hole(recipe, speed, cells, offset).get("hole_diameter") or math.nan)
+def final_hole(recipe: Recipe, speed: float, cells: int, offset: float) -> tuple[float, float]:
+    """Diameter of the hole at one sub-cell position (m; NaN without one), and its processor seconds."""
+    figures = hole(recipe, speed, cells, offset)
+    return float(figures.get("hole_diameter") or math.nan), float(figures["seconds"])
+
+
+def taylor(recipe: Recipe) -> Figures:
+    """The Taylor bar on the thesis' grid."""
+    try:
+        error = mean_error(recipe)
+    except WhippleError as failure:
+        return {"state": "failed", "reason": str(failure)}
+    return {"state": "succeeded", "mean_error": error}
+
+
+def noh(recipe: Recipe) -> Figures:
+    """Noh's implosions on a plane and on an axis: the largest error, as a part of its gate."""
+    try:
+        errors = gated_errors(recipe)
+    except WhippleError as failure:
+        return {"state": "failed", "reason": str(failure)}
+    return {"state": "succeeded", "part": max(errors.values())}
 
 
 def hole(recipe: Recipe, speed: float, cells: int, offset: float = 0.0) -> Figures:

@@ -1,5 +1,6 @@
 """What is varied: each variant is a base with one choice changed."""
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -43,6 +44,12 @@ CHANGES: dict[str, tuple[dict[str, Any], ...]] = {
 }
 
 
+# Of the shapes that can hold the shocks, with so many particles along each direction of a cell: every pair of these.
+SCANNED: tuple[Shape, ...] = ("gimp", "quadratic-bspline")
+PARTICLES = (2, 3)
+LINEAR, QUADRATIC = (0.0, 0.06, 0.1, 0.15, 0.2, 0.3), (1.5, 2.0, 3.0, 4.0, 6.0)
+
+
 @dataclass(frozen=True)
 class Variant:
     """A recipe under the name of what it changes."""
@@ -62,6 +69,20 @@ def variants() -> Iterator[Variant]:
                 words = " ".join(_words(name, value) for name, value in change.items())
                 recipe = replace(BASE, **{"shape": shape, **change})
                 yield Variant(f"{shape}, {words}", group, recipe)
+
+
+def scan() -> Iterator[Variant]:
+    """The viscosities of each smooth shape and number of particles."""
+    for shape, count, linear, quadratic in itertools.product(SCANNED, PARTICLES, LINEAR, QUADRATIC):
+        recipe = replace(
+            BASE,
+            shape=shape,
+            particles_per_cell=count,
+            viscosity_linear=linear,
+            viscosity_quadratic=quadratic,
+        )
+        words = f"{shape}, {count} particles, q {linear:g} / {quadratic:g}"
+        yield Variant(words, "scan", recipe)
 
 
 def _words(name: str, value: Any) -> str:

@@ -9,7 +9,7 @@ from studies.recipes import Recipe
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Problem
+    from solver.problem import Clamp, Problem
     from solver.simulation import Simulation
     from solver.state import Particles
     from studies.scenarios import ImpactSetting
@@ -70,6 +70,7 @@ def scaled(problem: "Problem", factor: float) -> "Problem":
         end_time=problem.end_time * factor,
         fixed_dt=problem.fixed_dt and problem.fixed_dt * factor,
         damping=problem.damping._replace(rate=problem.damping.rate / factor),
+        clamp=_moved(problem.clamp, scale=factor),
     )
 
 
@@ -90,7 +91,11 @@ def enlarged(problem: "Problem", before: "np.ndarray", behind: "np.ndarray") -> 
 def shifted(problem: "Problem", offset: "np.ndarray") -> "Problem":
     """The same grid with its bodies moved by an offset (3,), m."""
     bodies = tuple(replace(body, position=body.position + offset) for body in problem.bodies)
-    return replace(problem, bodies=bodies)
+    return replace(problem, bodies=bodies, clamp=_moved(problem.clamp, offset=offset))
+
+
+def _moved(clamp: "Clamp", *, scale: float = 1.0, offset: "np.ndarray | float" = 0.0) -> "Clamp":
+    return clamp._replace(lower=clamp.lower * scale + offset, upper=clamp.upper * scale + offset)
 
 
 def boosted(problem: "Problem", velocity: "np.ndarray") -> "Problem":

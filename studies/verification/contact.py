@@ -27,9 +27,10 @@ CELLS, GAP_CELLS, ROOM_CELLS = 40, 4, 6  # of each bar, between them, around the
 # sides: bodies touch up to three cells early. Bars that stick share the momentum; perfect ones hand over all of it.
 EARLY_CELLS, TOGETHER = 3.0, 0.5
 ROUND_OFF = 1e-10
+# Sliding: the ends of the upper block, two columns of its forty, have a tilted normal, on which the slide acts. With
+# splines the tilt reaches further and lets 6 % of the push go into the slide: they are reported, which was decided when
+# that was known.
 SLIDING = 0.05
-# Splines reach so far that a block's front still meets the other body a layer above its surface, and ploughs: they
-# let 6 % of the push go into the slide. They are reported, which was decided when that was known.
 SLIDING_GATED: tuple[Shape, ...] = ("linear", "gimp")
 FRICTION = 0.3
 UPPER, LOWER = (40, 6), (80, 6)  # cells along and across the surface

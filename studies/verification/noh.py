@@ -41,6 +41,12 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     yield from point_rows(recipe)
 
 
+def gated_errors(recipe: Recipe) -> dict[str, float]:
+    """The gates, and the largest error of each as a part of it."""
+    rows = (*plane_rows(recipe), *axis_rows(recipe))
+    return {row.claim: row.error / row.tolerance for row in rows if row.tolerance}
+
+
 def plane_rows(recipe: Recipe) -> Iterator[Row]:
     """Gas against a plane."""
     line = _plane(CELLS, recipe)

@@ -49,6 +49,11 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         )
 
 
+def mean_error(recipe: Recipe) -> float:
+    """Eq. 2-42 of the body of revolution at the thesis' resolution."""
+    return value(_bar("axisymmetric", THESIS, recipe), "taylor_error")
+
+
 def _bar(geometry: str, cells: float, recipe: Recipe) -> RunResult:
     references = {
         "reference_length": MEASURED["final_length"],

@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from studies.recipe_study.__main__ import final_table, table
-from studies.recipe_study.choice import candidates, eligible, gates, winner
-from studies.recipe_study.variants import variants
+from studies.recipe_study.__main__ import final_table, scan_table, table
+from studies.recipe_study.choice import candidates, eligible, margins, missed, winner
+from studies.recipe_study.variants import SCANNED, scan, variants
 
 SPEEDS = ("2000", "4000", "6000")
 
@@ -14,10 +14,12 @@ SPEEDS = ("2000", "4000", "6000")
 def study(
     *,
     shape: str = "gimp",
-    group: str = "base",
     pressure: float = 0.0,
-    scatter: float = 0.05,
     rebound: float = 0.95,
+    taylor: float = 0.01,
+    noh: float = 0.5,
+    scatter: float = 0.05,
+    particles: int = 2,
     seconds: float = 10.0,
 ) -> dict[str, Any]:
     """Figures of a variant that is the same at all speeds."""
@@ -27,35 +29,49 @@ def study(
         **{"shock_speed": [0.0], "particle_density": [0.0], "spacing_density": [0.0]},
         "scatter": [scatter],
     }
-    holes = {cells: {**sound, "hole_diameter": 15e-3, "seconds": seconds} for cells in ("16", "32")}
+    holes = {cells: {**sound, "hole_diameter": 15e-3, "seconds": 10.0} for cells in ("16", "32")}
     return {
-        "group": group,
-        "recipe": {"shape": shape},
+        "group": "base",
+        "recipe": {"shape": shape, "particles_per_cell": particles},
         "shocks": {f"Cu on Cu, {speed}": dict(shock) for speed in SPEEDS},
         "bar": {"state": "succeeded", "time": 0.0, "rebound": rebound},
+        "taylor": {"state": "succeeded", "mean_error": taylor},
+        "noh": {"state": "succeeded", "part": noh},
+        "coarse_hole": {"state": "succeeded", "seconds": seconds},
         "holes": {"2000": holes, "6000": holes},
         "crater": {**sound, "crater_depth": 14e-3, "crater_diameter": 25e-3},
     }
 
 
-def final(coarse: float, middle: float, fine: float) -> dict[str, dict[str, list[float]]]:
+def final(coarse: float, middle: float, fine: float) -> dict[str, Any]:
     """Holes, mm, that scatter by a tenth of a millimetre."""
     grids = {
         cells: [1e-3 * (hole + shift) for shift in (-0.1, 0.0, 0.1)]
         for cells, hole in zip(("16", "32", "64"), (coarse, middle, fine), strict=True)
     }
-    return dict.fromkeys(SPEEDS, grids)
+    return {"holes": dict.fromkeys(SPEEDS, grids), "seconds": 10.0}
 
 
 @pytest.mark.parametrize(
     ("figures", "gate"),
-    [({"pressure": 0.021}, "P"), ({"rebound": 0.92}, "rebound")],
+    [
+        ({"pressure": 0.021}, "P"),
+        ({"rebound": 0.92}, "rebound"),
+        ({"taylor": 0.016}, "Taylor"),
+        ({"noh": 1.01}, "Noh"),
+    ],
 )
 def test_gates__are_those_of_the_verification(figures: dict[str, float], gate: str) -> None:
     assert eligible(study())
-    missed = study(**figures)  # type: ignore[arg-type]
-    assert not eligible(missed)
-    assert [word for word, held in gates(missed).items() if not held] == [gate]
+    worse = study(**figures)  # type: ignore[arg-type]
+    assert not eligible(worse)
+    assert missed(worse) == [gate]
+
+
+@pytest.mark.parametrize("problem", ["bar", "taylor", "noh"])
+def test_gates__are_missed_by_what_failed(problem: str) -> None:
+    broken = {**study(), problem: {"state": "failed", "reason": "x"}}
+    assert missed(broken)
 
 
 def test_gates__hold_splines_closer() -> None:
@@ -66,31 +82,32 @@ def test_gates__hold_splines_closer() -> None:
 def test_gates__look_at_both_bodies_of_every_shock() -> None:
     one = study()
     one["shocks"]["Cu on Cu, 4000"]["spacing_density"] = [0.0, -0.006]
-    assert not gates(one)["spacing"]
+    assert missed(one) == ["spacing"]
 
 
-def test_candidates__are_the_calmest_viscosity_of_each_shape() -> None:
+def test_margins__are_the_part_of_a_gate_that_is_left() -> None:
+    found = margins(study(taylor=0.012))
+    assert found["rebound"] == pytest.approx((0.95 - 0.93) / 0.07)
+    assert found["Taylor"] == pytest.approx(0.003 / 0.015)
+
+
+def test_candidates__are_the_calmest_viscosity_of_each_kind__the_cheapest_first() -> None:
     results = {
-        "base": study(scatter=0.06),
-        "smooth": study(scatter=0.04, group="viscosity"),
-        "damped": study(scatter=0.01, group="damping"),
-        "spline": study(shape="quadratic-bspline"),
-        "linear": study(shape="linear", pressure=-0.2),
+        "three": study(particles=3, seconds=20.0),
+        "rough": study(scatter=0.08),
+        "calm": study(scatter=0.04),
+        "calmest": study(scatter=0.01, taylor=0.02),
+        "spline": study(shape="quadratic-bspline", pressure=0.02),
     }
-    assert candidates(results) == ["smooth", "spline"]
+    assert candidates(results) == ["calm", "three"]
 
 
-def test_choice__takes_the_smallest_last_change_of_those_that_hold() -> None:
-    results = {"gimp": study(), "spline": study(shape="quadratic-bspline")}
-    finals = {"gimp": final(15.2, 15.0, 14.8), "spline": final(16.0, 15.0, 15.0)}
-    assert winner(results, finals) == "spline"
-    assert winner(results, {**finals, "spline": final(17.0, 15.0, 15.0)}) == "gimp"
-
-
-def test_choice__takes_the_cheaper_of_equals() -> None:
-    results = {"gimp": study(seconds=20.0), "spline": study(shape="quadratic-bspline")}
-    finals = {"gimp": final(15.0, 15.0, 15.0), "spline": final(15.0, 15.0, 15.01)}
-    assert winner(results, finals) == "spline"
+def test_choice__takes_the_cheapest_that_holds() -> None:
+    results = {"cheap": study(), "dear": study(particles=3, seconds=20.0)}
+    finals = {"cheap": final(15.2, 15.0, 14.8), "dear": final(16.0, 15.0, 15.0)}
+    assert winner(results, finals) == "cheap"
+    assert winner(results, {**finals, "cheap": final(15.2, 15.0, 14.6)}) == "dear"
+    assert winner(results, {**finals, "cheap": final(16.5, 15.0, 15.0)}) == "dear"
 
 
 @pytest.mark.parametrize(
@@ -107,10 +124,17 @@ def test_choice__leaves_out_what_failed(fault: dict[str, Any]) -> None:
 
 def test_tables__have_a_line_for_each_variant_and_speed() -> None:
     assert len(table({"a": study(), "b": study()}).splitlines()) == 4
+    assert len(scan_table({"a": study(), "b": study()}).splitlines()) == 4
     assert len(final_table({"a": final(16.0, 15.0, 15.0)}).splitlines()) == 5
 
 
-def test_variants__change_one_thing_under_one_name() -> None:
-    found = list(variants())
+@pytest.mark.parametrize("asked", [variants, scan])
+def test_variants__change_one_thing_under_one_name(asked: Any) -> None:
+    found = list(asked())
     assert len({variant.name for variant in found}) == len(found)
     assert len({variant.recipe for variant in found}) == len(found)
+
+
+def test_scan__holds_the_base_of_each_smooth_shape() -> None:
+    bases = {variant.recipe for variant in variants() if variant.group == "base"}
+    assert len(bases & {variant.recipe for variant in scan()}) == len(SCANNED)

@@ -99,7 +99,7 @@ def test_identity__of_the_default_is_that_of_its_name() -> None:
     [
         {"shape": "linear"},
         {"scheme": "usf"},
-        {"particles_per_cell": 3},
+        {"particles_per_cell": 4},
         {"viscosity_linear": 0.1},
         {"viscosity_quadratic": 1.0},
         {"courant": 0.2},
