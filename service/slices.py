@@ -34,7 +34,7 @@ from studies.errors import Finding, InvalidInput
 
 log = logging.getLogger(__name__)
 
-SECONDS = 60.0  # that an order may take
+SECONDS = 120.0  # that an order may take; the first one waits for the libraries too
 MEMORY = 2 << 30  # bytes of data that the child may hold
 MOST_WAITING = 4  # orders that wait for their turn; each holds a thread
 MOST_BYTES = 512 << 20  # of all files that are kept
