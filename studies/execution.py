@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from solver import PHYSICS_VERSION
-from solver.errors import Interrupted, WhippleError
+from solver.checkpoint import Checkpointing
+from solver.errors import WhippleError
 from solver.jit import software
 from solver.problem import Problem
 from solver.simulation import Outcome, simulate
@@ -174,18 +175,14 @@ def compute(
     started = datetime.now(UTC).isoformat(timespec="seconds")
     clock = time.perf_counter()
     resumed: list[str] = []
-    kept: Checkpoints | None = None
     try:
         watched = observer_of(run, progress, film=film)
+        kept = None
         if checkpoint:
-            kept = Checkpoints(
-                checkpoint, watched, leave=leave, saved=saved, explain=resumed.append
+            kept = Checkpoints(checkpoint, watched).of_solver(
+                leave=leave, saved=saved, tell=resumed.append
             )
         result = _succeed(run, directory, watched, threads, kept)
-    except Interrupted:
-        assert kept
-        kept.look()
-        raise
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
     made = {**provenance(), "started": started, "seconds": time.perf_counter() - clock}
@@ -238,14 +235,14 @@ def _succeed(
     directory: Path,
     watched: Observer,
     threads: int | None,
-    kept: Checkpoints | None,
+    kept: Checkpointing | None,
 ) -> RunResult:
     outcome = simulate(
         watched.setting.problem,
         watched,
         interval=watched.pace.interval,
         threads=threads,
-        checkpoint=kept.of_solver() if kept else None,
+        checkpoint=kept,
     )
     numbers = _numbers(watched, outcome)
     _save_state(directory, outcome)
