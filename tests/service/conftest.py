@@ -1,5 +1,6 @@
 """Stores for tests: each test of the store runs on SQLite and on PostgreSQL."""
 
+import logging
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -8,6 +9,18 @@ import pytest
 
 from service.store import Store
 from tests.service.databases import Postgresql, postgresql_server
+
+
+@pytest.fixture(autouse=True)
+def _loggers_as_before() -> Iterator[None]:
+    """A service that a test starts in this process tells every logger where to write; the next one hears no more."""
+    loggers = logging.getLogger(), logging.getLogger("service")
+    before = [(one, one.handlers[:], one.level) for one in loggers]
+    yield
+    logging.captureWarnings(False)
+    for one, handlers, level in before:
+        one.handlers[:] = handlers
+        one.setLevel(level)
 
 
 @pytest.fixture(scope="session")

@@ -17,17 +17,11 @@ Lines = Callable[[], list[dict[str, Any]]]
 
 
 @pytest.fixture
-def lines() -> Iterator[Lines]:
+def lines() -> Lines:
     """Let the loggers write as they do in a service; gives what they wrote."""
-    root, own = logging.getLogger(), logging.getLogger("service")
-    before, level, own_level = root.handlers[:], root.level, own.level
     written = io.StringIO()
     logs.configure(written)
-    yield lambda: [json.loads(line) for line in written.getvalue().splitlines()]
-    logging.captureWarnings(False)
-    root.handlers[:] = before
-    root.setLevel(level)
-    own.setLevel(own_level)
+    return lambda: [json.loads(line) for line in written.getvalue().splitlines()]
 
 
 @pytest.fixture
