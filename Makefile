@@ -17,7 +17,7 @@ TARGETS := help demo test claims bench clean
 help:
 	@echo "make demo               set up, compute the two example sweeps into $(OUT)/, print cold and warm time"
 	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
-	@echo "make claims [first-light|proven]   recompute what the project says about itself (one set, or all)"
+	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make bench              measure speed; never part of pass or fail"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
@@ -29,7 +29,7 @@ demo: $(RUNTIME)
 test: $(DEVELOPMENT)
 	@$(BIN)/python -m tests
 
-# "make claims first-light": the word after claims is the name of the set, not a target of its own.
+# "make claims first-light": the words after claims are names of sets or claims, not targets of its own.
 ifeq (claims,$(firstword $(MAKECMDGOALS)))
 NAME ?= $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
 ifneq (,$(strip $(NAME)))
