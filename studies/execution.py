@@ -24,6 +24,7 @@ from studies import measurements, scenarios
 from studies.atomic import write_atomically
 from studies.checkpoints import Checkpoints
 from studies.film import Film
+from studies.journal import Journal, Say
 from studies.measurements import History, Measurement, Reading
 from studies.results import Measured, Progress, RunResult
 from studies.run import Run, materials_of
@@ -164,23 +165,36 @@ def compute(
     leave: Callable[[], bool] | None = None,
     saved: Callable[[int], object] | None = None,
     film: bool = False,
+    say: Say | None = None,
 ) -> RunResult:
     """The result of a run, also written to the directory, with the final state and the ``film`` if it is wanted.
 
     With ``checkpoint`` the run goes on from that file where it is this run's and this machine's, and writes it as it
     goes; the numbers are those of a run that never stopped. ``saved`` is told the step of each checkpoint that it
-    writes or goes on from. Raises Interrupted once ``leave`` says so.
+    writes or goes on from, and ``say`` each line of the run's log. Raises Interrupted once ``leave`` says so.
     """
     directory.mkdir(parents=True, exist_ok=True)
     started = datetime.now(UTC).isoformat(timespec="seconds")
     clock = time.perf_counter()
     resumed: list[str] = []
+    log = Journal(say)
+
+    def explain(sentence: str) -> None:
+        resumed.append(sentence)
+        log.say(sentence)
+
+    def listen(news: Progress) -> None:
+        log.progress(news)
+        if progress:
+            progress(news)
+
     try:
-        watched = observer_of(run, progress, film=film)
+        watched = observer_of(run, listen, film=film)
+        log.question(run, watched.setting.problem, provenance())
         kept = None
         if checkpoint:
             kept = Checkpoints(checkpoint, watched).of_solver(
-                leave=leave, saved=saved, tell=resumed.append
+                leave=leave, saved=saved, tell=explain
             )
         result = _succeed(run, directory, watched, threads, kept)
     except WhippleError as error:
@@ -189,6 +203,7 @@ def compute(
     if resumed:
         made["checkpoint"] = "; ".join(resumed)
     result = replace(result, provenance=made)
+    log.end(result)
     text = json.dumps(result.as_json(), allow_nan=False, indent=1)
     write_atomically(directory / "result.json", lambda file: Path(file).write_text(text))
     return result

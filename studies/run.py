@@ -139,13 +139,14 @@ def execute(
     leave: Callable[[], bool] | None = None,
     saved: Callable[[int], object] | None = None,
     film: bool = False,
+    say: Callable[[str], object] | None = None,
 ) -> RunResult:
     """Compute a run; leaves ``result.json`` and, if it succeeded, ``state.npz`` in the directory.
 
     With ``checkpoint`` the run goes on from that file, where it is this run's and this machine's, and writes it as it
     goes; ``saved`` is told the step of each one that it writes or goes on from. Once ``leave`` says so it writes one
-    and raises Interrupted. With ``film`` there will be a ``film.npz`` (``studies.film``) too. The solver's own
-    verdict, an unphysical state, is a result with state "failed"; it is not raised.
+    and raises Interrupted. With ``film`` there will be a ``film.npz`` (``studies.film``) too; ``say`` takes each line
+    of the run's log. The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised.
     """
     from studies.execution import compute
 
@@ -158,6 +159,7 @@ def execute(
         leave=leave,
         saved=saved,
         film=film,
+        say=say,
     )
 
 

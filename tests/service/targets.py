@@ -62,6 +62,7 @@ def execute(
     leave: Callable[[], bool] | None = None,
     saved: Callable[[int], object] | None = None,
     film: bool = False,
+    say: Callable[[str], object] | None = None,
 ) -> RunResult:
     """Behave as the parameters say, and leave the result that a real run would leave."""
     (directory / "pid").write_text(str(os.getpid()))

@@ -147,6 +147,25 @@ def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_wr
     assert told == []
 
 
+def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: Path) -> None:
+    run, lines = asked("elastic_bar"), list[str]()
+    result = compute(run, tmp_path, threads=1, say=lines.append)
+    assert run.id in lines[0]
+    assert f"  speed = {run.parameters['speed']}" in lines
+    observed = [line for line in lines if line.startswith("t = ")]
+    assert len(observed) == len(next(iter(result.measurements.values())).history["time"])
+    assert f"succeeded: {result.stop}" in lines
+    assert {f"  {name} = {number:.6g}" for name, number in result.numbers.items()} <= set(lines)
+
+
+def test_log__of_a_run_that_goes_on_says_where(tmp_path: Path) -> None:
+    run, lines, file = asked("elastic_bar"), list[str](), tmp_path / "checkpoint"
+    with pytest.raises(Interrupted):
+        compute(run, tmp_path, threads=1, checkpoint=file, leave=after(10))
+    result = compute(run, tmp_path, threads=1, checkpoint=file, say=lines.append)
+    assert result.provenance["checkpoint"] in lines
+
+
 def test_observer__recalls_what_it_remembered(scenario: str) -> None:
     one, other = observer_of(asked(scenario)), observer_of(asked(scenario))
     simulate_a_little(one)
