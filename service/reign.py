@@ -27,6 +27,7 @@ from service.tickets import Tickets
 log = logging.getLogger(__name__)
 
 REFUSED_SECONDS = 5.0  # after an attempt that could not be given to the engine
+STUMBLED_SECONDS = 5.0  # before an end that could not be brought into its row is looked at again
 NO_WORKER = "there is no worker"
 REFUSED = "the engine takes no work; see the log"
 PROGRESS_SECONDS = 1.0  # between two writes of progress
@@ -83,6 +84,7 @@ class Reign:
         self._attempts = attempts
         self._attempts.held.clear()
         self._compared = self._written = self._refused = -math.inf  # monotonic
+        self._not_before: dict[str, float] = {}  # ends that could not be settled: monotonic
         self.slots = 0  # attempts that can be under way at once
         self.hindrance: str | None = None  # why nothing is begun
 
@@ -176,9 +178,12 @@ class Reign:
         settled: list[str] = []
         try:
             for key, ending in list(self._attempts.ended.items()):
+                if time.monotonic() < self._not_before.get(key, -math.inf):
+                    continue
                 claim = self._attempts.held.get(key)
                 if claim is None or self._is_settled(claim, ending):  # or no row waits for it
                     self._attempts.forget(key)
+                    self._not_before.pop(key, None)
                     settled.append(key)
         finally:
             if settled:
@@ -193,6 +198,7 @@ class Reign:
         except Exception:
             words = {"run": claim.key}
             log.exception("%s could not be settled; it is tried again", claim.key, extra=words)
+            self._not_before[claim.key] = time.monotonic() + STUMBLED_SECONDS
             return False
         return True
 

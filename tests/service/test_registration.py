@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from service import reign
 from service.artifacts import Artifacts, describe
 from service.attempt import Ending
 from service.jobs import Cause, Claim, Kind, State, StoreUnavailable, SweepState
@@ -205,25 +206,46 @@ def test_result__that_cannot_be_registered_for_now_costs_the_run_nothing(
     assert (run.state, run.attempt, run.crashes) == (State.SUCCEEDED, 1, 0)
 
 
-def test_result__one_that_cannot_be_settled_does_not_hold_up_the_others(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    settle = Registrar.settle
+def stumbling(patch: pytest.MonkeyPatch, number: int) -> list[Claim]:
+    """Let no end of a run be settled; the claims for which it was tried."""
+    settle, tried = Registrar.settle, list[Claim]()
 
     def stumble(registrar: Registrar, claim: Claim, ending: Ending) -> None:
-        if claim.id == run_id(0):
+        if claim.id == run_id(number):
+            tried.append(claim)
             raise RuntimeError("nobody foresaw this")
         settle(registrar, claim, ending)
 
+    patch.setattr(Registrar, "settle", stumble)
+    return tried
+
+
+def test_result__one_that_cannot_be_settled_does_not_hold_up_the_others(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
     bench.store.create_sweep(sweep_of(2))
     for ticket in bench.turn():
         bench.end_well(ticket)
+    monkeypatch.setattr(reign, "STUMBLED_SECONDS", 0.0)
     with monkeypatch.context() as patch:
-        patch.setattr(Registrar, "settle", stumble)
+        stumbling(patch, 0)
         bench.turn()
     assert [bench.run(number).state for number in (0, 1)] == [State.RUNNING, State.SUCCEEDED]
     bench.turn()
     assert bench.run().state is State.SUCCEEDED
+
+
+def test_result__one_that_cannot_be_settled_is_not_tried_at_each_turn(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_well(ticket)
+    monkeypatch.setattr(reign, "STUMBLED_SECONDS", 3600.0)
+    tried = stumbling(monkeypatch, 0)
+    for _ in range(3):
+        bench.turn()
+    assert len(tried) == 1
 
 
 # --- trying again --------------------------------------------------------------------------------
