@@ -16,7 +16,17 @@ from service.keys import allows
 from service.live import Live
 from service.metrics import Metrics
 from service.requests import Observed
-from service.routes import catalogue, events, files, health, pages, queue, runs, sweeps
+from service.routes import (
+    catalogue,
+    events,
+    files,
+    health,
+    pages,
+    queue,
+    remeasure,
+    runs,
+    sweeps,
+)
 from service.schemas import problem_schemas
 from service.settings import Settings
 from service.slices import Slices
@@ -27,7 +37,7 @@ __all__ = ["Engine", "StartEngine", "build_app", "open_service"]
 
 # Whoever reads needs a key where keys are needed; what changes something asks for more, route by route.
 GUARDED = (
-    *(sweeps.router, files.router, runs.router, queue.router, events.router),
+    *(sweeps.router, remeasure.router, files.router, runs.router, queue.router, events.router),
     *(catalogue.router, health.metrics_router, pages.router),
 )
 OPEN = (health.router,)  # alive, ready, version: asked by machines that have no key

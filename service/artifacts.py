@@ -104,11 +104,11 @@ class Artifacts:
         """Make ``folder``, its files and the names of the folders above it survive a power cut."""
         for file in folder.iterdir():
             if file.is_file():
-                _to_disk(file)
+                to_disk(file)
         for place in (folder, *folder.parents):
             if not place.is_relative_to(self.root):
                 return
-            _to_disk(place)
+            to_disk(place)
 
     def read_json(self, stored: Stored) -> Any:
         """What a registered JSON file says."""
@@ -142,7 +142,8 @@ def digest(path: Path) -> str:
     return sha256.hexdigest()
 
 
-def _to_disk(place: Path) -> None:
+def to_disk(place: Path) -> None:
+    """fsync a file, or a folder (its list of names)."""
     descriptor = os.open(place, os.O_RDONLY)
     try:
         os.fsync(descriptor)

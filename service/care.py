@@ -6,6 +6,7 @@ attempt stays for ``retire_seconds``, so that somebody may look at its log, unle
 
 import logging
 import shutil
+import time
 from collections.abc import Iterator
 from itertools import islice
 
@@ -17,8 +18,7 @@ from service.store import Store
 
 log = logging.getLogger(__name__)
 
-LOOKED = 200  # folders of sweeps that a step looks at
-SHARDS = 16  # of 256, that a step looks at
+STEP_SECONDS = 0.05  # after which a step looks no further; whoever leads waits for it
 REMOVED = 50  # files or folders that a step removes
 AT_ONCE = frozenset({Why.DELETED, Why.SPENT})
 
@@ -32,39 +32,38 @@ class Care:
         self._space = space
         self._retire_seconds = settings.retire_seconds
         self._leftovers = Leftovers(store, artifacts)
-        self._round = self._go_round()
+        self._round = self._leftovers.parts()
         self._may_drop = True
 
     def step(self) -> None:
         """A bounded part of the work; called by whoever leads, between two claims."""
+        end, removed = time.monotonic() + STEP_SECONDS, 0
         if self._may_drop:
             self._may_drop = self._drop() == REMOVED
-        looked_at = next(self._round, None)
-        if looked_at is None:  # once round
-            self._round, self._may_drop = self._go_round(), True
-            looked_at = next(self._round, iter(()))
-        due = (one for one in looked_at if self._is_due(one))
-        for leftover in islice(due, REMOVED):
+        while True:
+            part = next(self._round, None)
+            if part is None:  # once round
+                self._round, self._may_drop = self._leftovers.parts(), True
+                return
+            removed += self._remove_of(part, REMOVED - removed)
+            if removed == REMOVED or time.monotonic() > end:
+                return
+
+    def _remove_of(self, part: Iterator[Leftover], most: int) -> int:
+        """Remove what is due of it; how many these were."""
+        due = [*islice((one for one in part if self._is_due(one)), most)]
+        for leftover in due:
             log.info("removed: %s (%s)", leftover.path, leftover.why)
             _remove(leftover)
+        return len(due)
 
     def _drop(self) -> int:
         """Remove registered files that no sweep keeps any more; how many these were."""
         files = self._store.discardable(REMOVED)
-        for id, file in files:
-            self._store.forget_files(id, [file.name])
+        dropped = self._store.drop(files) if files else ()
+        for _, file in dropped:
             self._artifacts.path(file).unlink(missing_ok=True)
-        return len(files)
-
-    def _go_round(self) -> Iterator[Iterator[Leftover]]:
-        """Leftovers of the whole directory, a step at a time."""
-        sweeps = self._leftovers.sweep_ids()
-        for begin in range(0, len(sweeps), LOOKED):
-            yield self._leftovers.of_sweeps(sweeps[begin : begin + LOOKED])
-        shards = self._leftovers.shards()
-        for begin in range(0, len(shards), SHARDS):
-            some = shards[begin : begin + SHARDS]
-            yield (one for shard in some for one in self._leftovers.of_shard(shard))
+        return len(dropped)
 
     def _is_due(self, leftover: Leftover) -> bool:
         """Whether it may go now."""

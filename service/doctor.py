@@ -101,7 +101,7 @@ def locks_work(settings: Settings, _every: bool) -> Iterator[Check]:
 def database_is_current(settings: Settings, _every: bool) -> Iterator[Check]:
     """The database: there, and with the tables of this version."""
     name = "database"
-    if not _has_database(settings):
+    if not has_database(settings):
         cure = "none needed: the first start of the service makes it"
         yield Check(name, Verdict.WARNING, "there is none yet", cure)
         return
@@ -303,14 +303,14 @@ def _locks_keep_out(folder: Path) -> bool:
     return False
 
 
-def _has_database(settings: Settings) -> bool:
+def has_database(settings: Settings) -> bool:
     """Whether there is one to ask: SQLite would make an empty one."""
     return settings.has_replicas or Path(settings.url.partition(":///")[2]).is_file()
 
 
 def _is_current(settings: Settings) -> bool:
     """Whether the tables can be read by this version; what is said of the database tells if not."""
-    if not _has_database(settings):
+    if not has_database(settings):
         return False
     schema = Store.schema(settings.url)
     return schema.found == schema.newest

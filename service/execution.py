@@ -1,4 +1,4 @@
-"""The engine: workers of Dask over TLS. The only file that imports ``distributed``.
+"""The engine: workers of Dask over TLS. With ``service.scheduler`` all that imports ``distributed``.
 
 Dask is muscle: it is never given more than it has free slots, never retries, and may lose anything
 at any moment. A slot is a worker process with ``service.slot`` in it; there a supervisor watches one
@@ -6,9 +6,7 @@ child. The scheduler and its workers are our own (``Embedded``), or somebody's (
 away and come back, and whose attempts go on when we die: they are found again by their keys.
 """
 
-import asyncio
 import logging
-import socket
 import threading
 import time
 from collections.abc import Mapping
@@ -17,12 +15,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import dask
 import distributed
 
 from service import slot, supervisor
 from service.attempt import Away, Back, Ended, Ending, Inbox, Ticket, Told
 from service.jobs import Cause
+from service.scheduler import Connection, Embedded, Remote, ours
 
 if TYPE_CHECKING:
     from service.settings import Settings
@@ -32,96 +30,11 @@ log = logging.getLogger(__name__)
 PUBLISHED = (
     "whipple/"  # begin of the names under which a scheduler keeps attempts for our next life
 )
-CONNECT_SECONDS = 5.0  # for a scheduler to answer
 RETRY_SECONDS = 2.0  # between two tries to reach it
 WATCH_SECONDS = 0.25  # between two looks whether the connection still holds
 RESULT_SECONDS = 10.0  # for an answer to come from its worker
 STOP_SECONDS = 1.5  # for those that could not leave: half of it is the supervisor's patience
-CLOSE_SECONDS = 10.0  # for a worker to go
 NO_SLOT_SECONDS = 30.0  # without any worker, until its attempts count as lost
-
-CONFIGURATION = {
-    "distributed.scheduler.allowed-failures": 0,  # the row owns retries
-    "distributed.scheduler.work-stealing": True,  # a task on a busy worker moves to a free one
-    "distributed.scheduler.http.routes": [],  # no page without a login
-    "distributed.worker.http.routes": [],
-    "distributed.worker.profile.enabled": False,
-    "distributed.admin.low-level-log-length": 100,
-}
-
-
-class _Client(distributed.Client):
-    """A connection to a scheduler. One that broke is not mended: another one takes its place."""
-
-    def __init__(self, place: Any, **options: Any):
-        self.is_lost = threading.Event()
-        super().__init__(place, set_as_default=False, **options)
-
-    async def _reconnect(self) -> None:
-        """Called in place of Dask's own, which gives every future up, and itself after a while."""
-        self.is_lost.set()
-        raise asyncio.CancelledError  # the loop that listens ends
-
-
-class Embedded:
-    """Scheduler and workers of our own, on this machine; they end with us."""
-
-    def __init__(self, workers: int, scratch: Path):
-        slot.spare_the_main_module()
-        with dask.config.set(CONFIGURATION):
-            self.cluster = distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                protocol="tls://",
-                security=distributed.Security.temporary(),
-                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-                memory_limit=None,  # the supervisor is small, and Dask does not see its child
-                local_directory=str(scratch),
-                silence_logs=logging.CRITICAL,
-                preload=["service.slot"],
-            )
-
-    def connect(self) -> _Client:
-        """A connection."""
-        return _Client(self.cluster)
-
-    def close(self) -> None:
-        """End the workers."""
-        self.cluster.close(timeout=CLOSE_SECONDS)
-
-
-@dataclass(frozen=True)
-class Remote:
-    """A scheduler somewhere, and what proves that we may talk to it (files in PEM)."""
-
-    address: str  # tls://host:port
-    ca: Path
-    certificate: Path
-    key: Path
-
-    def connect(self) -> _Client:
-        """A connection; raises OSError."""
-        self.greet()
-        return _Client(self.address, security=self._security(), timeout=CONNECT_SECONDS)
-
-    def greet(self) -> None:
-        """Raises OSError where nobody is, or somebody else; a client of Dask leaves a thread behind."""
-        host, _, port = self.address.removeprefix("tls://").rpartition(":")
-        context = self._security().get_connection_args("client")["ssl_context"]
-        with socket.create_connection((host.strip("[]"), int(port)), CONNECT_SECONDS) as plain:
-            context.wrap_socket(plain).close()
-
-    def close(self) -> None:
-        """They are not ours to end."""
-
-    def _security(self) -> distributed.Security:
-        return distributed.Security(
-            require_encryption=True,
-            tls_ca_file=str(self.ca),
-            tls_client_cert=str(self.certificate),
-            tls_client_key=str(self.key),
-        )
 
 
 class Engine:
@@ -132,7 +45,7 @@ class Engine:
         self._inbox = inbox
         self._followed: dict[str, distributed.Future | None] = {}  # None: scheduler is away
         self._changed = threading.Condition()  # guards what is followed
-        self._client: _Client | None = None
+        self._client: Connection | None = None
         self._refused: set[str] = set()  # addresses of workers that get no work
         self._last_slot = time.monotonic()
         self._closing = threading.Event()
@@ -151,11 +64,11 @@ class Engine:
         if client is None or client.is_lost.is_set():
             return 0
         try:
-            workers = _workers(client)
-        except (OSError, TimeoutError):  # it is going away
+            workers = client.workers()
+        except OSError:  # it is going away
             return 0
         self._tell_of_refused(workers)
-        count = len(_ours(workers))
+        count = len(ours(workers))
         self._give_up_without_slots(count)
         return count
 
@@ -168,7 +81,7 @@ class Engine:
             future = client.submit(
                 slot.compute, ticket, key=key, pure=False, retries=0, resources={slot.OFFER: 1}
             )
-            client.publish_dataset(future, name=PUBLISHED + key)
+            client.keep(PUBLISHED + key, future)
         except BaseException:
             with self._changed:
                 self._followed.pop(key, None)
@@ -177,11 +90,11 @@ class Engine:
 
     def stop(self, keys: list[str]) -> None:
         """Ask for the end of attempts; one that has not begun does not hear it, so ask again."""
-        self._say(supervisor.stop, keys)
+        self._connected().tell(supervisor.stop, keys)
 
     def known(self) -> set[str]:
         """Attempts that the scheduler has, also ended ones until they are forgotten; raises OSError."""
-        names = self._connected().list_datasets()
+        names = self._connected().kept_names()
         return {name.removeprefix(PUBLISHED) for name in names if name.startswith(PUBLISHED)}
 
     def follow(self, key: str) -> None:
@@ -191,12 +104,17 @@ class Engine:
             if key in self._followed:
                 return
             self._followed[key] = None
-        self._find(client, key)
+        try:
+            self._find(client, key)
+        except BaseException:  # it is asked for again
+            with self._changed:
+                self._followed.pop(key, None)
+            raise
 
     def forget(self, keys: list[str]) -> None:
         """Their rows know how they ended: the scheduler need not keep it."""
         with suppress(OSError):  # away; it is forgotten after the next life has seen it
-            self._connected().unpublish_dataset([PUBLISHED + key for key in keys])
+            self._connected().release([PUBLISHED + key for key in keys])
 
     def close(self, leave_seconds: float | None = supervisor.LEAVE_SECONDS) -> None:
         """Let every attempt write a checkpoint and leave; one that does not is stopped.
@@ -208,7 +126,7 @@ class Engine:
         if self._client is not None:
             if leave_seconds is not None:
                 self._end_all(leave_seconds)
-            _hang_up(self._client)
+            self._client.hang_up()
         self._place.close()
 
     # --- attempts --------------------------------------------------------------------------------
@@ -220,9 +138,9 @@ class Engine:
             self._followed[key] = future
         future.add_done_callback(self._note_end)
 
-    def _find(self, client: _Client, key: str) -> None:
+    def _find(self, client: Connection, key: str) -> None:
         """Follow an attempt that the scheduler has; else it is lost."""
-        future = client.get_dataset(PUBLISHED + key, default=None)
+        future = client.kept(PUBLISHED + key)
         if future is not None:
             self._attach(key, future)
         else:
@@ -261,18 +179,11 @@ class Engine:
                 keys = list(self._followed)
             try:
                 if keys:
-                    self._say(word, keys)
+                    self._connected().tell(word, keys)
             except OSError:
                 return  # the scheduler is away, and with it the answers
             with self._changed:
                 self._changed.wait_for(lambda: not self._followed, seconds)
-
-    def _say(self, word: Any, keys: list[str]) -> None:
-        """Call a function of the supervisor in every worker of ours."""
-        client = self._connected()
-        workers = _ours(_workers(client))
-        if workers:
-            client.run(slot.call, word, keys, workers=workers, wait=False, on_error="ignore")
 
     def _give_up_without_slots(self, slots: int) -> None:
         """What waits for a worker that does not come is under way nowhere."""
@@ -296,7 +207,7 @@ class Engine:
 
     # --- the connection --------------------------------------------------------------------------
 
-    def _connected(self) -> _Client:
+    def _connected(self) -> Connection:
         client = self._client
         if client is None or client.is_lost.is_set():
             raise ConnectionError("the scheduler is away")
@@ -311,7 +222,7 @@ class Engine:
             for key in orphans:
                 self._find(client, key)
         except BaseException:
-            _hang_up(client)
+            client.hang_up()
             raise
         self._last_slot = time.monotonic()
         self._client = client
@@ -342,7 +253,7 @@ class Engine:
         self._inbox.put(Away(reason))
         with self._changed:
             self._followed = dict.fromkeys(self._followed)
-        _hang_up(client)
+        client.hang_up()
 
 
 def open_engine(settings: "Settings", *, scratch: Path, inbox: Inbox) -> Engine:
@@ -365,33 +276,15 @@ def probe(settings: "Settings") -> Cluster:
     place = _remote(settings)
     client = place.connect()
     try:
-        return Cluster(place.address, _workers(client))
+        return Cluster(place.address, client.workers())
     finally:
-        _hang_up(client)
+        client.hang_up()
 
 
 def _remote(settings: "Settings") -> Remote:
     files = (settings.tls_ca, settings.tls_cert, settings.tls_key)
     ca, certificate, key = (file or Path() for file in files)  # the settings have seen to them
     return Remote(settings.engine or "", ca, certificate, key)
-
-
-def _hang_up(client: _Client) -> None:
-    """Let a connection go; what it followed is not lost by that."""
-    client.is_lost.set()
-    with suppress(OSError, TimeoutError):
-        client.close(timeout=CLOSE_SECONDS)
-
-
-def _workers(client: _Client) -> Mapping[str, str]:
-    """Why each worker gets no work, by address; empty for those that get some."""
-    said: Mapping[str, Any] = client.scheduler_info(n_workers=-1).get("workers", {})
-    return {address: slot.differences(one.get(slot.SOFTWARE)) for address, one in said.items()}
-
-
-def _ours(workers: Mapping[str, str]) -> list[str]:
-    """Addresses of those that compute what we would, one attempt each."""
-    return [address for address, why in workers.items() if not why]
 
 
 def _lost(failure: str, reason: str) -> Ending:

@@ -12,7 +12,9 @@ sweep). The row is the truth; whatever computes it may die at any moment.
                   `--> cancelled <-- cancelling
 
 ``waiting`` is a publication whose runs are not all done. A solver's verdict ("this state is
-unphysical") is a result: ``failed`` with cause ``verdict``, shared like a success.
+unphysical") is a result: ``failed`` with cause ``verdict``, shared like a success. A run that has a
+result may be queued again, for a file that was not kept, or a verdict on request: the result stays
+until there is another, and is what the run goes back to if there is none.
 """
 
 from collections.abc import Mapping
@@ -30,6 +32,7 @@ Item = TypeVar("Item")
 
 PRIORITIES = range(-100, 101)  # that a sweep may have; smaller is sooner, as with nice
 ANSWER = "result.json"  # the file of a run that its row points to
+STATE = "state.npz"  # its final state
 
 
 class Kind(StrEnum):
@@ -82,6 +85,10 @@ class Keep(StrEnum):
     FILM = "film"  # and the frames
 
 
+# Files of a run that only some sweeps keep: whoever asks for this or for more does.
+KEPT_BY = {STATE: Keep.FINAL, "film.npz": Keep.FILM}
+
+
 class Scope(StrEnum):
     """What an API key allows."""
 
@@ -97,13 +104,16 @@ SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.
 
 MOVES: Mapping[State, frozenset[State]] = {
     State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
-    State.QUEUED: frozenset({State.RUNNING, State.CANCELLED, State.WAITING}),
+    State.QUEUED: frozenset(
+        # The last two: what has a result already goes back to it.
+        {State.RUNNING, State.CANCELLED, State.WAITING, State.SUCCEEDED, State.FAILED}
+    ),
     State.RUNNING: frozenset(
         {State.SUCCEEDED, State.FAILED, State.QUEUED, State.CANCELLING, State.CANCELLED}
     ),
     State.CANCELLING: frozenset({State.CANCELLED, State.SUCCEEDED, State.FAILED, State.QUEUED}),
-    # A retry, or a new sweep that asks for a run which an accident ended.
-    State.SUCCEEDED: frozenset({State.WAITING}),
+    # A retry, or a new sweep that asks for a run which an accident ended, or for more of its files.
+    State.SUCCEEDED: frozenset({State.QUEUED, State.WAITING}),
     State.FAILED: frozenset({State.QUEUED, State.WAITING}),
     State.CANCELLED: frozenset({State.QUEUED, State.WAITING}),
 }
@@ -269,6 +279,17 @@ class Stored:
 
 
 @dataclass(frozen=True)
+class MeasuredRun:
+    """A run by what it measured, and by what that could be read off again."""
+
+    id: str
+    scenario: str
+    state: State
+    summary: Mapping[str, Any] | None  # as in RunRow
+    kept: Stored | None  # STATE
+
+
+@dataclass(frozen=True)
 class Event:
     """Something that happened; never changed, never removed."""
 
@@ -294,7 +315,7 @@ class Claim:
     priority: int
     keep: Keep
     state: State  # running, or cancelling when somebody asked to stop it
-    spec: Mapping[str, Any]  # a run as JSON; empty for a publication
+    spec: Mapping[str, Any]  # a run as JSON; of a publication, what else it is to do
     sweep_id: str | None  # of a publication
 
     @property

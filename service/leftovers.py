@@ -11,16 +11,19 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import TypeVar
 
 from service.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
-from service.jobs import TERMINAL, Attempt, State, Stored, SweepRow
+from service.jobs import KEPT_BY, TERMINAL, Attempt, State, Stored, SweepRow
 from service.store import Store
 
 ATTEMPT = re.compile(r"a(\d+)-[0-9a-f]+")
 SHARD = re.compile("[0-9a-f]{2}")
-OPTIONAL = ("state.npz", "film.npz")  # of a run: not every sweep keeps them
 FILES_ON_A_PAGE = 1000
 SWEEPS_ON_A_PAGE = 500
+
+Item = TypeVar("Item")
+PART_OF_ALL = 50  # folders that are looked at together
 
 Registered = Mapping[str, Set[Path]]  # files that rows point to, by run
 
@@ -30,8 +33,8 @@ class Why(StrEnum):
 
     LOST = "an attempt that does not count"
     PART = "half-written"
-    SPENT = "a checkpoint of a run that has ended"
-    RESTING = "a checkpoint of a run that was cancelled"
+    SPENT = "a checkpoint of a run that has a result"
+    RESTING = "a checkpoint of a run that ended without a result"
     DROPPED = "no longer kept"
     DELETED = "of a sweep that was deleted"
     STRANGER = "of a run or sweep that the database does not know"
@@ -53,6 +56,15 @@ class Leftover:
         return time.time() - newest
 
 
+@dataclass(frozen=True)
+class Counted:
+    """What counts of a run."""
+
+    attempt: Attempt  # the last
+    registered: Set[Path]  # files that rows point to
+    kept: Set[str]  # names of KEPT_BY that a sweep keeps
+
+
 class Leftovers:
     """Looks through the folders of runs and sweeps."""
 
@@ -69,13 +81,20 @@ class Leftovers:
         return [folder.name for folder in _folders(self._artifacts.root / SWEEPS, ID)]
 
     def of_shard(self, shard: Path) -> Iterator[Leftover]:
-        """What is left over of the runs in one shard: a few statements, whatever their number."""
-        folders = _folders(shard, ID)
+        """What is left over of the runs in one shard."""
+        for folders in _in_parts(_folders(shard, ID)):
+            yield from self._of_runs(folders)
+
+    def _of_runs(self, folders: Sequence[Path]) -> Iterator[Leftover]:
+        """What is left over of neighbours in the order of ids: a few statements for all of them."""
         ids = [folder.name for folder in folders]
         known, registered = self._store.known_attempts(ids), self._registered(ids)
+        kept = self._store.kept_names(ids)
         for folder in folders:
-            if folder.name in known:
-                yield from _of_run(folder, known[folder.name], registered[folder.name])
+            id = folder.name
+            if id in known:
+                counts = Counted(known[id], registered[id], kept.get(id, frozenset()))
+                yield from _of_run(folder, counts)
             else:
                 yield Leftover(folder, Why.STRANGER)
 
@@ -88,6 +107,14 @@ class Leftovers:
                 yield Leftover(folder, Why.DELETED)
             else:
                 yield from self._of_sweep(id, _attempts(folder))
+
+    def parts(self) -> Iterator[Iterator[Leftover]]:
+        """What is left over of everything, in parts that take a moment each."""
+        for ids in _in_parts(self.sweep_ids()):
+            yield self.of_sweeps(ids)
+        for shard in self.shards():
+            for folders in _in_parts(_folders(shard, ID)):
+                yield self._of_runs(folders)
 
     def strange_sweeps(self) -> Iterator[Leftover]:
         """Folders of sweeps that the store never had; looks at every sweep."""
@@ -120,9 +147,7 @@ class Leftovers:
     def _registered(self, ids: Sequence[str]) -> Registered:
         """What rows point to of these runs, which are neighbours in the order of ids."""
         found: dict[str, set[Path]] = {id: set() for id in ids}
-        for id, file in files_from(self._store, ids[0] if ids else ""):
-            if not ids or id > ids[-1]:
-                break
+        for id, file in self._store.files_between(ids[0], ids[-1]):
             if id in found:
                 found[id].add(self._artifacts.root / file.path)
         return found
@@ -137,31 +162,41 @@ def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
         after = (last, file.name)
 
 
-def _of_run(folder: Path, attempt: Attempt, registered: Set[Path]) -> Iterator[Leftover]:
+def _of_run(folder: Path, counts: Counted) -> Iterator[Leftover]:
     """What is left over of one run."""
+    attempt, registered = counts.attempt, counts.registered
     last = name_of_attempt(attempt.attempt, attempt.token) if attempt.token else ""
     has_ended = attempt.state in TERMINAL
     for one in _attempts(folder):
         if one.name == last:
             if has_ended:
-                yield from _of_attempt(one, registered)
+                yield from _of_attempt(one, counts)
         elif not any(file.is_relative_to(one) for file in registered):
             yield Leftover(one, Why.LOST)
     for file in folder.glob(f".{CHECKPOINT}{PART}"):
         yield Leftover(file, Why.PART)
     if has_ended:
-        why = Why.RESTING if attempt.state is State.CANCELLED else Why.SPENT
+        why = Why.SPENT if attempt.state is State.SUCCEEDED else Why.RESTING
         for file in folder.glob(f"{CHECKPOINT}*"):
             yield Leftover(file, why)
 
 
-def _of_attempt(folder: Path, registered: Set[Path]) -> Iterator[Leftover]:
-    """What is left over in the folder that counts, once nobody writes there."""
+def _of_attempt(folder: Path, counts: Counted) -> Iterator[Leftover]:
+    """What is left over in the folder that counts, once nobody writes there.
+
+    A file that a sweep keeps counts though no row points to it: older versions registered none.
+    """
     for file in folder.glob(PART):
         yield Leftover(file, Why.PART)
-    for name in OPTIONAL:
-        if (folder / name).exists() and folder / name not in registered:
+    for name in KEPT_BY:
+        is_counted = name in counts.kept or folder / name in counts.registered
+        if not is_counted and (folder / name).exists():
             yield Leftover(folder / name, Why.DROPPED)
+
+
+def _in_parts(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
+    """The same, so many at a time."""
+    return (items[begin : begin + PART_OF_ALL] for begin in range(0, len(items), PART_OF_ALL))
 
 
 def _attempts(folder: Path) -> list[Path]:

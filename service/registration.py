@@ -19,6 +19,7 @@ from service.jobs import (
     crashes_before,
     may_try_again,
 )
+from service.rereads import REREADS, Rereads, summary_of
 from service.space import Space, is_want_of_space
 from service.store import Store
 
@@ -74,14 +75,27 @@ class Registrar:
         self._artifacts.bring_to_disk(self._artifacts.attempt_directory(claim))
         if claim.kind is Kind.PUBLISH:
             point("publication-before-registration")
-            counts = self._store.publish(claim, files, seconds=ending.seconds)
+            rereads = self._rereads(files)
+            counts = self._store.publish(claim, files, seconds=ending.seconds, rereads=rereads)
             point("publication-after-commit")
             return counts
         result = self._result(files, ending.seconds)
         point("result-before-registration")
         counts = self._store.finish(claim, result)
         point("result-after-commit")
-        return self._end_for_good(claim, counts)
+        return self._end_with_result(claim, counts)
+
+    def _rereads(self, files: tuple[Stored, ...]) -> Rereads | None:
+        """Results that were read again for a publication, after a look at their digests."""
+        told = next((file for file in files if file.name == REREADS), None)
+        if told is None:
+            return None
+        rereads = Rereads.from_json(self._artifacts.read_json(told))
+        runs = [replace(one, answer=self._as_in_rows(one.answer)) for one in rereads.runs]
+        for one in runs:
+            if not self._artifacts.is_intact(one.answer):
+                raise ValueError(f"{one.answer.path} does not match its checksum")
+        return replace(rereads, runs=tuple(runs))
 
     def _give_up(self, claim: Claim, ending: Ending) -> bool:
         """An attempt without result: another try if the budget of its cause allows, else a failure."""
@@ -90,7 +104,7 @@ class Registrar:
         if may_try_again(cause, crashes_before(claim, step)):
             return self._store.requeue(claim, cause, reason=ending.reason, crash_step=step)
         written = self._artifacts.attempt_directory(claim) / LOG
-        failed = self._store.fail(
+        return self._store.fail(
             claim,
             cause,
             failure=ending.failure,
@@ -98,7 +112,6 @@ class Registrar:
             crash_step=step,
             files=self._log_of_a_run(claim, written),
         )
-        return self._end_for_good(claim, failed)
 
     def _log_of_a_run(self, claim: Claim, written: Path) -> tuple[Stored, ...]:
         """The log of a run that failed; a publication keeps the files of the one before."""
@@ -109,9 +122,9 @@ class Registrar:
         except OSError:  # it wrote none, or cannot be read
             return ()
 
-    def _end_for_good(self, claim: Claim, counts: bool) -> bool:
-        """Nobody goes on from the checkpoint of a run that has ended; what stays, care removes."""
-        if counts and claim.kind is Kind.RUN:
+    def _end_with_result(self, claim: Claim, counts: bool) -> bool:
+        """Nobody goes on from the checkpoint of a run that has a result; what stays, care removes."""
+        if counts:
             try:
                 self._artifacts.discard_checkpoint(claim.id)
             except OSError as error:
@@ -137,17 +150,12 @@ class Registrar:
             files=files, succeeded=True, reason=None, failure=None, summary={}, seconds=seconds
         )
         answer = self._artifacts.read_json(result.answer)
-        measured = {
-            name: {key: one[key] for key in ("value", "uncertainty", "flags") if key in one}
-            for name, one in answer["measurements"].items()
-        }
-        told = {key: answer[key] for key in ("flags", "numbers", "stop") if key in answer}
         return replace(
             result,
             succeeded=answer["state"] == "succeeded",
             reason=answer["reason"],
             failure=answer["failure"],
-            summary={"measurements": measured, **told},
+            summary=summary_of(answer),
             seconds=seconds or float(answer["provenance"].get("seconds", 0.0)),
         )
 

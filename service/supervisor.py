@@ -8,6 +8,7 @@ and the system kills it with the thread that started it, even if compiled code b
 The answer is files in the attempt's folder. Whatever happens touches this attempt alone.
 """
 
+import errno
 import json
 import math
 import os
@@ -22,9 +23,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from service import attempt_log
 from service.artifacts import LOG, OF_A_RUN, describe
 from service.attempt import Ending, Ticket
 from service.jobs import ANSWER, Cause, Kind, Stored
+from service.rereads import REREADS
 from service.worker import STATUS_MEMORY
 
 Words = Mapping[str, Any]
@@ -32,7 +35,7 @@ Tell = Callable[[Words], None]
 
 # What each kind of job must leave behind, and what it may.
 FILES = {Kind.RUN: (ANSWER,), Kind.PUBLISH: ("cube.nc", "report.html", "report.json")}
-MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (LOG,)}
+MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (REREADS, LOG)}
 
 ORDERS_OF_A_CHILD = 100  # imports take a second or so: a hundredth of that each
 TRIES = 3  # processes that may die before they take an order
@@ -40,6 +43,8 @@ TICK = 0.1  # s, how often stop and limits are looked at
 PATIENCE = 0.5  # s, between the word "stop" and the kill
 LEAVE_SECONDS = 8.0  # between the word "leave" and the word "stop"
 TELL_INTERVAL = 1.0  # s, between two pieces of progress
+PAUSE_SECONDS = 20.0  # of a worker on which nothing works: others take what there is to do
+ILL = frozenset({errno.EIO, errno.ESTALE, errno.EROFS, errno.ENOTCONN, errno.EHOSTDOWN})  # a mount
 
 # A process that dies with this share of its memory limit in use is taken to have died of it, and so is one whose
 # last words in the log (so many bytes) are among these: libraries of other languages abort where Python raises.
@@ -61,8 +66,8 @@ def supervise(ticket: Ticket, tell: Tell) -> Ending:
     supervisor = _SUPERVISORS[ticket.key] = Supervisor(ticket, tell)
     try:
         return supervisor.run()
-    except OSError as error:  # no space for its folder, no memory for a process
-        return supervisor.ending(Cause.ERROR, type(error).__name__, str(error))
+    except OSError as error:  # no folder, no process: it is the worker that is ill, not the run
+        return supervisor.pause(type(error).__name__, str(error))
     finally:
         del _SUPERVISORS[ticket.key]
 
@@ -99,6 +104,7 @@ class Supervisor:
         self._directory = Path(ticket.directory)
         self._begin = time.monotonic()
         self._told = self._begin - TELL_INTERVAL
+        self._looked = self._begin  # at the log
         self._progress: Words | None = None
         self._checkpoint: int | None = None
         self._taken = False  # the order: from here on a death is the run's own
@@ -117,7 +123,7 @@ class Supervisor:
 
     def run(self) -> Ending:
         """From the order to the end."""
-        self._directory.mkdir(parents=True, exist_ok=True)
+        self._directory.mkdir(exist_ok=True)  # without its parents: they are there if the disk is
         if (
             not self._missing()
         ):  # done before; the worker that held the answer died, and Dask asks again
@@ -127,6 +133,7 @@ class Supervisor:
             try:
                 child.take(self._ticket)
                 end = self._watch(child)
+                attempt_log.cut(self._directory / LOG)
             except BaseException:
                 child.end()
                 raise
@@ -137,6 +144,14 @@ class Supervisor:
             if self._taken or self._cut:
                 return self._judge_dead(status)
         raise ChildProcessError("a process cannot be started; the log of the worker says why")
+
+    def pause(self, failure: str, reason: str) -> Ending:
+        """How an attempt ends where nothing works; told late, so that this worker gets little to do."""
+        ending = self.ending(Cause.LOST, failure, f"its worker cannot compute: {reason}")
+        end = time.monotonic() + PAUSE_SECONDS
+        while time.monotonic() < end and min(self._stop_at, self._leave_at) == math.inf:
+            time.sleep(TICK)
+        return ending
 
     def ending(
         self,
@@ -160,9 +175,10 @@ class Supervisor:
                 if self._is_end(words):
                     return words
             now = time.monotonic()
-            if (not is_alive and child.is_silent) or now > kill_at:
+            if (not is_alive and not child.has_more()) or now > kill_at:
                 return None
             self._weigh(child)
+            self._mind_log(now)
             if self._leave_at < now:
                 self._leave_at = math.inf
                 child.say({"leave": True})
@@ -197,6 +213,11 @@ class Supervisor:
         if self._ticket.memory_limit is not None:
             self._most_data = max(self._most_data, child.data())
 
+    def _mind_log(self, now: float) -> None:
+        if now - self._looked >= TELL_INTERVAL:
+            self._looked = now
+            attempt_log.cut(self._directory / LOG)
+
     # --- how it ended ----------------------------------------------------------------------------
 
     def _let_go(self, child: "Child", end: Words) -> None:
@@ -220,6 +241,8 @@ class Supervisor:
         error = end["error"]
         if error["memory"]:
             return self._out_of_memory(error["failure"], error["reason"])
+        if error["errno"] in ILL:
+            return self.pause(error["failure"], error["reason"])
         return self.ending(Cause.ERROR, error["failure"], error["reason"])
 
     def _judge_dead(self, status: int) -> Ending:
@@ -238,13 +261,15 @@ class Supervisor:
         limit = self._ticket.memory_limit
         if limit is None:
             return False
-        last = _last_bytes(self._directory / LOG, LAST_WORDS)
+        last = attempt_log.last_bytes(self._directory / LOG, LAST_WORDS)
         return self._most_data > AT_THE_LIMIT * limit or any(one in last for one in WANT_OF_MEMORY)
 
     def _out_of_memory(self, failure: str, reason: str) -> Ending:
         limit = self._ticket.memory_limit
         allowed = "" if limit is None else f"; a run may use {limit / 1e9:.3g} GB"
-        return self.ending(Cause.MEMORY_LIMIT, failure, f"out of memory: {reason}{allowed}")
+        return self.ending(
+            Cause.MEMORY_LIMIT, failure, f"out of memory: {reason or failure}{allowed}"
+        )
 
     def _missing(self) -> list[str]:
         """Files that the attempt must leave, and has not."""
@@ -304,6 +329,10 @@ class Child:
         *lines, self._rest = (self._rest + chunk).split(b"\n")
         return [json.loads(line) for line in lines]
 
+    def has_more(self) -> bool:
+        """Whether there is something to hear now; what it forked may keep its stdout open."""
+        return bool(self._selector.select(0.0))
+
     @property
     def is_silent(self) -> bool:
         """Whether its stdout has ended."""
@@ -353,12 +382,3 @@ def _environment() -> dict[str, str]:
     """Ours, one thread, the same modules, and a trace in the log when the interpreter dies."""
     path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path)
     return {**os.environ, **SINGLE_THREAD, "PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"}
-
-
-def _last_bytes(file: Path, count: int) -> bytes:
-    try:
-        with file.open("rb") as opened:
-            opened.seek(max(0, file.stat().st_size - count))
-            return opened.read()
-    except OSError:
-        return b""

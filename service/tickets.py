@@ -7,6 +7,7 @@ from typing import Any
 from service.artifacts import Artifacts
 from service.attempt import Ticket
 from service.jobs import Claim, Kind, Outcome, State
+from service.remeasuring import plan_of
 from service.settings import Settings
 from service.store import Store
 
@@ -21,12 +22,14 @@ class Tickets:
         self._memory_limit = settings.memory_of_a_run
 
     def write(self, claim: Claim) -> Ticket:
-        """The order for one attempt."""
+        """The order for one attempt, below a folder that is there: a worker who misses it lacks the disk."""
+        directory = self._artifacts.attempt_directory(claim)
+        directory.parent.mkdir(parents=True, exist_ok=True)
         is_run = claim.kind is Kind.RUN
         return Ticket(
             key=claim.key,
             kind=claim.kind,
-            directory=str(self._artifacts.attempt_directory(claim)),
+            directory=str(directory),
             spec=claim.spec if is_run else self._publication(claim),
             seconds_limit=self._settings.run_seconds_limit,
             targets=self._settings.targets_module,
@@ -40,7 +43,15 @@ class Tickets:
         assert claim.sweep_id is not None
         document, outcomes = self._store.question(claim.sweep_id)
         root = self._artifacts.root
-        return {"document": document, "outcomes": [_outcome(one, root) for one in outcomes]}
+        order = {"document": document, "outcomes": [_outcome(one, root) for one in outcomes]}
+        return order | {"again": self._states(claim.sweep_id) if claim.spec else {}}
+
+    def _states(self, sweep_id: str) -> dict[str, dict[str, str]]:
+        """Final states that are to be read again before the sweep is published, by run."""
+        return {
+            run_id: {"path": str(self._artifacts.path(state)), "sha256": state.sha256}
+            for run_id, state in plan_of(self._store, sweep_id).read.items()
+        }
 
 
 def _outcome(outcome: Outcome, root: Path) -> dict[str, Any]:

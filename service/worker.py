@@ -6,8 +6,8 @@ memory limit; what it changes of the process is put back behind it. One JSON obj
 * stdin: ``{"order": ...}``, a ticket; ``{"stop": true}``: end at once; ``{"leave": true}``: write a
   checkpoint and give the order back. The end of stdin ends the process: it is its life line.
 * stdout: ``{"taken": key}``, ``{"progress": ...}``, ``{"checkpoint": step}``, and for the end of an
-  order one of ``{"done": {}}``, ``{"left": step}``, ``{"error": {"failure", "reason", "memory"}}``,
-  each with ``"spent"``: whether the order left threads or processes behind.
+  order one of ``{"done": {}}``, ``{"left": step}``, ``{"error": {"failure", "reason", "errno",
+  "memory"}}``, each with ``"spent"``: whether the order left threads or processes behind.
 """
 
 import ctypes
@@ -39,7 +39,7 @@ Tell = Callable[[Words], None]
 
 # The module that knows how to make each kind of job.
 TARGETS = {Kind.RUN: "studies.run", Kind.PUBLISH: "studies.publish"}
-STATE = "state.npz"
+
 
 STATUS_STOPPED, STATUS_ORPHAN, STATUS_MEMORY = 20, 21, 22
 PR_SET_PDEATHSIG = 1  # prctl(2)
@@ -49,6 +49,8 @@ HOME = "/"  # where the process is between two orders, so that folders can be re
 def main() -> None:
     """Take orders until stdin ends."""
     _die_with_parent()
+    for wish in (signal.SIGINT, signal.SIGTERM):  # meant for those who then say a word on stdin
+        signal.signal(wish, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
     words, tell = _take_pipes()
     listener = _Listener(words)
@@ -84,7 +86,8 @@ def _carry_out(order: Words, tell: Tell, leave: Callable[[], bool]) -> Words:
         return {"left": step}
     except BaseException as error:  # whatever it is, the supervisor is told its name
         said = {"failure": type(error).__name__, "reason": str(error)}
-        return {"error": {**said, "memory": _is_want_of_memory(error)}}
+        number = getattr(error, "errno", None)
+        return {"error": {**said, "errno": number, "memory": _is_want_of_memory(error)}}
     return {"done": {}}
 
 
@@ -96,6 +99,10 @@ def perform(
     target = import_module(order["targets"] or TARGETS[kind])
     if kind is Kind.PUBLISH:
         answers = {one["run_id"]: _answer(one) for one in spec["outcomes"]}
+        if spec.get("again"):
+            from service.rereading import read_again
+
+            answers |= read_again(spec, directory)
         target.publish(spec["document"], answers, directory)
         return
     target.execute(
@@ -106,9 +113,13 @@ def perform(
         leave=leave,
         saved=saved,
         film=order["keep"] == Keep.FILM,
+        say=_say,
     )
-    if order["keep"] == Keep.NUMBERS:
-        (directory / STATE).unlink(missing_ok=True)
+
+
+def _say(line: str) -> None:
+    """Into the attempt's log, at once: who looks on wants to see it."""
+    print(line, flush=True)
 
 
 def _answer(outcome: Words) -> Words:
@@ -143,7 +154,7 @@ def _is_want_of_memory(error: BaseException | None) -> bool:
 @contextmanager
 def _logged(directory: Path) -> Iterator[None]:
     """Whatever is printed, by Python, libraries or a dying interpreter, goes to the attempt's log."""
-    directory.mkdir(parents=True, exist_ok=True)
+    directory.mkdir(exist_ok=True)
     kept = os.dup(1), os.dup(2)
     log = os.open(directory / LOG, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
     os.dup2(log, 1)

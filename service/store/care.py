@@ -1,17 +1,16 @@
 """What the care of the data directory asks of the rows: which files still count."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence, Set
 
 import sqlalchemy as sa
 
-from service.jobs import TERMINAL, Attempt, Keep, Stored, at_least
+from service.jobs import KEPT_BY, TERMINAL, Attempt, Keep, Stored, at_least
 from service.store.connection import Part
 from service.store.queries import batches
 from service.store.rows import stored_record
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
 
-# Files of a run that only some sweeps keep: whoever asks for this or for more does.
-KEPT_BY = {"state.npz": Keep.FINAL, "film.npz": Keep.FILM}
 BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]
 
 
@@ -19,24 +18,39 @@ class Care(Part):
     """Files that may go, and those that nobody knows."""
 
     def discardable(self, limit: int) -> tuple[tuple[str, Stored], ...]:
-        """Registered files that no sweep keeps, each with its run; delete, then ``forget_files``."""
-        keeps = (
-            sa.exists()
-            .where(POINTS.c.run_id == ARTIFACTS.c.job_id, SWEEPS.c.id == POINTS.c.sweep_id)
-            .where(sa.or_(*(_keeps(name, keep) for name, keep in KEPT_BY.items())))
-        )
-        query = (
-            sa.select(ARTIFACTS)
-            .join(JOBS, JOBS.c.id == ARTIFACTS.c.job_id)
-            .where(ARTIFACTS.c.name.in_(KEPT_BY), JOBS.c.state.in_(TERMINAL), sa.not_(keeps))
-        )
-        return self._files(query.limit(limit))
+        """Registered files that no sweep keeps, each with its run; see ``drop``."""
+        return self._files(sa.select(ARTIFACTS).where(_IS_DROPPED).limit(limit))
+
+    def drop(self, files: Iterable[tuple[str, Stored]]) -> tuple[tuple[str, Stored], ...]:
+        """Forget those of these files that no sweep keeps now; return them, they may go."""
+        dropped = []
+        with self._database.writing() as connection:
+            for job_id, file in files:
+                here = (ARTIFACTS.c.job_id == job_id) & (ARTIFACTS.c.name == file.name)
+                if connection.execute(ARTIFACTS.delete().where(here, _IS_DROPPED)).rowcount:
+                    connection.execute(_keep_less(job_id, file.name))
+                    dropped.append((job_id, file))
+        return tuple(dropped)
+
+    def kept_names(self, run_ids: Iterable[str]) -> Mapping[str, Set[str]]:
+        """Files that a sweep keeps now of each of these runs, among those that not every one does."""
+        query = sa.select(POINTS.c.run_id, SWEEPS.c.keep).distinct()
+        query = query.join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+        kept: dict[str, set[str]] = defaultdict(set)
+        with self._database.reading() as connection:
+            for batch in batches(run_ids):
+                for row in connection.execute(query.where(POINTS.c.run_id.in_(batch))):
+                    kept[row.run_id] |= {n for n, k in KEPT_BY.items() if row.keep in at_least(k)}
+        return kept
 
     def forget_files(self, job_id: str, names: Iterable[str]) -> None:
         """Files that are no longer there."""
         gone = ARTIFACTS.delete().where(ARTIFACTS.c.job_id == job_id)
         with self._database.writing() as connection:
-            connection.execute(gone.where(ARTIFACTS.c.name.in_([*names])))
+            for name in names:
+                connection.execute(gone.where(ARTIFACTS.c.name == name))
+                if name in KEPT_BY:
+                    connection.execute(_keep_less(job_id, name))
 
     def files(
         self, *, after: tuple[str, str] = ("", ""), limit: int = 1000
@@ -44,6 +58,10 @@ class Care(Part):
         """Every registered file, by job and name; ``after`` is the last one of the page before."""
         query = sa.select(ARTIFACTS).where(sa.tuple_(*BY_JOB) > sa.tuple_(*after))
         return self._files(query.limit(limit))
+
+    def files_between(self, first: str, last: str) -> tuple[tuple[str, Stored], ...]:
+        """The registered files of the jobs between two ids, both included."""
+        return self._files(sa.select(ARTIFACTS).where(ARTIFACTS.c.job_id.between(first, last)))
 
     def known_attempts(self, job_ids: Iterable[str]) -> Mapping[str, Attempt]:
         """The last attempt of each of these jobs; those that are unknown are left out."""
@@ -73,3 +91,22 @@ class Care(Part):
 
 def _keeps(name: str, keep: Keep) -> sa.ColumnElement[bool]:
     return (ARTIFACTS.c.name == name) & SWEEPS.c.keep.in_(at_least(keep))
+
+
+# A registered file of a run that has ended, and that no sweep keeps.
+_IS_DROPPED = sa.and_(
+    ARTIFACTS.c.name.in_(KEPT_BY),
+    sa.exists().where(JOBS.c.id == ARTIFACTS.c.job_id, JOBS.c.state.in_(TERMINAL)),
+    sa.not_(
+        sa.exists()
+        .where(POINTS.c.run_id == ARTIFACTS.c.job_id, SWEEPS.c.id == POINTS.c.sweep_id)
+        .where(sa.or_(*(_keeps(name, keep) for name, keep in KEPT_BY.items())))
+    ),
+)
+
+
+def _keep_less(run_id: str, name: str) -> sa.Update:
+    """A run that lost a file keeps what there is without it; who wants more has it made again."""
+    less = list(Keep)[list(Keep).index(KEPT_BY[name]) - 1]
+    run = JOBS.update().where(JOBS.c.id == run_id, JOBS.c.keep.in_(at_least(KEPT_BY[name])))
+    return run.values(keep=less)

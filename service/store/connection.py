@@ -11,9 +11,11 @@ numbers of events become visible in their order. What it costs: replicas do not 
 Readers wait for nobody, and see one moment (REPEATABLE READ, a read transaction of SQLite).
 """
 
+import sqlite3
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
@@ -98,6 +100,15 @@ class Database:
         assert newest is not None
         with self.reading() as connection:
             return Schema(MigrationContext.configure(connection).get_current_revision(), newest)
+
+    def copy_to(self, file: Path) -> None:
+        """Write a copy of an SQLite file, as it is at one moment; writers go on meanwhile."""
+        assert self.is_sqlite
+        try:
+            with closing(self._engine.raw_connection()) as connection:
+                connection.cursor().execute("VACUUM INTO ?", (str(file),))
+        except sqlite3.OperationalError as error:  # locked, or no space
+            raise StoreUnavailable(f"the database cannot be copied now: {error}") from error
 
     def close(self) -> None:
         """Give every connection back."""

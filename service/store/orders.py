@@ -10,6 +10,7 @@ from service.faults import point
 from service.jobs import (
     ACTIVE,
     SWEEP_TERMINAL,
+    TERMINAL,
     Conflict,
     Keep,
     KeyReused,
@@ -25,13 +26,16 @@ from service.store import turns
 from service.store.connection import Database
 from service.store.overview import Overview
 from service.store.queries import (
+    given_up,
     insert_missing,
+    keep_of,
     log_event,
     now,
     one_row,
     release_publications,
     sweep_row,
 )
+from service.store.rereads import REMEASURE
 from service.store.rows import Acceptance, acceptance_of
 from service.store.tables import ARTIFACTS, CONTROL, IDEMPOTENCY, JOBS, POINTS, SWEEPS
 from service.store.turns import IS_WANTED, MOVED_TURN, URGENCY
@@ -39,6 +43,10 @@ from service.store.turns import IS_WANTED, MOVED_TURN, URGENCY
 if TYPE_CHECKING:
     from studies.run import Run
     from studies.sweep import Sweep
+
+
+# What a publication says of its last end.
+_ENDED = ("cause", "failure", "reason", "finished", "crash_step")
 
 
 class Orders(Overview):
@@ -134,22 +142,42 @@ class Orders(Overview):
             .join_from(JOBS, SWEEPS, SWEEPS.c.id == JOBS.c.sweep_id)
             .where(SWEEPS.c.id == id)
         )
-        fresh = dict.fromkeys(("cause", "failure", "reason", "finished", "crash_step"), sa.null())
+        # What failed at reading states again publishes what there is.
+        spec = sa.case((JOBS.c.state == State.FAILED, sa.null()), else_=JOBS.c.spec)
         revive = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null())
         attach = POINTS.update().where(POINTS.c.sweep_id == id).values(detached=False)
-        wait = JOBS.update().where(JOBS.c.sweep_id == id, JOBS.c.state.in_(before(State.WAITING)))
         with self._ordering() as connection:
             known = one_row(connection, publication, "sweep", id)
             if known.state is State.RUNNING:
                 raise Conflict("the sweep is being published; retry it when that is done")
             connection.execute(revive)
             connection.execute(attach)
-            connection.execute(wait.values(state=State.WAITING, crashes=0, **fresh))
+            connection.execute(_publish_again(id, spec))
             again = turns.queue_again(connection, id, moment, verdicts=verdicts)
             turns.take_turns(connection, id, known.priority)
             turns.follow_urgency(connection, id)
             release_publications(connection, moment, JOBS.c.sweep_id == id)
             log_event(connection, moment, "retried", sweep_id=id, runs=again)
+            return sweep_row(connection, id)
+
+    def remeasure_sweep(self, id: str, *, runs: int) -> SweepRow:
+        """Publish a sweep that has ended again, and before that read so many of its runs again.
+
+        Ordered twice it is done once. Raises Conflict while the sweep is computed or published.
+        """
+        publication = JOBS.c.sweep_id == id
+        with self._ordering() as connection:
+            query = sa.select(JOBS.c.state, JOBS.c.spec).where(publication)
+            known = one_row(connection, query, "sweep", id)
+            if known.spec is not None and known.state not in TERMINAL:
+                return sweep_row(connection, id)
+            if known.state in (State.WAITING, State.RUNNING):
+                state = sweep_row(connection, id).state
+                raise Conflict(f"the sweep is {state}; remeasure it when that is done")
+            connection.execute(_publish_again(id, REMEASURE))
+            moment = now()
+            release_publications(connection, moment, publication)
+            log_event(connection, moment, "remeasuring", sweep_id=id, runs=runs)
             return sweep_row(connection, id)
 
     def set_priority(self, id: str, priority: int) -> SweepRow:
@@ -177,6 +205,13 @@ class Orders(Overview):
                 connection.execute(table.delete().where(table.c.sweep_id == id))
             connection.execute(SWEEPS.delete().where(SWEEPS.c.id == id))
             log_event(connection, now(), "deleted", sweep_id=id)
+
+
+def _publish_again(id: str, spec: object) -> sa.Update:
+    """Let a publication that has ended, or not begun, wait for its runs again."""
+    wait = JOBS.update().where(JOBS.c.sweep_id == id, JOBS.c.state.in_(before(State.WAITING)))
+    fresh = dict.fromkeys((*_ENDED, "witness"), sa.null())
+    return wait.values(state=State.WAITING, crashes=0, spec=spec, **fresh)
 
 
 # --- acceptance --------------------------------------------------------------------------------
@@ -263,7 +298,7 @@ def _give_up(id: str, moment: object) -> sa.Update:
     ends = sa.or_(is_run & (JOBS.c.state == State.QUEUED), sa.not_(is_run) & sa.not_(has_results))
     state = sa.case(
         (goes_on, sa.type_coerce(JOBS.c.state, sa.Text)),
-        (ends, State.CANCELLED.value),
+        (ends, given_up(State.CANCELLED)),
         (is_run, State.CANCELLING.value),
         else_=State.QUEUED.value,
     )
@@ -274,6 +309,7 @@ def _give_up(id: str, moment: object) -> sa.Update:
         .values(state=sa.type_coerce(state, JOBS.c.state.type))
         .values(finished=sa.case((sa.not_(goes_on) & ends, moment), else_=JOBS.c.finished))
         .values(queued=sa.case((is_run, JOBS.c.queued), else_=moment))
+        .values(keep=keep_of(sa.not_(goes_on) & ends))
         .values(priority=sa.case((goes_on, URGENCY), else_=JOBS.c.priority))
         .values(turn=sa.case((goes_on, MOVED_TURN), else_=JOBS.c.turn))
     )

@@ -12,6 +12,8 @@ from service.jobs import (
     ACTIVE,
     Cause,
     Claim,
+    Keep,
+    Kind,
     NotFound,
     RunRow,
     State,
@@ -76,14 +78,24 @@ SWEEP_ROWS = sa.select(
 ).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
 
 
+# A claim, given by ``held_by``, still counts: nobody claimed the job later, and it has not ended.
+# (A list of states could not be given for many claims at once.)
+IS_HELD = sa.and_(
+    JOBS.c.id == sa.bindparam("held_id"),
+    JOBS.c.attempt == sa.bindparam("held_attempt"),
+    JOBS.c.epoch == sa.bindparam("held_epoch"),
+    sa.or_(JOBS.c.state == State.RUNNING, JOBS.c.state == State.CANCELLING),
+)
+
+
+def held_by(claim: Claim) -> dict[str, Any]:
+    """The words of IS_HELD."""
+    return {"held_id": claim.id, "held_attempt": claim.attempt, "held_epoch": claim.epoch}
+
+
 def is_held(claim: Claim) -> sa.ColumnElement[bool]:
-    """The claim still counts: nobody claimed the job later, and it has not ended."""
-    return sa.and_(
-        JOBS.c.id == claim.id,
-        JOBS.c.attempt == claim.attempt,
-        JOBS.c.epoch == claim.epoch,
-        JOBS.c.state.in_([State.RUNNING, State.CANCELLING]),
-    )
+    """IS_HELD for one claim."""
+    return IS_HELD.params(held_by(claim))
 
 
 def ended_by_accident(*, verdicts: bool) -> sa.ColumnElement[bool]:
@@ -91,6 +103,33 @@ def ended_by_accident(*, verdicts: bool) -> sa.ColumnElement[bool]:
     accident = sa.and_(JOBS.c.state == State.FAILED, JOBS.c.cause != Cause.VERDICT)
     ended = accident if not verdicts else JOBS.c.state == State.FAILED
     return sa.or_(JOBS.c.state == State.CANCELLED, ended)
+
+
+# Also while it is computed again; a publication has none of its own.
+HAS_RESULT = JOBS.c.path.is_not(None)
+
+
+def given_up(otherwise: State) -> sa.Case[str]:
+    """Where a job ends without a new result: at the one that it has, else ``otherwise``."""
+    return sa.case(
+        (sa.not_(HAS_RESULT), _word(otherwise)),
+        (JOBS.c.cause.is_(None), _word(State.SUCCEEDED)),
+        else_=_word(State.FAILED),
+    )
+
+
+def keep_of(is_given_up: sa.ColumnElement[bool] | bool) -> sa.Case[Any]:
+    """What a row keeps when a run goes back to its result: no more than what is there."""
+    known = sa.and_(is_given_up, HAS_RESULT)
+    return sa.case((known, sa.literal(Keep.NUMBERS, JOBS.c.keep.type)), else_=JOBS.c.keep)
+
+
+def unless_result(**values: Any) -> dict[str, sa.ColumnElement[Any]]:
+    """Values of a row for a job that has no result; one that has keeps what its row says."""
+    return {
+        name: sa.case((HAS_RESULT, JOBS.c[name]), else_=sa.literal(value, JOBS.c[name].type))
+        for name, value in values.items()
+    }
 
 
 _RUNS = JOBS.alias("runs")
@@ -160,6 +199,13 @@ def release_publications(
     if done:
         queue = JOBS.update().where(JOBS.c.id.in_(done))
         connection.execute(queue.values(state=State.QUEUED, queued=moment))
+
+
+def hold_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) -> None:
+    """Let those queued publications, among ``which``, wait whose runs are no longer all done."""
+    wait = JOBS.update().where(which, JOBS.c.kind == Kind.PUBLISH, JOBS.c.state == State.QUEUED)
+    wait = wait.where(_UNFINISHED.exists())
+    connection.execute(wait.values(state=State.WAITING, witness=sa.null()))
 
 
 def log_event(

@@ -7,8 +7,10 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.jobs import (
+    STATE,
     Event,
     Kind,
+    MeasuredRun,
     NotFound,
     Page,
     PointRow,
@@ -29,7 +31,7 @@ from service.store.queries import (
     one_row,
     sweep_row,
 )
-from service.store.rows import point_record, run_record, stored_record
+from service.store.rows import measured_record, point_record, run_record, stored_record
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
 
 
@@ -69,10 +71,6 @@ class Questions(Part):
         with self._database.reading() as connection:
             rows = connection.execute(query.limit(1)).all()
             return queries.sweep_rows(connection, rows)[0] if rows else None
-
-    def counts(self, sweep_id: str) -> Mapping[str, int]:
-        """Points of a sweep per state; raises NotFound."""
-        return self.sweep(sweep_id).counts
 
     def sweep_runs(
         self, id: str, *, state: State | None = None, cursor: str | None = None, limit: int = 100
@@ -138,6 +136,22 @@ class Questions(Part):
             for row in connection.execute(waiting):
                 sweeps[row.run_id].append(row.sweep_id)
         return tuple((run, tuple(sweeps[run.id])) for run in runs)
+
+    def measured_runs(self, sweep_id: str) -> tuple[MeasuredRun, ...]:
+        """The runs of a sweep, each once, with what they measured and their final state; raises NotFound."""
+        kept = (ARTIFACTS.c.job_id == JOBS.c.id) & (ARTIFACTS.c.name == STATE)
+        own = sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == sweep_id)
+        query = (
+            sa.select(JOBS.c.id.label("run_id"), JOBS.c.scenario, JOBS.c.state, JOBS.c.summary)
+            .add_columns(ARTIFACTS.c.name, ARTIFACTS.c.path, ARTIFACTS.c.size, ARTIFACTS.c.sha256)
+            .join_from(JOBS, ARTIFACTS, kept, isouter=True)
+            .where(JOBS.c.id.in_(own))
+            .order_by(JOBS.c.id)
+        )
+        known = sa.select(SWEEPS.c.id).where(SWEEPS.c.id == sweep_id)
+        with self._database.reading() as connection:
+            one_row(connection, known, "sweep", sweep_id)
+            return tuple(measured_record(row) for row in connection.execute(query))
 
     # --- files -----------------------------------------------------------------------------------
 

@@ -22,24 +22,32 @@ from service.jobs import (
     before,
     crashes_before,
 )
+from service.rereads import Rereads
 from service.store import leadership
 from service.store.connection import Part
 from service.store.leadership import Leadership
 from service.store.queries import (
     CLAIM_COLUMNS,
+    IS_HELD,
     POINT_STATE,
     count_attempt,
+    given_up,
+    held_by,
+    hold_publications,
     is_held,
+    keep_of,
     log_attempt,
     log_attempts,
     now,
     one_row,
     register_files,
     release_publications,
+    unless_result,
 )
+from service.store.rereads import replace_results
 from service.store.rows import PUBLISH_PRIORITY, claim_record
 from service.store.tables import ARTIFACTS, CONTROL, DISPATCHERS, JOBS, POINTS, SWEEPS
-from service.store.turns import IS_WANTED, TURN, advance_lanes
+from service.store.turns import IS_WANTED, TURN, advance_lanes, queue_for_film
 
 
 class Queue(Part):
@@ -64,10 +72,12 @@ class Queue(Part):
 
     # --- claims ----------------------------------------------------------------------------------
 
-    def claim(self, limit: int, epoch: int) -> tuple[Claim, ...]:
+    def claim(
+        self, limit: int, epoch: int, *, publications_only: bool = False
+    ) -> tuple[Claim, ...]:
         """Take up to ``limit`` queued jobs: publications first, then runs by priority and turn.
 
-        Nothing for a reign that has ended; publications only while the queue is paused.
+        Nothing for a reign that has ended; publications only while the queue is paused, or on request.
         """
         moment = now()
         head = sa.select(JOBS.c.id).where(JOBS.c.state == State.QUEUED).order_by(*TURN).limit(limit)
@@ -75,7 +85,7 @@ class Queue(Part):
             paused, has_ended = connection.execute(_standing(epoch)).one()
             if has_ended:
                 return ()
-            if paused is not None:
+            if paused is not None or publications_only:
                 head = head.where(JOBS.c.priority == PUBLISH_PRIORITY)
             rows = connection.execute(_take(head, epoch)).all()
             if not rows:
@@ -125,14 +135,14 @@ class Queue(Part):
     def progress(self, news: Sequence[tuple[Claim, float, float, Mapping[str, Any]]]) -> None:
         """Note how far attempts are: claim, fraction, seconds so far, the solver's own words."""
         rows = [
-            {**_held(claim), "now_at": fraction, "spent": seconds, "said": dict(words)}
+            {**held_by(claim), "now_at": fraction, "spent": seconds, "said": dict(words)}
             for claim, fraction, seconds, words in news
         ]
         self._note(rows, fraction="now_at", seconds="spent", progress="said")
 
     def checkpointed(self, news: Sequence[tuple[Claim, int]]) -> None:
         """Note the step of the last checkpoint of attempts."""
-        rows = [{**_held(claim), "saved": step} for claim, step in news]
+        rows = [{**held_by(claim), "saved": step} for claim, step in news]
         self._note(rows, checkpoint="saved")
 
     def _note(self, rows: Sequence[Mapping[str, Any]], **columns: str) -> None:
@@ -142,26 +152,27 @@ class Queue(Part):
         }
         if rows:
             with self._database.writing() as connection:
-                connection.execute(JOBS.update().where(_IS_HELD).values(values), rows)
+                connection.execute(JOBS.update().where(IS_HELD).values(values), rows)
 
     # --- ends ------------------------------------------------------------------------------------
 
     def finish(self, claim: Claim, result: Result) -> bool:
         """Register the result of a run: a success, or the solver's verdict."""
-        return self._end(
-            claim,
-            files=result.files,
-            state=State.SUCCEEDED if result.succeeded else State.FAILED,
-            cause=None if result.succeeded else Cause.VERDICT,
-            failure=result.failure,
-            reason=result.reason,
-            summary=dict(result.summary),
-            path=result.answer.path,
-            size=result.answer.size,
-            sha256=result.answer.sha256,
-            seconds=result.seconds,
-            fraction=1.0,
-        )
+        end = {
+            "state": State.SUCCEEDED if result.succeeded else State.FAILED,
+            "cause": None if result.succeeded else Cause.VERDICT,
+            "failure": result.failure,
+            "reason": result.reason,
+            "summary": dict(result.summary),
+            "path": result.answer.path,
+            "size": result.answer.size,
+            "sha256": result.answer.sha256,
+            "seconds": result.seconds,
+            "fraction": 1.0,
+            "checkpoint": None,
+        }
+        told = {name: end[name] for name in ("cause", "reason") if end[name] is not None}
+        return self._end(claim, end["state"], end, files=result.files, told=told)
 
     def fail(
         self,
@@ -173,10 +184,15 @@ class Queue(Part):
         crash_step: int | None = None,
         files: Sequence[Stored] = (),
     ) -> bool:
-        """End a job for good without a result; ``files`` say more about it, as its log does."""
-        words = {"cause": cause, "failure": failure, "reason": reason}
-        charged = _charged(claim, cause, crash_step)
-        return self._end(claim, files=files, state=State.FAILED, **words, **charged)
+        """End a job without a new result, for good; ``files`` say more about it, as its log does.
+
+        A run that had a result before goes back to it. Its checkpoint stays, for a retry.
+        """
+        words = unless_result(cause=cause, failure=failure, reason=reason)
+        state = sa.type_coerce(given_up(State.FAILED), JOBS.c.state.type)
+        end = {"state": state, "keep": keep_of(True), **words, **_charged(claim, cause, crash_step)}
+        told = {"cause": cause, "reason": reason}
+        return self._end(claim, State.FAILED, end, files=files, told=told)
 
     def requeue(
         self, claim: Claim, cause: Cause, *, reason: str, crash_step: int | None = None
@@ -187,54 +203,78 @@ class Queue(Part):
         """
         moment = now()
         to_rest = sa.and_(JOBS.c.kind == Kind.RUN, sa.not_(IS_WANTED))
-        state = sa.case((to_rest, State.CANCELLED.value), else_=State.QUEUED.value)
+        state = sa.case((to_rest, given_up(State.CANCELLED)), else_=State.QUEUED.value)
         put_back = (
             JOBS.update()
             .where(is_held(claim))
             .values(state=sa.type_coerce(state, JOBS.c.state.type))
             .values(finished=sa.case((to_rest, moment), else_=sa.null()))
             .values(fraction=sa.null(), progress=sa.null(), seconds=sa.null())
+            .values(keep=keep_of(to_rest))
             .values(_charged(claim, cause, crash_step))
             .returning(JOBS.c.state)
         )
         with self._database.writing() as connection:
             outcome = connection.execute(put_back).scalar()
-            if outcome is State.CANCELLED:
-                log_attempt(connection, moment, "cancelled", claim)
-            elif outcome is State.QUEUED:
+            if outcome is State.QUEUED:
+                hold_publications(connection, JOBS.c.id == claim.id)
                 count_attempt(connection, cause)
                 log_attempt(connection, moment, "requeued", claim, cause=cause, reason=reason)
+            elif outcome is not None:
+                log_attempt(connection, moment, "cancelled", claim)
         return outcome is not None
 
-    def publish(self, claim: Claim, files: Sequence[Stored], *, seconds: float) -> bool:
-        """Register the files of a publication, in place of earlier ones, all at once."""
+    def publish(
+        self,
+        claim: Claim,
+        files: Sequence[Stored],
+        *,
+        seconds: float,
+        rereads: Rereads | None = None,
+    ) -> bool:
+        """Register the files of a publication, in place of earlier ones, all at once.
+
+        So are the results of runs that were read again for it.
+        """
         moment = now()
-        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
+        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment, "spec": None}
         with self._database.writing() as connection:
             if not connection.execute(JOBS.update().where(is_held(claim)).values(end)).rowcount:
                 return False
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == claim.id))
             register_files(connection, claim.id, files)
+            if rereads is not None:
+                replace_results(connection, moment, claim, rereads)
             names = [file.name for file in files]
             log_attempt(connection, moment, "published", claim, files=names)
             point("publication-before-commit")
         return True
 
-    def _end(self, claim: Claim, *, files: Sequence[Stored], state: State, **values: Any) -> bool:
+    def _end(
+        self,
+        claim: Claim,
+        state: State,
+        values: Mapping[str, Any],
+        *,
+        files: Sequence[Stored],
+        told: Mapping[str, Any],
+    ) -> bool:
         """End a held job, and queue the publications that waited for it alone."""
         moment = now()
         end = JOBS.update().where(is_held(claim), JOBS.c.state.in_(before(state)))
         with self._database.writing() as connection:
-            values |= {"state": state, "finished": moment, "checkpoint": None}
-            if not connection.execute(end.values(values)).rowcount:
+            end = end.values(**values, finished=moment).returning(JOBS.c.path)
+            row = connection.execute(end).first()
+            if row is None:
                 return False
-            register_files(connection, claim.id, files)
+            if row.path == values.get("path"):  # else it went back to an earlier result
+                register_files(connection, claim.id, files)
+            queue_for_film(connection, claim, moment)
             waiting = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == claim.id)
             release_publications(connection, moment, JOBS.c.sweep_id.in_(waiting))
-            told = {key: values[key] for key in ("cause", "reason") if values[key] is not None}
             log_attempt(connection, moment, state, claim, **told)
-            if values["cause"] is not None:
-                count_attempt(connection, values["cause"])
+            if "cause" in told:
+                count_attempt(connection, told["cause"])
             point("result-before-commit")
         return True
 
@@ -263,17 +303,3 @@ def _charged(claim: Claim, cause: Cause, step: int | None) -> dict[str, Any]:
         return {}
     furthest = max(step or 0, claim.crash_step or 0)
     return {"crashes": crashes_before(claim, step) + 1, "crash_step": furthest}
-
-
-# ``queries.is_held`` for many claims at once, each with the words of ``_held``; a list of states
-# cannot be given many times.
-_IS_HELD = sa.and_(
-    JOBS.c.id == sa.bindparam("held_id"),
-    JOBS.c.attempt == sa.bindparam("held_attempt"),
-    JOBS.c.epoch == sa.bindparam("held_epoch"),
-    sa.or_(JOBS.c.state == State.RUNNING, JOBS.c.state == State.CANCELLING),
-)
-
-
-def _held(claim: Claim) -> dict[str, Any]:
-    return {"held_id": claim.id, "held_attempt": claim.attempt, "held_epoch": claim.epoch}

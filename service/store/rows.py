@@ -17,6 +17,7 @@ from service.jobs import (
     Keep,
     KeyRow,
     Kind,
+    MeasuredRun,
     PointRow,
     RunRow,
     Scope,
@@ -182,7 +183,8 @@ def _eta(remaining: float, pace: float | None, *, side_by_side: int) -> float | 
 
 def claim_record(row: Row) -> Claim:
     """A claim from a row that has CLAIM_COLUMNS."""
-    return Claim(**{field: row._mapping[JOBS.c[field]] for field in Claim.__dataclass_fields__})
+    known = {field: row._mapping[JOBS.c[field]] for field in Claim.__dataclass_fields__}
+    return Claim(**{**known, "spec": known["spec"] or {}})
 
 
 def run_record(row: Row) -> RunRow:
@@ -204,6 +206,12 @@ def point_record(row: Row) -> PointRow:
 def stored_record(row: Row) -> Stored:
     """A file from a row of ARTIFACTS."""
     return Stored(name=row.name, path=row.path, size=row.size, sha256=row.sha256)
+
+
+def measured_record(row: Row) -> MeasuredRun:
+    """A run with its final state, from the columns of both."""
+    kept = None if row.path is None else stored_record(row)
+    return MeasuredRun(row.run_id, row.scenario, row.state, row.summary, kept)
 
 
 def key_record(row: Row) -> KeyRow:

@@ -1,6 +1,7 @@
 """The store as a whole."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
@@ -45,6 +46,10 @@ class Store(Orders, Questions, Keys, Queue, Care):
     def close(self) -> None:
         """Give every connection back."""
         self._database.close()
+
+    def copy_to(self, file: Path) -> None:
+        """Copy a store on SQLite, as it is at one moment, to a file that is not there yet."""
+        self._database.copy_to(file)
 
     def ping(self) -> None:
         """Ask for the right to write, and write nothing; raises StoreUnavailable."""

@@ -13,8 +13,15 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import ACTIVE, Kind, State
-from service.store.queries import PUBLICATIONS, ended_by_accident, insert_into
+from service.jobs import ACTIVE, KEPT_BY, Claim, Keep, Kind, State, at_least
+from service.store.queries import (
+    HAS_RESULT,
+    PUBLICATIONS,
+    ended_by_accident,
+    hold_publications,
+    insert_into,
+    unless_result,
+)
 from service.store.tables import ARTIFACTS, JOBS, LANES, POINTS, SWEEPS
 
 LAST = 1e300  # a turn after every other
@@ -68,18 +75,44 @@ def queue_again(
 ) -> int:
     """Queue the runs of a sweep that ended by accident, with fresh budgets; return their number.
 
-    They have no turn yet: ``take_turns`` gives them one.
+    So are those that succeeded and lack a file that the sweep keeps. A result, or a verdict, stays
+    until there is another: other sweeps may have it. They have no turn yet: ``take_turns`` gives
+    them one.
     """
     own = sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == sweep_id)
-    again = JOBS.c.id.in_(own) & ended_by_accident(verdicts=verdicts)
-    priority = sa.select(SWEEPS.c.priority).where(SWEEPS.c.id == sweep_id).scalar_subquery()
-    words = ("cause", "failure", "reason", "summary", "path", "size", "sha256", "finished")
-    nothing = dict.fromkeys((*words, "crash_step"), sa.null())
-    ended = sa.select(JOBS.c.id).where(again)
+    asked = sa.select(SWEEPS.c.priority, SWEEPS.c.keep).where(SWEEPS.c.id == sweep_id)
+    priority, keep = connection.execute(asked).one()
+    again = JOBS.c.id.in_(own) & sa.or_(ended_by_accident(verdicts=verdicts), _lacks_a_file(keep))
+    ended = sa.select(JOBS.c.id).where(again, sa.not_(HAS_RESULT))
     connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(ended)))
     queue = JOBS.update().where(again).values(state=State.QUEUED, queued=moment, crashes=0)
-    queue = queue.values(priority=priority, turn=LAST, **nothing)
-    return connection.execute(queue).rowcount
+    queue = queue.values(priority=priority, turn=LAST, crash_step=None)
+    queue = queue.values(fraction=None, finished=None)
+    queue = queue.values(unless_result(cause=None, failure=None, reason=None))
+    count = connection.execute(queue).rowcount
+    if count:
+        using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id.in_(own))
+        hold_publications(connection, JOBS.c.sweep_id.in_(using))
+    return count
+
+
+def _lacks_a_file(keep: Keep) -> sa.ColumnElement[bool]:
+    """The run has a result, but was told to keep less than this, and did or lost the rest."""
+    is_less = JOBS.c.state.in_([State.SUCCEEDED]) & JOBS.c.keep.not_in(at_least(keep))
+    names = [name for name, least in KEPT_BY.items() if keep in at_least(least)]
+    there = sa.select(sa.func.count()).where(
+        ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name.in_(names)
+    )
+    return is_less & (there.correlate(JOBS).scalar_subquery() < len(names))
+
+
+def queue_for_film(connection: sa.Connection, claim: Claim, moment: datetime) -> None:
+    """Queue a run that has just got its result again, if a sweep that joined it asked for a film."""
+    if claim.keep is not Keep.FILM:
+        film = JOBS.c.keep.in_([Keep.FILM]) & JOBS.c.state.in_([State.SUCCEEDED]) & IS_WANTED
+        again = JOBS.update().where(JOBS.c.id == claim.id, film)
+        fresh = {"crashes": 0, "crash_step": None, "fraction": None, "finished": None}
+        connection.execute(again.values(state=State.QUEUED, queued=moment, **fresh))
 
 
 def take_turns(connection: sa.Connection, sweep_id: str, priority: int) -> None:

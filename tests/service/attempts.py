@@ -20,6 +20,7 @@ LIMIT = 1024 * MEBIBYTE  # of memory; imports of the tests' targets take a tenth
 
 def ticket(folder: Path, behaviour: str = "fine", *, limit: float = 120.0, **more: Any) -> Ticket:
     run = Run(run_id(1), {"behaviour": behaviour, **more})
+    folder.mkdir(parents=True, exist_ok=True)
     directory = str(folder / "a1-token")
     targets = "tests.service.targets"
     return Ticket(directory, Kind.RUN, directory, run.as_json(), limit, targets)

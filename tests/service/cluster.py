@@ -15,8 +15,9 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from service.attempt import Back, Ended, Ending, Inbox, Message, Ticket, Told
-from service.execution import Engine, Remote
+from service.execution import Engine
 from service.jobs import Kind
+from service.scheduler import Remote
 from tests.service.doubles import is_gone, run_id, wait_until
 from tests.service.targets import Run
 

@@ -28,7 +28,9 @@ class Postgresql:
 
     def __init__(self, address: str):
         self._address = sa.make_url(address).set(drivername="postgresql+psycopg")
-        self._engine = sa.create_engine(self._address, isolation_level="AUTOCOMMIT")
+        self._engine = sa.create_engine(
+            self._address, isolation_level="AUTOCOMMIT", pool_pre_ping=True
+        )
         self._say("ALTER SYSTEM SET fsync = off")  # a test does not outlive a power cut
         self._say("SELECT pg_reload_conf()")
         self._say(f"CREATE DATABASE {TEMPLATE}")

@@ -1,17 +1,20 @@
 """Stands in for ``studies.run`` and ``studies.publish``: runs that behave as their parameters say.
 
 A run is ``fine`` unless told otherwise. It can also return a ``verdict``, ``abort`` the interpreter
-(the first ``crashes`` times), ``raise``, ``hang``, be ``busy`` (hear nothing for a second), ``deaf``
+(the first ``crashes`` times),
+``raise`` (also because its disk is ``stale``), ``hang``, be ``busy`` (hear nothing for a second), ``deaf``
 (hang with the interpreter blocked), ``silent`` (return without a result), ``greedy`` (take memory
 without end, or so many ``mebibytes``) or ``starved`` (the same, in a library that aborts), ``litter``
-(start a process of its own, then hang), print ``noise``, or ``soil`` the process that computes it.
-Each leaves its process id in ``pid`` in its folder.
+(start a process of its own, then hang), ``orphan`` (fork, then crash), print ``noise``, ``roar`` (print
+so many ``mebibytes``), or ``soil`` the process that computes it. Each leaves its process id in
+``pid`` in its folder.
 
 With ``seconds`` it takes as long, step by step: it tells progress, writes its step into the
 checkpoint, goes on from there, and leaves when asked to.
 """
 
 import ctypes
+import errno
 import json
 import os
 import subprocess
@@ -177,6 +180,10 @@ def _raise(run: Run, directory: Path) -> None:
     raise RuntimeError("something that nobody foresaw")
 
 
+def _stale(run: Run, directory: Path) -> None:
+    raise OSError(errno.ESTALE, os.strerror(errno.ESTALE))
+
+
 def _hang(run: Run, directory: Path) -> None:
     time.sleep(FOREVER)
 
@@ -213,6 +220,20 @@ def _litter(run: Run, directory: Path) -> None:
         time.sleep(FOREVER)
 
 
+def _orphan(run: Run, directory: Path) -> None:
+    if pid := os.fork():
+        write_text(directory / "litter", str(pid))
+        os.abort()
+    time.sleep(FOREVER)
+
+
+def _roar(run: Run, directory: Path) -> None:
+    print("first words", flush=True)
+    for _ in range(int(run.parameters["mebibytes"])):
+        os.write(1, b"x" * (MEBIBYTE - 1) + b"\n")
+    print("last words", flush=True)
+
+
 def _noise(run: Run, directory: Path) -> None:
     print("not a JSON line", flush=True)
     os.write(1, b"nor is this\n")
@@ -231,6 +252,7 @@ def _soil(run: Run, directory: Path) -> None:
 _BEHAVIOURS = {
     "abort": _abort,
     "raise": _raise,
+    "stale": _stale,
     "hang": _hang,
     "deaf": _deaf,
     "busy": _busy,
@@ -238,5 +260,7 @@ _BEHAVIOURS = {
     "starved": _starved,
     "litter": _litter,
     "noise": _noise,
+    "orphan": _orphan,
+    "roar": _roar,
     "soil": _soil,
 }

@@ -69,7 +69,9 @@ def test_result__the_row_has_the_numbers_but_no_history(bench: Bench) -> None:
     assert run.state is State.SUCCEEDED
     assert run.seconds == 1.5
     assert run.summary == {
-        "measurements": {"hole_diameter": {"value": 0.0148, "uncertainty": 1e-4, "flags": []}},
+        "measurements": {
+            "hole_diameter": {"value": 0.0148, "uncertainty": 1e-4, "flags": [], "version": 1}
+        },
         "flags": ["under_resolved"],
         "numbers": {"threads": 1.0},
         "stop": "settled",

@@ -1,5 +1,6 @@
 """An order to a warm process: what it leaves, how it ends, how it is ended."""
 
+import errno
 import os
 import signal
 import time
@@ -10,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from service import supervisor
+from service import attempt_log, supervisor
+from service.artifacts import digest
 from service.jobs import Cause, Keep, Kind
 from service.supervisor import supervise
 from tests.service.attempts import (
@@ -24,7 +26,7 @@ from tests.service.attempts import (
     under_way,
 )
 from tests.service.doubles import is_gone, run_id, wait_until
-from tests.service.targets import STEPS
+from tests.service.targets import MEBIBYTE, STEPS
 
 
 @pytest.fixture(autouse=True)
@@ -32,6 +34,11 @@ def _no_process_is_left() -> Iterator[None]:
     """Processes without an order end with the test that made them."""
     yield
     supervisor.dismiss()
+
+
+@pytest.fixture
+def no_pause(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(supervisor, "PAUSE_SECONDS", 0.0)
 
 
 # --- what an order leaves ------------------------------------------------------------------------
@@ -128,10 +135,48 @@ def test_ending__says_why(
     assert (ending.cause, ending.failure, ending.reason) == (cause, failure, reason)
 
 
-def test_no_space_for_its_folder__is_said(tmp_path: Path) -> None:
+def test_no_space_for_its_folder__is_said(tmp_path: Path, no_pause: None) -> None:
+    order = ticket(tmp_path)
     (tmp_path / "a1-token").touch()
+    ending = supervise(order, nobody)
+    assert (ending.cause, ending.failure) == (Cause.LOST, "FileExistsError")
+
+
+def test_no_process__costs_the_run_nothing(
+    tmp_path: Path, no_pause: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_arguments: Any, **_words: Any) -> None:
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+    supervisor.dismiss()
+    monkeypatch.setattr(supervisor.subprocess, "Popen", refuse)
     ending = supervise(ticket(tmp_path), nobody)
-    assert (ending.cause, ending.failure) == (Cause.ERROR, "FileExistsError")
+    assert (ending.cause, ending.failure) == (Cause.LOST, "BlockingIOError")
+    assert "its worker cannot compute" in ending.reason
+
+
+def test_worker_whose_disk_went_away__costs_the_run_nothing(tmp_path: Path, no_pause: None) -> None:
+    ending = supervise(ticket(tmp_path, "stale"), nobody)
+    assert (ending.cause, ending.failure) == (Cause.LOST, "OSError")
+
+
+def test_worker_without_the_disk__makes_no_folders_of_its_own(
+    tmp_path: Path, no_pause: None
+) -> None:
+    order = replace(ticket(tmp_path), directory=str(tmp_path / "share" / "run" / "a1-token"))
+    ending = supervise(order, nobody)
+    assert (ending.cause, ending.failure) == (Cause.LOST, "FileNotFoundError")
+    assert not (tmp_path / "share").exists()
+
+
+def test_worker_without_the_disk__pauses_unless_it_shall_leave(tmp_path: Path) -> None:
+    order = replace(ticket(tmp_path), directory=str(tmp_path / "share" / "run" / "a1-token"))
+    with under_way(order) as attempt:
+        wait_until(lambda: order.key in supervisor._SUPERVISORS)
+        begin = time.monotonic()
+        supervisor.leave([order.key], seconds=60)
+        assert attempt.end().cause is Cause.LOST
+        assert time.monotonic() - begin < supervisor.PAUSE_SECONDS / 2
 
 
 def test_no_space_for_its_log__is_said(tmp_path: Path) -> None:
@@ -194,6 +239,24 @@ def test_killed_from_outside__is_a_crash(tmp_path: Path) -> None:
         os.kill(attempt.pid(), signal.SIGKILL)
         ending = attempt.end()
     assert (ending.cause, ending.failure) == (Cause.CRASH, "SIGKILL")
+
+
+@pytest.mark.parametrize("wish", [signal.SIGTERM, signal.SIGINT])
+def test_wish_to_leave__is_not_meant_for_the_process_itself(
+    tmp_path: Path, wish: signal.Signals
+) -> None:
+    with under_way(ticket(tmp_path, "busy")) as attempt:
+        os.kill(attempt.pid(), wish)
+        assert attempt.end().cause is None
+
+
+def test_crash__what_it_forked_does_not_keep_it_alive(tmp_path: Path) -> None:
+    order = ticket(tmp_path, "orphan")
+    with under_way(order) as attempt:
+        forked = attempt.pid("litter")
+        wait_until(lambda: order.key not in supervisor._SUPERVISORS)
+        assert (attempt.end().cause, attempt.end().failure) == (Cause.CRASH, "SIGABRT")
+    wait_until(lambda: is_gone(forked))
 
 
 # --- checkpoints ---------------------------------------------------------------------------------
@@ -272,6 +335,20 @@ def test_log__has_the_trace_and_what_others_print(tmp_path: Path) -> None:
     assert "Fatal Python error: Aborted" in log_of(ticket(tmp_path))
     supervise(ticket(tmp_path, "raise"), nobody)
     assert "RuntimeError: something that nobody foresaw" in log_of(ticket(tmp_path))
+
+
+def test_log__that_gets_too_long_loses_its_middle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(attempt_log, "LOG_BYTES", 4 * MEBIBYTE)
+    ending = supervise(ticket(tmp_path, "roar", mebibytes=20), nobody)
+    [log] = [file for file in ending.files if file.name == "log.txt"]
+    assert 2 * MEBIBYTE < log.size < 3 * MEBIBYTE
+    words = log_of(ticket(tmp_path))
+    assert words.startswith("first words")
+    assert "the log was too long" in words
+    assert words.endswith("last words\n")
+    assert digest(Path(log.path)) == log.sha256
 
 
 def test_log__each_order_has_its_own_and_it_is_closed_behind_it(tmp_path: Path) -> None:

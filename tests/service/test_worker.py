@@ -90,12 +90,13 @@ def test_process__that_dies_before_it_takes_its_order_is_replaced_unseen(tmp_pat
     assert int(seen(ending)["process"]) != first
 
 
-def test_process__that_cannot_start_is_an_error(
+def test_process__that_cannot_start_costs_the_run_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(supervisor, "PAUSE_SECONDS", 0.0)
     monkeypatch.setattr(supervisor, "_environment", lambda: {"PYTHONHOME": "/nowhere"})
     ending = supervise(ticket(tmp_path), nobody)
-    assert (ending.cause, ending.failure) == (Cause.ERROR, "ChildProcessError")
+    assert (ending.cause, ending.failure) == (Cause.LOST, "ChildProcessError")
 
 
 def test_state__of_one_order_does_not_reach_the_next(tmp_path: Path) -> None:
