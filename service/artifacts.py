@@ -29,6 +29,7 @@ OF_A_RUN = (ANSWER, "state.npz", "film.npz", LOG)  # the answer is written last 
 CHECKPOINT = "checkpoint"
 PART = "*.part"  # a file that is being written, or was when its process was killed
 ID = re.compile("[0-9a-f]{32}")
+KEY = re.compile(rf"(?P<id>{ID.pattern})-(?P<attempt>\d+)-(?P<token>[0-9a-f]+)")  # of a claim
 _CHUNK = 1 << 20  # bytes read at once for a digest
 
 
@@ -47,9 +48,13 @@ class Artifacts:
         return self.sweep_folder(claim.sweep_id) / attempt
 
     def has_attempt(self, key: str) -> bool:
-        """Whether an attempt at a run, by its key, is ours: a scheduler may serve others too."""
-        id, attempt, token = key.split("-")
-        return (self.run_folder(id) / name_of_attempt(int(attempt), token)).is_dir()
+        """Whether an attempt, by its key, is ours: a scheduler may serve others too."""
+        match = KEY.fullmatch(key)
+        if match is None:
+            return False
+        name = name_of_attempt(int(match["attempt"]), match["token"])
+        is_run = (self.run_folder(match["id"]) / name).is_dir()
+        return is_run or any(self.root.glob(f"{SWEEPS}/*/{name}"))
 
     def run_folder(self, id: str) -> Path:
         """The folder of all attempts of a run."""

@@ -7,6 +7,21 @@ from typing import Any
 
 from service.jobs import Cause, Keep, Kind, Stored
 
+MOST_WORDS = 4000  # characters of a reason in a row
+
+
+def legible(text: str) -> str:
+    """Words as every database takes them: of some length, whole characters, none of them NUL.
+
+    >>> legible("cannot read 'caf\\udce9.toml'\\0")
+    "cannot read 'caf\ufffd.toml'\ufffd"
+    """
+    text = text.replace("\0", "\ufffd")
+    whole = text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+    if len(whole) <= MOST_WORDS:
+        return whole
+    return f"{whole[: MOST_WORDS // 2]} ... {whole[-MOST_WORDS // 2 :]}"
+
 
 @dataclass(frozen=True)
 class Ticket:

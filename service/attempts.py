@@ -12,8 +12,8 @@ class Attempts:
 
     def __init__(self) -> None:
         self.given: set[str] = set()  # the engine has them from us
-        self.held: dict[str, Claim] = {}  # of these, the ones whose rows are ours in this reign
-        self.ended: dict[str, Ending] = {}  # of these, not yet registered
+        self.held: dict[str, Claim] = {}  # the ones whose rows are ours in this reign
+        self.ended: dict[str, Ending] = {}  # not yet registered
         self.told: dict[str, Mapping[str, Any]] = {}  # last progress, not yet written
         self.away: str | None = None  # why the engine cannot be asked
         self.is_back = False  # it can again, and nobody has looked yet
@@ -31,10 +31,19 @@ class Attempts:
             self.away, self.is_back = None, True
         return True
 
+    def under_way(self) -> set[str]:
+        """Attempts that the engine has not ended."""
+        return self.given - self.ended.keys()
+
     def hold(self, claim: Claim) -> None:
         """Our row, and an attempt that the engine has, or is about to get."""
         self.given.add(claim.key)
         self.held[claim.key] = claim
+
+    def find_lost(self, claim: Claim, ending: Ending) -> None:
+        """Our row, and an attempt of an earlier life that nobody has any more."""
+        self.held[claim.key] = claim
+        self.ended[claim.key] = ending
 
     def forget(self, key: str) -> None:
         """The row has it."""

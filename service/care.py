@@ -8,6 +8,7 @@ import logging
 import shutil
 import time
 from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
 from itertools import islice
 
 from service.artifacts import Artifacts
@@ -20,7 +21,7 @@ log = logging.getLogger(__name__)
 
 STEP_SECONDS = 0.05  # after which a step looks no further; whoever leads waits for it
 REMOVED = 50  # files or folders that a step removes
-AT_ONCE = frozenset({Why.DELETED, Why.SPENT})
+AT_ONCE = frozenset({Why.DELETED, Why.FORGOTTEN, Why.SPENT})
 
 
 class Care:
@@ -31,19 +32,23 @@ class Care:
         self._artifacts = artifacts
         self._space = space
         self._retire_seconds = settings.retire_seconds
+        self._forget_seconds = settings.forget_seconds
         self._leftovers = Leftovers(store, artifacts)
         self._round = self._leftovers.parts()
-        self._may_drop = True
+        self._may_drop = self._may_forget = True
 
     def step(self) -> None:
         """A bounded part of the work; called by whoever leads, between two claims."""
         end, removed = time.monotonic() + STEP_SECONDS, 0
         if self._may_drop:
             self._may_drop = self._drop() == REMOVED
+        if self._may_forget:
+            self._may_forget = self._forget() == REMOVED
         while True:
             part = next(self._round, None)
             if part is None:  # once round
-                self._round, self._may_drop = self._leftovers.parts(), True
+                self._round = self._leftovers.parts()
+                self._may_drop = self._may_forget = True
                 return
             removed += self._remove_of(part, REMOVED - removed)
             if removed == REMOVED or time.monotonic() > end:
@@ -64,6 +69,11 @@ class Care:
         for _, file in dropped:
             self._artifacts.path(file).unlink(missing_ok=True)
         return len(dropped)
+
+    def _forget(self) -> int:
+        """Forget runs that no sweep has had for long; how many these were. Their files go later."""
+        before = datetime.now(UTC) - timedelta(seconds=self._forget_seconds)
+        return self._store.forget_runs(before, REMOVED)
 
     def _is_due(self, leftover: Leftover) -> bool:
         """Whether it may go now."""

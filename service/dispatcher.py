@@ -18,6 +18,7 @@ from queue import Empty, SimpleQueue
 
 from service.attempt import Inbox
 from service.attempts import Attempts
+from service.findings import Looks
 from service.jobs import StoreUnavailable
 from service.leaving import undisturbed
 from service.reign import Engine, Parts, Reign
@@ -43,6 +44,7 @@ class Dispatcher:
         self._store = store
         self._open_engine = open_engine
         self._parts = Parts.of(settings, store)
+        self._looks = Looks(self._parts.inspector, self.wake)
         self._owner = f"{socket.gethostname()}:{os.getpid()}"
         self._inbox: Inbox = SimpleQueue()
         self._attempts = Attempts()
@@ -167,6 +169,7 @@ class Dispatcher:
             self._settle(is_over=False)
         self._listen(wait=0.0)
         self._settle(is_over=True)
+        self._looks.close()
         if self._leadership is not None:
             self._leadership.close()
 
@@ -252,7 +255,7 @@ class Dispatcher:
     def _begin_reign(self) -> None:
         assert self._engine is not None
         epoch = self._store.begin_epoch(self._owner)
-        self._reign = Reign(epoch, self._parts, self._engine, self._attempts)
+        self._reign = Reign(epoch, self._parts, self._engine, self._attempts, self._looks)
         log.info("%s leads, epoch %s", self._owner, epoch)
 
     def _hinder(self, reason: str | None) -> None:

@@ -10,7 +10,7 @@ Three kinds of messages, as an ``EventSource`` of a browser knows them:
 """
 
 import time
-from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -33,6 +33,7 @@ class Subject:
     """What a stream is about."""
 
     events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
+    has: Callable[[Event, Set[str]], bool]  # whether it is one of them; the sweeps that have its run
     concerns: Callable[[str, Sequence[str]], bool]  # a running run, and the sweeps that wait for it
     ends_with: Callable[[Event], bool]  # after such an event it is worth a look whether all is over
     ended: Callable[[], Any | None]  # what to say at the end, once it is there
@@ -50,6 +51,7 @@ def of_sweep(store: Store, id: str) -> Subject:
 
     return Subject(
         events=lambda after: store.events(id, after=after, limit=PAGE),
+        has=lambda event, sweeps: event.sweep_id == id or id in sweeps,
         concerns=lambda _run, sweeps: id in sweeps,
         ends_with=lambda event: event.sweep_id == id,
         ended=ended,
@@ -65,6 +67,7 @@ def of_run(store: Store, id: str) -> Subject:
 
     return Subject(
         events=lambda after: store.run_events(id, after=after, limit=PAGE),
+        has=lambda event, _sweeps: event.job_id == id,
         concerns=lambda run, _sweeps: run == id,
         ends_with=lambda event: True,
         ended=ended,
@@ -75,6 +78,7 @@ def of_queue(store: Store) -> Subject:
     """Everything, for as long as somebody listens."""
     return Subject(
         events=lambda after: store.all_events(after=after, limit=PAGE),
+        has=lambda _event, _sweeps: True,
         concerns=lambda _run, _sweeps: True,
         ends_with=lambda event: False,
         ended=lambda: None,
@@ -108,9 +112,15 @@ async def told(subject: Subject, stream: Stream, after: int) -> AsyncIterator[Se
                 return
             for progress in pace.news(subject, moment):
                 yield ServerSentEvent(data=progress, event="progress")
-            if failed or moment.last_event > seen:
-                seen = moment.last_event
+            if not failed and moment.last_event <= seen:
+                continue
+            news = None if failed else moment.after(max(seen, after))
+            seen = moment.last_event
+            if news is None:
                 break
+            for event in (event for event, sweeps in news if subject.has(event, sweeps)):
+                after, look = event.number, look or subject.ends_with(event)
+                yield ServerSentEvent(data=EventModel.of(event), id=str(event.number))
 
 
 @dataclass

@@ -104,10 +104,8 @@ SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.
 
 MOVES: Mapping[State, frozenset[State]] = {
     State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
-    State.QUEUED: frozenset(
-        # The last two: what has a result already goes back to it.
-        {State.RUNNING, State.CANCELLED, State.WAITING, State.SUCCEEDED, State.FAILED}
-    ),
+    # To all but itself and ``cancelling``: what has a result already goes back to it.
+    State.QUEUED: frozenset(State) - {State.QUEUED, State.CANCELLING},
     State.RUNNING: frozenset(
         {State.SUCCEEDED, State.FAILED, State.QUEUED, State.CANCELLING, State.CANCELLED}
     ),

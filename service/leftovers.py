@@ -37,6 +37,7 @@ class Why(StrEnum):
     RESTING = "a checkpoint of a run that ended without a result"
     DROPPED = "no longer kept"
     DELETED = "of a sweep that was deleted"
+    FORGOTTEN = "of a run that no sweep has had for long"
     STRANGER = "of a run or sweep that the database does not know"
 
 
@@ -90,13 +91,14 @@ class Leftovers:
         ids = [folder.name for folder in folders]
         known, registered = self._store.known_attempts(ids), self._registered(ids)
         kept = self._store.kept_names(ids)
+        forgotten = self._store.forgotten_runs([id for id in ids if id not in known])
         for folder in folders:
             id = folder.name
             if id in known:
                 counts = Counted(known[id], registered[id], kept.get(id, frozenset()))
                 yield from _of_run(folder, counts)
             else:
-                yield Leftover(folder, Why.STRANGER)
+                yield Leftover(folder, Why.FORGOTTEN if id in forgotten else Why.STRANGER)
 
     def of_sweeps(self, ids: Sequence[str]) -> Iterator[Leftover]:
         """What is left over of these sweeps."""

@@ -1,24 +1,26 @@
 """What happens, told as it happens: the open event streams, and one thread that looks for all of them.
 
-The store is asked at most twice a tick, however many streams there are; a stream asks for its own events
-only when there are new ones. Without a stream there is no thread.
+The store is asked a few times a tick, however many streams there are: new events are read once, and each
+stream takes its own. One that was away meanwhile asks for what it missed. Without a stream there is no
+thread.
 """
 
 import asyncio
 import logging
 import threading
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Sequence, Set
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 
 from service.errors import Busy
-from service.jobs import RunRow, StoreUnavailable
+from service.jobs import Event, RunRow, StoreUnavailable
 from service.store import Store
 
 log = logging.getLogger(__name__)
 
 MOST_STREAMS = 100  # open at once; each holds a connection
 TICK = 0.5  # s, between two looks
+MOST_NEWS = 1000  # events of one look; of more each stream asks for its own
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,14 @@ class Moment:
 
     last_event: int
     under_way: Sequence[tuple[RunRow, Sequence[str]]]  # running runs, each with its sweeps
+    since: int = 0  # the last event before ``news``
+    news: Sequence[tuple[Event, Set[str]]] | None = None  # each with the sweeps that have its run
+
+    def after(self, number: int) -> Sequence[tuple[Event, Set[str]]] | None:
+        """The news behind an event; None: the store knows more."""
+        if self.news is None or number < self.since:
+            return None
+        return [(event, sweeps) for event, sweeps in self.news if event.number > number]
 
 
 class Stream:
@@ -114,8 +124,10 @@ class Live:
 
     def _run(self) -> None:
         """Look and tell until nobody listens."""
+        seen: int | None = None
         while True:
-            moment = self._look()
+            moment = self._look(seen)
+            seen = seen if moment is None else moment.last_event
             with self._changed:
                 if moment is not None and not self._closed:
                     for stream in self._streams:
@@ -128,9 +140,17 @@ class Live:
     def _is_over(self) -> bool:
         return self._closed or not self._streams
 
-    def _look(self) -> Moment | None:
+    def _look(self, seen: int | None) -> Moment | None:
+        """What there is now; ``seen``: the last event of the look before."""
         try:
-            return Moment(self._store.last_event(), self._store.under_way())
+            last = self._store.last_event()
+            if seen is None or last <= seen:
+                return Moment(last, self._store.under_way(), since=last, news=())
+            news = self._store.news(after=seen, limit=MOST_NEWS)
+            if len(news) == MOST_NEWS:
+                return Moment(last, self._store.under_way())
+            last = news[-1][0].number
+            return Moment(last, self._store.under_way(), since=seen, news=news)
         except StoreUnavailable as error:  # the streams stay, and hear of it when it is back
             log.warning("%s", error)
         except Exception:

@@ -1,58 +1,37 @@
 """What an attempt left becomes a row: its result, another try, or its failure."""
 
-import errno
 import logging
 from dataclasses import replace
-from pathlib import Path
 
-from service.artifacts import LOG, Artifacts, describe
-from service.attempt import Ending
+from service.artifacts import LOG, Artifacts
+from service.attempt import Ending, legible
 from service.faults import point
-from service.jobs import (
-    ANSWER,
-    Cause,
-    Claim,
-    Kind,
-    Result,
-    Stored,
-    StoreUnavailable,
-    crashes_before,
-    may_try_again,
-)
-from service.rereads import REREADS, Rereads, summary_of
+from service.findings import Found
+from service.jobs import Cause, Claim, Stored, crashes_before, may_try_again
+from service.rests import Rests
 from service.space import Space, is_want_of_space
 from service.store import Store
 
 log = logging.getLogger(__name__)
-
-# Not the attempt's fault, and worth another look: no space for a name, no descriptor, no memory.
-PASSING = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
 
 
 class Registrar:
     """Brings ended attempts into their rows; after it, an attempt is over whatever happens."""
 
     def __init__(self, store: Store, artifacts: Artifacts, space: Space):
+        self.rests = Rests()
         self._store = store
         self._artifacts = artifacts
         self._space = space
 
-    def settle(self, claim: Claim, ending: Ending) -> None:
-        """One ended attempt; raises StoreUnavailable when it has to be tried again later.
-
-        One that was lost may have done its work all the same, with nobody left to say so.
-        """
-        files = self._complete_files(claim) if ending.cause is Cause.LOST else ()
-        if files:
-            ending = Ending(None, "", "complete on disk", files, 0.0)
+    def settle(self, claim: Claim, found: Found) -> None:
+        """One ended attempt; raises StoreUnavailable when it has to be tried again later."""
+        ending = found.ending
         if ending.cause is None:
-            try:
-                counts = self._register(claim, ending)
-            except (OSError, ValueError, LookupError) as error:
-                ending = _unusable(ending, error)
-        if ending.cause is not None:
+            counts = self._register(claim, found)
+        else:
             ending = self._excused(ending)
-            counts = self._give_up(claim, ending)
+            counts = self._give_up(claim, ending, found.files)
         log.log(
             logging.INFO if counts else logging.WARNING,
             "%s %s: %s",
@@ -62,47 +41,34 @@ class Registrar:
             extra={"run": claim.key, "sweep": claim.sweep_id},
         )
 
-    def _complete_files(self, claim: Claim) -> tuple[Stored, ...]:
-        """What an attempt at a run left; publications are cheap, and made again."""
-        return self._artifacts.complete_files(claim) if claim.kind is Kind.RUN else ()
+    def abandon(self, claim: Claim, error: Exception) -> None:
+        """Fail an attempt whose end cannot be brought into its row, however often it is tried."""
+        reason = legible(f"its end cannot be brought into the database: {error}")
+        self._store.fail(claim, Cause.ERROR, failure=type(error).__name__, reason=reason)
+        self.rests.end(claim)
 
-    def _register(self, claim: Claim, ending: Ending) -> bool:
-        """Registers complete files, after a look at their digests."""
-        files = tuple(self._as_in_rows(file) for file in ending.files)
-        damaged = [file.name for file in files if not self._artifacts.is_intact(file)]
-        if damaged:
-            raise ValueError(f"{', '.join(damaged)} does not match its checksum")
-        self._artifacts.bring_to_disk(self._artifacts.attempt_directory(claim))
-        if claim.kind is Kind.PUBLISH:
+    def _register(self, claim: Claim, found: Found) -> bool:
+        self.rests.end(claim)
+        if found.result is None:
             point("publication-before-registration")
-            rereads = self._rereads(files)
-            counts = self._store.publish(claim, files, seconds=ending.seconds, rereads=rereads)
+            seconds = found.ending.seconds
+            counts = self._store.publish(claim, found.files, seconds=seconds, rereads=found.rereads)
             point("publication-after-commit")
             return counts
-        result = self._result(files, ending.seconds)
         point("result-before-registration")
-        counts = self._store.finish(claim, result)
+        counts = self._store.finish(claim, found.result)
         point("result-after-commit")
         return self._end_with_result(claim, counts)
 
-    def _rereads(self, files: tuple[Stored, ...]) -> Rereads | None:
-        """Results that were read again for a publication, after a look at their digests."""
-        told = next((file for file in files if file.name == REREADS), None)
-        if told is None:
-            return None
-        rereads = Rereads.from_json(self._artifacts.read_json(told))
-        runs = [replace(one, answer=self._as_in_rows(one.answer)) for one in rereads.runs]
-        for one in runs:
-            if not self._artifacts.is_intact(one.answer):
-                raise ValueError(f"{one.answer.path} does not match its checksum")
-        return replace(rereads, runs=tuple(runs))
-
-    def _give_up(self, claim: Claim, ending: Ending) -> bool:
+    def _give_up(self, claim: Claim, ending: Ending, files: tuple[Stored, ...]) -> bool:
         """An attempt without result: another try if the budget of its cause allows, else a failure."""
         assert ending.cause is not None
         cause, step = ending.cause, ending.checkpoint
         if may_try_again(cause, crashes_before(claim, step)):
-            return self._store.requeue(claim, cause, reason=ending.reason, crash_step=step)
+            counts = self._store.requeue(claim, cause, reason=ending.reason, crash_step=step)
+            self._rest(claim, ending, counts)
+            return counts
+        self.rests.end(claim)
         written = self._artifacts.attempt_directory(claim) / LOG
         return self._store.fail(
             claim,
@@ -110,17 +76,18 @@ class Registrar:
             failure=ending.failure,
             reason=f"{ending.reason} (log: {self._artifacts.relative(written)})",
             crash_step=step,
-            files=self._log_of_a_run(claim, written),
+            files=files,
         )
 
-    def _log_of_a_run(self, claim: Claim, written: Path) -> tuple[Stored, ...]:
-        """The log of a run that failed; a publication keeps the files of the one before."""
-        if claim.kind is not Kind.RUN:
-            return ()
-        try:
-            return (self._as_in_rows(describe(written)),)
-        except OSError:  # it wrote none, or cannot be read
-            return ()
+    def _rest(self, claim: Claim, ending: Ending, counts: bool) -> None:
+        """Let it rest if it was lost again and again."""
+        if ending.cause is not Cause.LOST or not counts:
+            self.rests.end(claim)
+            return
+        seconds = self.rests.lose(claim, ending.checkpoint)
+        if seconds:
+            words = {"run": claim.key, "sweep": claim.sweep_id}
+            log.warning("%s was lost again; it rests for %.0f s", claim.key, seconds, extra=words)
 
     def _end_with_result(self, claim: Claim, counts: bool) -> bool:
         """Nobody goes on from the checkpoint of a run that has a result; what stays, care removes."""
@@ -132,37 +99,13 @@ class Registrar:
         return counts
 
     def _excused(self, ending: Ending) -> Ending:
-        """An attempt that ended for want of disk space says nothing about its run: it was lost."""
+        """An attempt that ended for want of disk space.
+
+        While there is none, that says nothing about its run: it was lost. If there is some again, it
+        may be the run that never fits, which counts as a crash.
+        """
         if not is_want_of_space(ending, self._space):
             return ending
         self._space.rest()
-        return replace(ending, cause=Cause.LOST, reason=f"the disk was full: {ending.reason}")
-
-    def _as_in_rows(self, file: Stored) -> Stored:
-        """A file that a worker described, with its path as rows have it."""
-        return replace(file, path=self._artifacts.relative(Path(file.path)))
-
-    def _result(self, files: tuple[Stored, ...], seconds: float) -> Result:
-        """What rows keep of a result: everything but histories."""
-        if all(file.name != ANSWER for file in files):
-            raise ValueError(f"there is no {ANSWER}")
-        result = Result(
-            files=files, succeeded=True, reason=None, failure=None, summary={}, seconds=seconds
-        )
-        answer = self._artifacts.read_json(result.answer)
-        return replace(
-            result,
-            succeeded=answer["state"] == "succeeded",
-            reason=answer["reason"],
-            failure=answer["failure"],
-            summary=summary_of(answer),
-            seconds=seconds or float(answer["provenance"].get("seconds", 0.0)),
-        )
-
-
-def _unusable(ending: Ending, error: Exception) -> Ending:
-    """Files that cannot be registered are as good as a crash; raises StoreUnavailable if that may pass."""
-    if isinstance(error, OSError) and error.errno in PASSING:
-        raise StoreUnavailable(f"a result cannot be registered now: {error}") from error
-    reason = f"its files cannot be registered: {error}"
-    return replace(ending, cause=Cause.CRASH, failure=type(error).__name__, reason=reason)
+        cause = Cause.LOST if self._space.is_used_up() else Cause.CRASH
+        return replace(ending, cause=cause, reason=f"the disk was full: {ending.reason}")

@@ -17,6 +17,7 @@ from service.attempt import Ending, Ticket
 from service.attempts import Attempts
 from service.care import Care
 from service.faults import point
+from service.findings import WAIT_SECONDS, Inspector, Looks
 from service.jobs import Cause, Claim, State, StoreUnavailable
 from service.registration import Registrar
 from service.settings import Settings
@@ -28,6 +29,8 @@ log = logging.getLogger(__name__)
 
 REFUSED_SECONDS = 5.0  # after an attempt that could not be given to the engine
 STUMBLED_SECONDS = 5.0  # before an end that could not be brought into its row is looked at again
+STUMBLES = 3  # of one end, until it is given up
+LAST_LOOK_SECONDS = 2.0  # at what attempts left, when the service stops; our next life looks again
 NO_WORKER = "there is no worker"
 REFUSED = "the engine takes no work; see the log"
 PROGRESS_SECONDS = 1.0  # between two writes of progress
@@ -46,6 +49,14 @@ class Engine(Protocol):
 
 
 @dataclass(frozen=True)
+class _Stumbled:
+    """An end that could not be brought into its row."""
+
+    times: int
+    not_before: float  # monotonic
+
+
+@dataclass(frozen=True)
 class Parts:
     """What every reign works with."""
 
@@ -54,6 +65,7 @@ class Parts:
     artifacts: Artifacts
     space: Space
     tickets: Tickets
+    inspector: Inspector
     registrar: Registrar
     care: Care
 
@@ -68,6 +80,7 @@ class Parts:
             artifacts=artifacts,
             space=space,
             tickets=Tickets(settings, store, artifacts),
+            inspector=Inspector(artifacts),
             registrar=Registrar(store, artifacts, space),
             care=Care(settings, store, artifacts, space),
         )
@@ -76,15 +89,16 @@ class Parts:
 class Reign:
     """An epoch, while it lasts; claims of earlier ones, our own included, are foreign to it."""
 
-    def __init__(self, epoch: int, parts: Parts, engine: Engine, attempts: Attempts):
+    def __init__(self, epoch: int, parts: Parts, engine: Engine, attempts: Attempts, looks: Looks):
         self._epoch = epoch
         self._parts = parts
         self._store = parts.store
         self._engine = engine
         self._attempts = attempts
+        self._looks = looks
         self._attempts.held.clear()
         self._compared = self._written = self._refused = -math.inf  # monotonic
-        self._not_before: dict[str, float] = {}  # ends that could not be settled: monotonic
+        self._stumbled: dict[str, _Stumbled] = {}  # ends that could not be settled
         self.slots = 0  # attempts that can be under way at once
         self.hindrance: str | None = None  # why nothing is begun
 
@@ -94,7 +108,7 @@ class Reign:
         is_due = self._is_due()
         if is_due:
             self._compare(claimed)
-        self._register_all()
+        self._register_all(seconds=WAIT_SECONDS)
         self._stop_unwanted(claimed)
         self._fill()
         self._write_progress()
@@ -103,11 +117,12 @@ class Reign:
 
     def settle(self, *, is_over: bool) -> None:
         """Register what ended while the engine closes; once that is over, queue the rest again."""
-        stopped = _lost("the service was stopped")
-        for key, claim in list(self._attempts.held.items()):
-            ending = self._attempts.ended.get(key, stopped if is_over else None)
-            if ending is not None and self._is_settled(claim, ending):
-                self._attempts.forget(key)
+        if is_over:
+            stopped = _lost("the service was stopped")
+            for key in self._attempts.held:
+                self._attempts.ended.setdefault(key, stopped)
+            self._stumbled.clear()
+        self._register_all(seconds=LAST_LOOK_SECONDS if is_over else WAIT_SECONDS)
 
     def _is_due(self) -> bool:
         """Whether it is time to compare: at the begin, every few seconds, when the engine is back."""
@@ -128,7 +143,7 @@ class Reign:
             if claim.key in self._attempts.given or claim.key in (known or ()):
                 self._adopt(claim)
             elif known is not None:
-                self._is_settled(claim, _lost("the service was gone"))
+                self._attempts.find_lost(claim, _lost("the service was gone"))
         self._stop_strangers((known or set()) - self._attempts.given, claimed)
         self._compared, self._attempts.is_back = time.monotonic(), False
 
@@ -173,34 +188,57 @@ class Reign:
 
     # --- what came back --------------------------------------------------------------------------
 
-    def _register_all(self) -> None:
-        """Bring every ended attempt into its row; it is forgotten only when the row has it."""
+    def _register_all(self, *, seconds: float) -> None:
+        """Bring every ended attempt into its row; it is forgotten only when the row has it.
+
+        What takes longer than so many seconds to look at is registered at a later turn.
+        """
+        due = self._due()
+        self._looks.begin(due, seconds=seconds)
         settled: list[str] = []
         try:
-            for key, ending in list(self._attempts.ended.items()):
-                if time.monotonic() < self._not_before.get(key, -math.inf):
-                    continue
+            for key in list(self._attempts.ended):
                 claim = self._attempts.held.get(key)
-                if claim is None or self._is_settled(claim, ending):  # or no row waits for it
-                    self._attempts.forget(key)
-                    self._not_before.pop(key, None)
+                if claim is None or (key in due and self._is_settled(claim)):
+                    self._attempts.forget(key)  # its row has it, or no row waits for it
+                    self._stumbled.pop(key, None)
                     settled.append(key)
         finally:
             if settled:
                 self._engine.forget(settled)
 
-    def _is_settled(self, claim: Claim, ending: Ending) -> bool:
-        """Bring an end into its row; one for which that fails must not hold up the others."""
+    def _due(self) -> dict[str, tuple[Claim, Ending]]:
+        """Ends that should be brought into their rows now."""
+        now, held = time.monotonic(), self._attempts.held
+        return {
+            key: (held[key], ending)
+            for key, ending in self._attempts.ended.items()
+            if key in held and (key not in self._stumbled or self._stumbled[key].not_before < now)
+        }
+
+    def _is_settled(self, claim: Claim) -> bool:
+        """Bring an end into its row, if it is known; one for which that fails must not hold up the others."""
+        if not self._looks.is_over(claim.key):
+            return False
         try:
-            self._parts.registrar.settle(claim, ending)
+            self._parts.registrar.settle(claim, self._looks.take(claim.key))
         except StoreUnavailable:
             raise  # nor could the others
-        except Exception:
-            words = {"run": claim.key}
-            log.exception("%s could not be settled; it is tried again", claim.key, extra=words)
-            self._not_before[claim.key] = time.monotonic() + STUMBLED_SECONDS
-            return False
+        except Exception as error:
+            return self._is_given_up(claim, error)
         return True
+
+    def _is_given_up(self, claim: Claim, error: Exception) -> bool:
+        """Note that an end could not be brought into its row; after some tries the job has failed."""
+        log.exception("%s could not be settled", claim.key, extra={"run": claim.key})
+        times = self._stumbled.get(claim.key, _Stumbled(0, 0.0)).times + 1
+        self._stumbled[claim.key] = _Stumbled(times, time.monotonic() + STUMBLED_SECONDS)
+        if times < STUMBLES:
+            return False
+        with suppress(Exception):  # not even that; it is tried again
+            self._parts.registrar.abandon(claim, error)
+            return True
+        return False
 
     def _write_progress(self) -> None:
         """At most so often: one transaction for all runs."""
@@ -225,10 +263,11 @@ class Reign:
         """Give the engine as many attempts as it has free slots."""
         self.slots = self._engine.slots()
         self.hindrance = self._why_not()
-        free = self.slots - len(self._attempts.given)
+        free = self.slots - len(self._attempts.under_way())
         if free <= 0 or self.hindrance is not None:
             return
-        for claim in self._store.claim(free, self._epoch):
+        resting = self._parts.registrar.rests.resting()
+        for claim in self._store.claim(free, self._epoch, resting=resting):
             point("claim-after-commit")
             self._attempts.hold(claim)
             self._submit(claim)

@@ -87,10 +87,12 @@ class Connection(distributed.Client):
             self.close(timeout=CLOSE_SECONDS)
 
     def _send(self, address: str, word: Word, keys: list[str]) -> None:
+        assert self.loop is not None
         sent = self._run(slot.call, word, keys, workers=[address], wait=False, on_error="ignore")
         self._unheard.add((address, word))
         hearing = asyncio.run_coroutine_threadsafe(
-            asyncio.wait_for(sent, ANSWER_SECONDS), self.loop.asyncio_loop
+            asyncio.wait_for(sent, ANSWER_SECONDS),
+            self.loop.asyncio_loop,  # type: ignore[attr-defined]
         )
         hearing.add_done_callback(lambda _: self._unheard.discard((address, word)))
 

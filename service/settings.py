@@ -91,6 +91,10 @@ class Settings(BaseSettings):
     retire_seconds: PositiveFloat = Field(
         default=24 * 3600.0, description="age at which files of lost attempts are removed"
     )
+    forget_seconds: PositiveFloat = Field(
+        default=30 * 24 * 3600.0,
+        description="after which runs of deleted sweeps are removed, if no other sweep has them",
+    )
     poll_seconds: PositiveFloat = Field(
         default=0.5, description="between two looks at the queue without a reason"
     )

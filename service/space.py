@@ -12,6 +12,7 @@ from service.jobs import Cause
 REST_SECONDS = (
     60.0  # after a run met a full disk: its own files are gone, so there seems to be room
 )
+LITTLE = 16 << 20  # bytes; with less of them free a disk is full, reserve or not
 WORDS = tuple(os.strerror(number) for number in (errno.ENOSPC, errno.EDQUOT))
 
 
@@ -26,6 +27,10 @@ class Space:
     def is_short(self) -> bool:
         """Whether the reserve is being used up."""
         return free_bytes(self._folder) < self._reserve
+
+    def is_used_up(self) -> bool:
+        """Whether the reserve is, or there is next to nothing."""
+        return free_bytes(self._folder) < max(self._reserve, LITTLE)
 
     def shortage(self) -> str | None:
         """Why nothing should be begun, for people; None: there is room."""
@@ -50,7 +55,7 @@ def is_want_of_space(ending: Ending, space: Space) -> bool:
     """
     if ending.cause not in (Cause.ERROR, Cause.CRASH):
         return False
-    return any(word in ending.reason for word in WORDS) or space.is_short()
+    return any(word in ending.reason for word in WORDS) or space.is_used_up()
 
 
 def free_bytes(folder: Path) -> int:

@@ -8,6 +8,7 @@ from contextlib import closing, contextmanager
 from service import supervisor
 from service.directory import DataInUse, holding
 from service.doctor import has_database
+from service.jobs import Cause, Kind
 from service.reign import Parts
 from service.settings import Settings
 from service.store import Store
@@ -62,11 +63,16 @@ def publish_what_waits(settings: Settings, store: Store) -> bool:
 def _publish_all(settings: Settings, store: Store) -> None:
     parts = Parts.of(settings, store)
     epoch = store.begin_epoch("whipple remeasure")
+    for lost in store.claimed():  # by somebody who is gone: else we would not lead
+        if lost.kind is Kind.PUBLISH:
+            store.requeue(lost, Cause.LOST, reason="the service was gone")
     try:
         while claims := store.claim(1, epoch, publications_only=True):
             for claim in claims:
                 ending = supervisor.supervise(parts.tickets.write(claim), lambda _: None)
-                parts.registrar.settle(claim, ending)
+                parts.registrar.settle(claim, parts.inspector.look(claim, ending))
+                if ending.cause is Cause.LOST:
+                    raise WhippleError(ending.reason)
                 shortage = parts.space.shortage()
                 if shortage is not None:
                     raise WhippleError(f"{shortage}; make room, and ask again")

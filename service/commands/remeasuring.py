@@ -6,7 +6,7 @@ from dataclasses import asdict
 
 from service import remeasuring
 from service.console import in_words, print_plan
-from service.jobs import SweepRow, SweepState
+from service.jobs import Conflict, SweepRow, SweepState
 from service.settings import Settings
 from service.store import Store
 from service.unattended import publish_what_waits
@@ -20,35 +20,38 @@ def remeasure_here(
 ) -> bool:
     """Whether all that could be read again was; with ``dry_run`` it is only told."""
     sweeps = [store.sweep(id) for id in ids] if ids else _all(store)
-    ordered = [row for row in sweeps if _is_worth_it(store, row)]
-    if not ordered:
+    before = store.last_event()
+    outdated = [row for row in sweeps if _is_outdated(store, row)]
+    if not outdated:
         print("nothing is to be read again")
-        return True
     if dry_run:
         return True
-    before = store.last_event()
-    for row in ordered:
-        remeasuring.order(store, row.id)
-    if not publish_what_waits(settings, store):
+    ordered = [row for row in outdated if _is_ordered(store, row)]
+    if ordered and not publish_what_waits(settings, store):
         print("a service works here, and does it", flush=True)
         _wait(store, ordered)
-    told = [
-        _is_told(store, row, before) for row in ordered
-    ]  # each is said, whatever the others are
-    return all(told)
+    told = [_is_told(store, row, before) for row in ordered]  # each, whatever the others are
+    return all(told) and len(ordered) == len(outdated)
 
 
-def _is_worth_it(store: Store, row: SweepRow) -> bool:
-    """Say what there is to read again of a sweep, if there is anything."""
+def _is_outdated(store: Store, row: SweepRow) -> bool:
+    """Whether there is something to read again of a sweep; says what, and what was not kept."""
     plan = remeasuring.plan_of(store, row.id)
     if not plan.read and not plan.not_kept:
-        return False
-    if not row.is_terminal:
-        print(f"{row.id}  {row.name}: {row.state}; ask again when it has ended")
         return False
     counts = {**asdict(plan), "remeasured": len(plan.read), "not_kept": len(plan.not_kept)}
     print_plan(f"{row.id}  {row.name}", counts, plan.not_kept)
     return bool(plan.read)
+
+
+def _is_ordered(store: Store, row: SweepRow) -> bool:
+    """Whether it could be ordered, now or before; not while the sweep is computed."""
+    try:
+        remeasuring.order(store, row.id)
+    except Conflict as error:
+        print(f"{row.id}  {row.name}: {error}")
+        return False
+    return True
 
 
 def _is_told(store: Store, row: SweepRow, before: int) -> bool:

@@ -2,12 +2,14 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence, Set
+from datetime import datetime
+from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import KEPT_BY, TERMINAL, Attempt, Keep, Stored, at_least
+from service.jobs import KEPT_BY, TERMINAL, Attempt, Keep, Kind, Stored, at_least
 from service.store.connection import Part
-from service.store.queries import batches
+from service.store.queries import batches, log_event, now
 from service.store.rows import stored_record
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
 
@@ -52,6 +54,29 @@ class Care(Part):
                 if name in KEPT_BY:
                     connection.execute(_keep_less(job_id, name))
 
+    def forget_runs(self, before: datetime, limit: int) -> int:
+        """Forget runs that have ended, and that no sweep has since a moment; how many these were.
+
+        Their folders are left over then: see ``forgotten_runs``.
+        """
+        unused = (
+            sa.select(JOBS.c.id)
+            .where(JOBS.c.abandoned < before, JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL))
+            .where(sa.not_(sa.exists().where(POINTS.c.run_id == JOBS.c.id)))
+        )
+        with self._database.reading() as connection:
+            found = connection.scalars(unused.limit(limit)).all()
+        if not found:
+            return 0
+        moment = now()
+        with self._database.writing() as connection:
+            gone = connection.scalars(unused.where(JOBS.c.id.in_(found))).all()
+            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(gone)))
+            connection.execute(JOBS.delete().where(JOBS.c.id.in_(gone)))
+            for id in gone:
+                log_event(connection, moment, "forgotten", job_id=id)
+        return len(gone)
+
     def files(
         self, *, after: tuple[str, str] = ("", ""), limit: int = 1000
     ) -> tuple[tuple[str, Stored], ...]:
@@ -75,12 +100,20 @@ class Care(Part):
 
     def forgotten(self, sweep_ids: Sequence[str]) -> set[str]:
         """Those of these sweeps that were deleted here; one that this store never had is not."""
-        query = sa.select(EVENTS.c.sweep_id).where(EVENTS.c.kind == "deleted")
+        return self._named_in("deleted", EVENTS.c.sweep_id, sweep_ids)
+
+    def forgotten_runs(self, ids: Sequence[str]) -> set[str]:
+        """Those of these runs that were forgotten here; they may have come again since."""
+        return self._named_in("forgotten", EVENTS.c.job_id, ids)
+
+    def _named_in(self, kind: str, column: sa.Column[Any], ids: Sequence[str]) -> set[str]:
+        """Those of these ids that a column of the events of one kind names."""
+        query = sa.select(column).where(EVENTS.c.kind == kind)
         with self._database.reading() as connection:
             return {
                 id
-                for batch in batches(sweep_ids)
-                for id in connection.scalars(query.where(EVENTS.c.sweep_id.in_(batch)))
+                for batch in batches(ids)
+                for id in connection.scalars(query.where(column.in_(batch)))
             }
 
     def _files(self, query: sa.Select[tuple[object, ...]]) -> tuple[tuple[str, Stored], ...]:

@@ -19,7 +19,6 @@ from service.jobs import (
     State,
     Submission,
     SweepRow,
-    at_least,
     before,
 )
 from service.store import turns
@@ -33,6 +32,7 @@ from service.store.queries import (
     now,
     one_row,
     release_publications,
+    revive,
     sweep_row,
 )
 from service.store.rereads import REMEASURE
@@ -144,14 +144,14 @@ class Orders(Overview):
         )
         # What failed at reading states again publishes what there is.
         spec = sa.case((JOBS.c.state == State.FAILED, sa.null()), else_=JOBS.c.spec)
-        revive = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null())
+        take_up = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null())
         attach = POINTS.update().where(POINTS.c.sweep_id == id).values(detached=False)
         with self._ordering() as connection:
             known = one_row(connection, publication, "sweep", id)
             if known.state is State.RUNNING:
                 raise Conflict("the sweep is being published; retry it when that is done")
-            connection.execute(revive)
-            connection.execute(attach)
+            connection.execute(take_up)
+            revive(connection, connection.execute(attach).rowcount)
             connection.execute(_publish_again(id, spec))
             again = turns.queue_again(connection, id, moment, verdicts=verdicts)
             turns.take_turns(connection, id, known.priority)
@@ -194,17 +194,20 @@ class Orders(Overview):
             return sweep_row(connection, id)
 
     def delete_sweep(self, id: str) -> None:
-        """Forget a sweep that has ended; its runs stay, because other sweeps may ask for them."""
+        """Forget a sweep that has ended; its runs stay for a while: other sweeps may ask for them."""
         own = sa.select(JOBS.c.id).where(JOBS.c.sweep_id == id)
+        moment = now()
+        let_go = JOBS.update().where(JOBS.c.id.in_(_runs_of(id))).values(abandoned=moment)
         with self._ordering() as connection:
             state = sweep_row(connection, id).state
             if state not in SWEEP_TERMINAL:
                 raise Conflict(f"the sweep is {state}; cancel it, then delete it")
+            connection.execute(let_go)
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(own)))
             for table in (IDEMPOTENCY, POINTS, JOBS):
                 connection.execute(table.delete().where(table.c.sweep_id == id))
             connection.execute(SWEEPS.delete().where(SWEEPS.c.id == id))
-            log_event(connection, now(), "deleted", sweep_id=id)
+            log_event(connection, moment, "deleted", sweep_id=id)
 
 
 def _publish_again(id: str, spec: object) -> sa.Update:
@@ -261,9 +264,6 @@ def _join(connection: sa.Connection, asked: Submission, id: str) -> int:
     again = turns.queue_again(connection, id, now(), verdicts=False)
     turns.take_turns(connection, id, asked.priority)
     turns.follow_urgency(connection, id)
-    less = set(Keep) - at_least(asked.keep)
-    keep = JOBS.update().where(JOBS.c.id.in_(_runs_of(id)), JOBS.c.keep.in_(less))
-    connection.execute(keep.values(keep=asked.keep))
     return again
 
 

@@ -22,7 +22,7 @@ from service.jobs import (
     SweepState,
 )
 from service.store.rows import Row, sweep_record
-from service.store.tables import ARTIFACTS, CAUSES, EVENTS, JOBS, POINTS, SWEEPS, words
+from service.store.tables import ARTIFACTS, CAUSES, CONTROL, EVENTS, JOBS, POINTS, SWEEPS, words
 from studies.errors import Finding, InvalidInput
 
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
@@ -75,27 +75,32 @@ SWEEP_ROWS = sa.select(
     *(SWEEPS.c[name] for name in ("owner", "priority", "keep", "created", "cancelled")),
     SWEEP_STATE.label("state"),
     *(PUBLICATIONS.c.reason, PUBLICATIONS.c.finished),
+    sa.select(CONTROL.c.revivals).scalar_subquery().label("revivals"),
 ).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
 
 
-# A claim, given by ``held_by``, still counts: nobody claimed the job later, and it has not ended.
-# (A list of states could not be given for many claims at once.)
-IS_HELD = sa.and_(
-    JOBS.c.id == sa.bindparam("held_id"),
-    JOBS.c.attempt == sa.bindparam("held_attempt"),
-    JOBS.c.epoch == sa.bindparam("held_epoch"),
-    sa.or_(JOBS.c.state == State.RUNNING, JOBS.c.state == State.CANCELLING),
-)
+def _is_held(id: Any, attempt: Any, epoch: Any) -> sa.ColumnElement[bool]:
+    return sa.and_(
+        JOBS.c.id == id,
+        JOBS.c.attempt == attempt,
+        JOBS.c.epoch == epoch,
+        # A list of states could not be given for many claims at once.
+        sa.or_(JOBS.c.state == State.RUNNING, JOBS.c.state == State.CANCELLING),
+    )
+
+
+def is_held(claim: Claim) -> sa.ColumnElement[bool]:
+    """The claim still counts: nobody claimed the job later, and it has not ended."""
+    return _is_held(claim.id, claim.attempt, claim.epoch)
+
+
+# The same for many claims at once, each with the words of ``held_by``.
+IS_HELD = _is_held(*(sa.bindparam(f"held_{word}") for word in ("id", "attempt", "epoch")))
 
 
 def held_by(claim: Claim) -> dict[str, Any]:
     """The words of IS_HELD."""
     return {"held_id": claim.id, "held_attempt": claim.attempt, "held_epoch": claim.epoch}
-
-
-def is_held(claim: Claim) -> sa.ColumnElement[bool]:
-    """IS_HELD for one claim."""
-    return IS_HELD.params(held_by(claim))
 
 
 def ended_by_accident(*, verdicts: bool) -> sa.ColumnElement[bool]:
@@ -157,6 +162,11 @@ def insert_missing(connection: sa.Connection, rows: Sequence[Mapping[str, Any]])
     insert = insert_into(connection, JOBS).on_conflict_do_nothing()
     counted = insert.execution_options(preserve_rowcount=True)
     return connection.execute(counted, rows).rowcount
+
+
+def revive(connection: sa.Connection, points: int) -> None:
+    """Note that so many points of sweeps had ended, and no longer have: see ``Tallies``."""
+    connection.execute(CONTROL.update().values(revivals=CONTROL.c.revivals + points))
 
 
 def count_attempt(connection: sa.Connection, cause: Cause) -> None:
@@ -261,15 +271,21 @@ def sweep_row(connection: sa.Connection, id: str) -> SweepRow:
     return sweep_rows(connection, [row])[0]
 
 
-def sweep_rows(connection: sa.Connection, rows: Sequence[Row]) -> tuple[SweepRow, ...]:
-    """Sweeps with their counts: one statement for all of them."""
-    tallies = _tallies(connection, [row.id for row in rows])
-    return tuple(sweep_record(row, tallies[row.id]) for row in rows)
+def sweep_rows(
+    connection: sa.Connection,
+    rows: Sequence[Row],
+    tallies: Mapping[str, Sequence[Row]] | None = None,
+) -> tuple[SweepRow, ...]:
+    """Sweeps with their counts: one statement for all of them, or none if their tallies are given."""
+    known = tallies_of(connection, [row.id for row in rows]) if tallies is None else tallies
+    return tuple(sweep_record(row, known[row.id]) for row in rows)
 
 
-def _tallies(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, list[Row]]:
+def tallies_of(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, list[Row]]:
     """For each sweep and state: number of points, cost, cost done, seconds spent."""
     done = sa.func.coalesce(JOBS.c.fraction, 0.0) * JOBS.c.cost
+    if not ids:
+        return {}
     query = (
         sa.select(POINTS.c.sweep_id, POINT_STATE.label("point_state"))
         .add_columns(sa.func.count().label("points"), sa.func.sum(JOBS.c.cost).label("cost"))

@@ -1,7 +1,7 @@
 """What people ask of sweeps and runs: how far they are, their files, what happened to them."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence, Set
 from typing import Any
 
 import sqlalchemy as sa
@@ -21,7 +21,7 @@ from service.jobs import (
     SweepState,
 )
 from service.store import queries
-from service.store.connection import Part
+from service.store.connection import Database, Part
 from service.store.queries import (
     POINT_STATE,
     RUN_COLUMNS,
@@ -29,21 +29,26 @@ from service.store.queries import (
     SWEEP_STATE,
     number_of,
     one_row,
-    sweep_row,
 )
-from service.store.rows import measured_record, point_record, run_record, stored_record
+from service.store.rows import Row, measured_record, point_record, run_record, stored_record
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
+from service.store.tallies import Tallies
 
 
 class Questions(Part):
     """Each question is one read transaction, of a few statements whatever the size."""
+
+    def __init__(self, database: Database):
+        super().__init__(database)
+        self._tallies = Tallies()
 
     # --- sweeps ----------------------------------------------------------------------------------
 
     def sweep(self, id: str) -> SweepRow:
         """One sweep; raises NotFound."""
         with self._database.reading() as connection:
-            return sweep_row(connection, id)
+            row = one_row(connection, SWEEP_ROWS.where(SWEEPS.c.id == id), "sweep", id)
+            return self._sweep_rows(connection, [row])[0]
 
     def sweeps(
         self, *, state: SweepState | None = None, cursor: str | None = None, limit: int = 50
@@ -56,7 +61,7 @@ class Questions(Part):
             query = query.where(SWEEPS.c.number < number_of(cursor))
         with self._database.reading() as connection:
             rows = connection.execute(query).all()
-            items = queries.sweep_rows(connection, rows[:limit])
+            items = self._sweep_rows(connection, rows[:limit])
         return Page(items, str(rows[limit - 1].number) if len(rows) > limit else None)
 
     def sweep_document(self, id: str) -> Mapping[str, Any]:
@@ -70,7 +75,12 @@ class Questions(Part):
         query = SWEEP_ROWS.where(SWEEPS.c.digest == digest).order_by(SWEEPS.c.number.desc())
         with self._database.reading() as connection:
             rows = connection.execute(query.limit(1)).all()
-            return queries.sweep_rows(connection, rows)[0] if rows else None
+            return self._sweep_rows(connection, rows)[0] if rows else None
+
+    def _sweep_rows(
+        self, connection: sa.Connection, rows: Sequence[Row]
+    ) -> tuple[SweepRow, ...]:
+        return queries.sweep_rows(connection, rows, self._tallies.of(connection, rows))
 
     def sweep_runs(
         self, id: str, *, state: State | None = None, cursor: str | None = None, limit: int = 100
@@ -192,6 +202,20 @@ class Questions(Part):
     def all_events(self, *, after: int = 0, limit: int = 1000) -> tuple[Event, ...]:
         """What happened to anything, oldest first."""
         return self._events(sa.true(), after, limit)
+
+    def news(self, *, after: int, limit: int) -> tuple[tuple[Event, Set[str]], ...]:
+        """What happened to anything, oldest first, each with the sweeps that have its run."""
+        query = sa.select(EVENTS).where(EVENTS.c.number > after).order_by(EVENTS.c.number)
+        using = sa.select(POINTS.c.run_id, POINTS.c.sweep_id).distinct()
+        sweeps = defaultdict(set)
+        with self._database.reading() as connection:
+            rows = connection.execute(query.limit(limit))
+            events = [Event(**row._mapping) for row in rows]
+            jobs = {event.job_id for event in events if event.job_id is not None}
+            for batch in queries.batches(sorted(jobs)):
+                for row in connection.execute(using.where(POINTS.c.run_id.in_(batch))):
+                    sweeps[row.run_id].add(row.sweep_id)
+        return tuple((event, sweeps.get(event.job_id or "", frozenset())) for event in events)
 
     def last_event(self) -> int:
         """Number of the youngest event; 0: nothing has happened yet."""

@@ -5,7 +5,7 @@ are the ones that count: an attempt that was given up cannot overwrite the work 
 """
 
 import secrets
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import sqlalchemy as sa
@@ -73,11 +73,17 @@ class Queue(Part):
     # --- claims ----------------------------------------------------------------------------------
 
     def claim(
-        self, limit: int, epoch: int, *, publications_only: bool = False
+        self,
+        limit: int,
+        epoch: int,
+        *,
+        publications_only: bool = False,
+        resting: Collection[str] = (),
     ) -> tuple[Claim, ...]:
         """Take up to ``limit`` queued jobs: publications first, then runs by priority and turn.
 
-        Nothing for a reign that has ended; publications only while the queue is paused, or on request.
+        Nothing for a reign that has ended; publications only while the queue is paused, or on request;
+        none of those that are ``resting``.
         """
         moment = now()
         head = sa.select(JOBS.c.id).where(JOBS.c.state == State.QUEUED).order_by(*TURN).limit(limit)
@@ -87,6 +93,8 @@ class Queue(Part):
                 return ()
             if paused is not None or publications_only:
                 head = head.where(JOBS.c.priority == PUBLISH_PRIORITY)
+            if resting:
+                head = head.where(JOBS.c.id.not_in(resting))
             rows = connection.execute(_take(head, epoch)).all()
             if not rows:
                 return ()

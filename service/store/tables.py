@@ -90,6 +90,8 @@ JOBS = sa.Table(
     sa.Column("queued", UtcTime, nullable=False),
     sa.Column("started", UtcTime),
     sa.Column("finished", UtcTime),
+    sa.Column("abandoned", UtcTime),  # of a run: when a sweep that had it was last deleted
+    sa.Index("jobs_abandoned", "abandoned"),
     sa.Index("jobs_queue", "state", "priority", "turn", "ordinal"),
 )
 
@@ -147,6 +149,7 @@ CONTROL = sa.Table(
     sa.Column("id", sa.Integer, primary_key=True),
     sa.Column("paused", UtcTime),
     sa.Column("hindrance", sa.Text),
+    sa.Column("revivals", sa.Integer, nullable=False),  # points that had ended, and no longer have
 )
 
 # How far the queue has come among the runs of one priority: the turn of the last one claimed.

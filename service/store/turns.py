@@ -20,6 +20,7 @@ from service.store.queries import (
     ended_by_accident,
     hold_publications,
     insert_into,
+    revive,
     unless_result,
 )
 from service.store.tables import ARTIFACTS, JOBS, LANES, POINTS, SWEEPS
@@ -90,9 +91,11 @@ def queue_again(
     queue = queue.values(fraction=None, finished=None)
     queue = queue.values(unless_result(cause=None, failure=None, reason=None))
     count = connection.execute(queue).rowcount
-    if count:
-        using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id.in_(own))
-        hold_publications(connection, JOBS.c.sweep_id.in_(using))
+    revive(connection, count)
+    less = JOBS.update().where(JOBS.c.id.in_(own), JOBS.c.keep.not_in(at_least(keep)))
+    connection.execute(less.values(keep=keep))
+    using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id.in_(own))
+    hold_publications(connection, JOBS.c.sweep_id.in_(using))
     return count
 
 

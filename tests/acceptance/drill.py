@@ -25,10 +25,11 @@ END_SECONDS = 1800.0
 
 @dataclass(frozen=True)
 class Work:
-    """Sweeps over speed and thickness; each shares half of its runs with the one before."""
+    """Sweeps over speed and thickness; each shares all but one thickness with the one before."""
 
     speeds: int
     sweeps: int
+    thicknesses: int = 2
     resolution: float = 4
     targets: str = "tests.acceptance.chained"
     run_seconds: float = 0.4  # of targets that only wait
@@ -36,7 +37,7 @@ class Work:
     @property
     def runs(self) -> int:
         """Different ones."""
-        return self.speeds * (self.sweeps + 1)
+        return self.speeds * (self.sweeps + self.thicknesses - 1)
 
     def documents(self) -> list[dict[str, Any]]:
         return [self._document(number) for number in range(self.sweeps)]
@@ -53,7 +54,8 @@ class Work:
     def _document(self, number: int) -> dict[str, Any]:
         step = min(0.1, FASTEST / self.speeds)
         speeds = [f"{3 + place * step:.6g} km/s" for place in range(self.speeds)]
-        thicknesses = [f"{2 + place / 20:.2f} mm" for place in (number, number + 1)]
+        places = range(number, number + self.thicknesses)
+        thicknesses = [f"{2 + place / 20:.2f} mm" for place in places]
         return {
             "name": f"drill-{number}",
             "scenario": "thin_plate",

@@ -65,7 +65,12 @@ def damaged(store: Store, artifacts: Artifacts) -> list[str]:
 
 def resumed(store: Store, artifacts: Artifacts, sweeps: list[str]) -> list[str]:
     """Runs whose answer says that they went on from a checkpoint."""
-    answers = {id: store.run_file(id, ANSWER) for id in runs(store, sweeps)}
+    answers = {
+        id: file
+        for id in runs(store, sweeps)
+        for file in store.run_files(id)
+        if file.name == ANSWER and artifacts.is_intact(file)
+    }
     return [
         id
         for id, file in answers.items()

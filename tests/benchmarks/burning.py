@@ -11,7 +11,7 @@ from tests.service.targets import Run
 
 __all__ = ["Run", "execute", "publish"]
 
-TURNS = 25_000_000  # about a second of a core
+TURNS = 10_000_000  # about a second of a core
 
 
 def burn(turns: int = TURNS) -> int:

@@ -80,7 +80,9 @@ def _accept(database: str) -> float:
         url = None
         if database == "postgresql":
             url = ends.enter_context(ends.enter_context(postgresql_server()).database())
-        here = ends.enter_context(drill(Work(LARGE // 2, 1), folder, database_url=url))
+        here = ends.enter_context(
+            drill(Work(LARGE // 10, 1, thicknesses=10), folder, database_url=url)
+        )
         httpx.post(f"{here.service.url}/v1/queue/pause").raise_for_status()
         begin = time.perf_counter()
         [id] = here.submit()

@@ -141,6 +141,20 @@ def test_has_attempt__knows_the_keys_of_this_directory(artifacts: Artifacts) -> 
     assert not artifacts.has_attempt(claim(id=run_id(8)).key)
 
 
+def test_has_attempt__knows_publications_too(artifacts: Artifacts) -> None:
+    publication = claim(id=run_id(1), kind=Kind.PUBLISH, sweep_id=run_id(2))
+    assert not artifacts.has_attempt(publication.key)
+    artifacts.attempt_directory(publication).mkdir(parents=True)
+    assert artifacts.has_attempt(publication.key)
+
+
+@pytest.mark.parametrize(
+    "key", ["x", "", "a-b-c", f"{run_id(7)}-1-../../etc", f"../x-1-{run_id(7)}"]
+)
+def test_has_attempt__a_name_of_somebody_else_is_not_ours(artifacts: Artifacts, key: str) -> None:
+    assert not artifacts.has_attempt(key)
+
+
 def test_bring_to_disk__reaches_every_file_and_the_folders_above(
     artifacts: Artifacts, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from service.artifacts import Artifacts
 from service.care import REMOVED, Care
-from service.jobs import Cause, Keep
-from service.leftovers import Leftovers, Why
+from service.jobs import Cause, Keep, NotFound, State
+from service.leftovers import PART_OF_ALL, Leftovers, Why
 from service.space import Space
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, runs_of, sweep_of
@@ -165,7 +165,7 @@ def test_checkpoint__of_a_run_that_goes_on_stays(bench: Bench) -> None:
     bench.store.create_sweep(sweep_of(1))
     [ticket] = bench.turn()
     checkpoint = Path(ticket.checkpoint or "")
-    checkpoint.parent.mkdir(parents=True)
+    checkpoint.parent.mkdir(parents=True, exist_ok=True)
     checkpoint.write_text("7")
     half = checkpoint.parent / f".{checkpoint.name}.abc.part"
     half.write_text("ha")
@@ -179,7 +179,7 @@ def test_checkpoint__of_a_cancelled_run_stays_for_the_next_who_asks(bench: Bench
     row = bench.store.create_sweep(sweep_of(1))
     [ticket] = bench.turn()
     checkpoint = Path(ticket.checkpoint or "")
-    checkpoint.parent.mkdir(parents=True)
+    checkpoint.parent.mkdir(parents=True, exist_ok=True)
     checkpoint.write_text("7")
     bench.store.cancel_sweep(row.id)
     bench.end_badly(ticket, Cause.LOST)
@@ -213,6 +213,33 @@ def test_keep__what_one_of_two_sweeps_keeps_stays(bench: Bench) -> None:
     bench.turn()
     go_round(bench)
     assert (Path(ticket.directory) / "state.npz").is_file()
+
+
+def test_keep__a_state_that_a_sweep_keeps_stays_though_no_row_names_it(bench: Bench) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_well(ticket)
+    bench.turn()
+    bench.store.forget_files(run_id(0), ["state.npz"])
+    state = Path(ticket.directory) / "state.npz"
+    make_old(state)
+    go_round(bench)
+    assert state.is_file()
+
+
+def test_checkpoint__of_a_run_that_failed_stays_for_a_retry(bench: Bench) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    checkpoint = Path(ticket.checkpoint or "")
+    checkpoint.parent.mkdir(parents=True, exist_ok=True)
+    checkpoint.write_text("7")
+    bench.end_badly(ticket, Cause.TIME_LIMIT)
+    bench.turn()
+    go_round(bench)
+    assert checkpoint.is_file()
+    make_old(checkpoint)
+    go_round(bench)
+    assert not checkpoint.exists()
 
 
 def test_keep__a_kill_between_row_and_file_is_made_good(
@@ -273,6 +300,34 @@ def test_publication_that_was_replaced__goes_when_it_is_old(bench: Bench) -> Non
     assert all_is_intact(bench)
 
 
+# --- runs of nobody --------------------------------------------------------------------------------
+
+
+def deleted(bench: Bench) -> Path:
+    """The folder of a run whose only sweep is deleted."""
+    row = bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_well(ticket)
+    bench.end_well(bench.turn()[0])
+    bench.turn()
+    bench.store.delete_sweep(row.id)
+    return Path(ticket.directory).parent
+
+
+def test_run_of_nobody__is_forgotten_after_a_long_time(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = deleted(bench)
+    go_round(bench)
+    assert (folder.is_dir(), bench.run().state) == (True, State.SUCCEEDED)
+    settings = bench.settings.model_copy(update={"forget_seconds": 1e-9})
+    monkeypatch.setattr(bench, "settings", settings)
+    go_round(bench)
+    assert not folder.exists()
+    with pytest.raises(NotFound):
+        bench.run()
+
+
 # --- how much at once ------------------------------------------------------------------------------
 
 
@@ -292,6 +347,32 @@ def test_step__removes_no_more_than_so_much(bench: Bench) -> None:
     gone = [before - after for before, after in pairwise(counts)]
     assert max(gone) == REMOVED
     assert sum(gone) == 2 * REMOVED
+
+
+def test_step__looks_no_longer_than_a_moment(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looked: list[int] = []
+    known = bench.store.known_attempts
+    bench.store.known_attempts = lambda ids: looked.append(len(list(ids))) or known(ids)  # type: ignore
+    settings, artifacts = bench.settings, Artifacts(bench.settings.data)
+    for number in range(PART_OF_ALL + 10):
+        artifacts.run_folder(run_id(number)).mkdir(parents=True)
+    monkeypatch.setattr("service.care.STEP_SECONDS", 0.0)
+    care = Care(settings, bench.store, artifacts, Space(settings.data, 0))
+    care.step()
+    assert looked == [PART_OF_ALL]
+    care.step()
+    assert looked == [PART_OF_ALL, 10]
+
+
+def test_step__reads_the_files_of_its_runs_alone(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lost_and_finished(bench)
+    monkeypatch.setattr(bench.store, "files", None)  # pages of everything
+    go_round(bench)
+    assert all(file.name != "state.npz" for _, file in bench.store.discardable(9))
 
 
 def test_step__asks_no_more_of_the_store_for_more_runs(bench: Bench) -> None:

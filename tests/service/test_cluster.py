@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
 from queue import SimpleQueue
@@ -282,33 +281,6 @@ def test_scheduler_killed__runs_leave_their_checkpoint_and_the_service_waits(
         again = replace(ticket(tmp_path, 1, seconds=1.0))
         service.engine.submit(again)
         assert service.end_of(again).cause is None
-
-
-def test_scheduler_frozen__the_service_does_not_wait_and_finds_its_attempts_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("service.scheduler.ANSWER_SECONDS", 1.0)
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as service:
-        [frozen] = cluster.processes
-        cluster.start_workers(1)
-        service.wait_for_slots(1)
-        order = ticket(tmp_path, seconds=3.0)
-        service.engine.submit(order)
-        pid = pid_of(order)
-        os.killpg(frozen.process.pid, signal.SIGSTOP)
-        try:
-            with ThreadPoolExecutor(1) as thread:
-                assert thread.submit(service.engine.slots).result(60) == 0
-            with pytest.raises(OSError, match="away"):
-                service.engine.stop([order.key])
-            patiently(lambda: isinstance(service.listen()[-1], Away))
-            with pytest.raises(OSError, match="away"):
-                service.engine.follow("another")
-        finally:
-            os.killpg(frozen.process.pid, signal.SIGCONT)
-        assert service.end_of(order).cause is None
-        assert pid_of(order) == pid
-        service.wait_for_slots(1)
 
 
 def test_follow__that_failed_can_be_asked_for_again(

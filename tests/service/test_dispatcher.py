@@ -286,6 +286,7 @@ def test_close__what_ends_while_the_engine_closes_counts(
     assert bench.run(0).state is State.SUCCEEDED
     run = bench.run(1)
     assert (run.state, run.attempt, run.crashes) == (State.QUEUED, 1, 0)
+    assert sorted(bench.engine.forgotten) == sorted([done.key, left.key])
 
 
 def test_leave__claims_nothing_more(bench: Bench) -> None:

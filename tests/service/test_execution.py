@@ -14,7 +14,7 @@ import pytest
 from service.attempt import Inbox
 from service.execution import Engine
 from service.jobs import Cause
-from service.scheduler import ANSWER_SECONDS, Embedded
+from service.scheduler import Embedded
 from tests.service.cluster import Service, family, parent_of, pid_of, ticket
 from tests.service.doubles import is_gone, wait_until
 from tests.service.targets import STEPS
@@ -76,25 +76,6 @@ def test_stop__ends_that_attempt_alone(service: Service, tmp_path: Path) -> None
     service.engine.stop([stopped.key])
     assert (service.end_of(stopped).cause, service.end_of(other).cause) == (Cause.LOST, None)
     assert is_gone(pid)
-
-
-def test_stop__does_not_wait_for_a_worker_that_is_frozen(service: Service, tmp_path: Path) -> None:
-    stopped, other = ticket(tmp_path, 1, "hang"), ticket(tmp_path, 2, seconds=1.0)
-    for order in (stopped, other):
-        service.engine.submit(order)
-    pid_of(stopped)
-    frozen = parent_of(pid_of(other))
-    os.kill(frozen, signal.SIGSTOP)
-    try:
-        begin = time.monotonic()
-        for _ in range(3):
-            service.engine.stop([stopped.key, other.key])
-        assert time.monotonic() - begin < ANSWER_SECONDS
-        assert service.end_of(stopped).failure == "Stopped"
-    finally:
-        os.kill(frozen, signal.SIGCONT)
-    service.end_of(other)
-    service.wait_for_slots(WORKERS)
 
 
 def test_known__until_it_is_forgotten(service: Service, tmp_path: Path) -> None:

@@ -26,8 +26,7 @@ def test_moves__every_state_is_there_and_can_be_left_or_reached() -> None:
     assert reached == set(State)
 
 
-def test_moves__a_result_is_never_queued_again_by_itself() -> None:
-    assert State.QUEUED not in MOVES[State.SUCCEEDED]
+def test_moves__nothing_that_has_ended_ends_otherwise() -> None:
     assert all(not (MOVES[state] & TERMINAL) for state in TERMINAL)
 
 

@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from service.feeds import Pace, of_queue
-from service.jobs import Claim, StoreUnavailable
+from service.jobs import Cause, Claim, StoreUnavailable
 from service.live import Live, Moment
 from tests.service.api import Api, open_api, served
 from tests.service.doubles import wait_until
@@ -226,6 +226,34 @@ def test_history__has_the_same_events_in_pages(api: Api, kind: str) -> None:
 
 
 # --- what it costs ----------------------------------------------------------------------------------
+
+
+def test_listeners__read_what_happens_once_for_all_of_them(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    id, plain, asked = api.submit(), api.store.events, [0]
+
+    def events(*given: Any, **more: Any) -> Any:
+        asked[0] += 1
+        return plain(*given, **more)
+
+    monkeypatch.setattr(api.store, "events", events)
+    runs = [point.run.id for point in api.store.sweep_runs(id).items]
+    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
+        assert next(heard).data["kind"] == "accepted"
+        told = [next(heard).data["run_id"] for _ in range(4) if compute_a_step(api)]
+        assert set(told) == set(runs)
+        few = asked[0]
+    assert few <= 3  # to begin with: what there was, and what happened before the first look
+
+
+def compute_a_step(api: Api) -> bool:
+    """A run begins, or ends."""
+    epoch = api.epoch()
+    claimed = api.store.claimed()
+    if not claimed:
+        return bool(api.store.claim(1, epoch))
+    return api.store.requeue(claimed[0], Cause.LOST, reason="gone")
 
 
 def live_of(api: Api) -> Live:

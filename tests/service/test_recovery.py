@@ -180,10 +180,23 @@ def test_strangers__of_ours_are_stopped_and_those_of_others_let_alone(bench: Ben
     bench.end_badly(ticket, Cause.LOST)
     bench.turn()
     foreign = f"{run_id(9)}-1-c0ffee00"
-    bench.engine.under_way = {ticket.key, foreign}
+    bench.engine.under_way = {ticket.key, foreign, "x"}
     bench.turn()
     assert bench.engine.stopped == [ticket.key]
-    assert bench.engine.under_way == {foreign}
+    assert bench.engine.under_way == {foreign, "x"}
+
+
+def test_strangers__a_publication_that_no_longer_counts_is_stopped(bench: Bench) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    bench.end_well(bench.turn()[0])
+    [publication] = bench.turn()
+    Path(publication.directory).mkdir(parents=True)
+    bench.end_badly(publication, Cause.LOST)
+    bench.turn()
+    bench.engine.under_way = {publication.key}
+    bench.turn()
+    assert bench.engine.stopped == [publication.key]
+    assert bench.engine.under_way == set()
 
 
 # --- a scheduler that is away ------------------------------------------------------------------------

@@ -1,17 +1,17 @@
 """Ends become rows: results with all their files, another try by the budget of its cause, failures."""
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from service import reign
-from service.artifacts import Artifacts, describe
+from service import reign, rests
+from service.artifacts import Artifacts
 from service.attempt import Ending
+from service.findings import PASSING, Found
 from service.jobs import Cause, Claim, Kind, State, StoreUnavailable, SweepState
-from service.registration import PASSING, Registrar
+from service.registration import Registrar
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, runs_of, sweep_of
 
@@ -146,13 +146,18 @@ def test_failure__names_the_log_and_registers_it(bench: Bench) -> None:
     assert bench.store.run_file(run_id(0), "log.txt").size == len("Traceback")
 
 
-def test_failure__takes_the_checkpoint_along(bench: Bench) -> None:
-    bench.store.create_sweep(sweep_of(1))
+def test_failure__leaves_the_checkpoint_for_a_retry(bench: Bench) -> None:
+    row = bench.store.create_sweep(sweep_of(1))
     [ticket] = bench.turn()
     checkpoint = checkpoint_of(bench)
-    bench.end_badly(ticket, Cause.TIME_LIMIT)
+    bench.store.checkpointed([(claim, 7) for claim in bench.store.claimed()])
+    bench.end_badly(ticket, Cause.TIME_LIMIT, checkpoint=7)
+    bench.end_well(bench.turn()[0])  # the publication
     bench.turn()
-    assert not checkpoint.exists()
+    assert checkpoint.is_file()
+    assert bench.run().checkpoint == 7
+    bench.store.retry_sweep(row.id)
+    assert bench.turn()[0].checkpoint == str(checkpoint)
 
 
 @pytest.mark.parametrize("damage", ["{}", "", None])
@@ -166,20 +171,6 @@ def test_damaged_result__is_computed_again(bench: Bench, damage: str | None) -> 
     [again] = bench.turn()
     assert again.directory != ticket.directory
     assert bench.run().crashes == 1
-
-
-def test_result_that_is_none__is_no_result(bench: Bench) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    for _ in range(3):
-        [ticket] = bench.turn()
-        bench.compute(ticket)
-        file = Path(ticket.directory) / "result.json"
-        file.write_text(json.dumps({"state": "succeeded"}))
-        bench.end(ticket, Ending(None, "", "", (describe(file),), 1.0))
-    bench.turn()
-    run = bench.run()
-    assert (run.state, run.cause) == (State.FAILED, Cause.CRASH)
-    assert "cannot be registered" in str(run.reason)
 
 
 def test_result_without_answer__is_computed_again(bench: Bench) -> None:
@@ -212,11 +203,11 @@ def stumbling(patch: pytest.MonkeyPatch, number: int) -> list[Claim]:
     """Let no end of a run be settled; the claims for which it was tried."""
     settle, tried = Registrar.settle, list[Claim]()
 
-    def stumble(registrar: Registrar, claim: Claim, ending: Ending) -> None:
+    def stumble(registrar: Registrar, claim: Claim, found: Found) -> None:
         if claim.id == run_id(number):
             tried.append(claim)
             raise RuntimeError("nobody foresaw this")
-        settle(registrar, claim, ending)
+        settle(registrar, claim, found)
 
     patch.setattr(Registrar, "settle", stumble)
     return tried
@@ -250,6 +241,23 @@ def test_result__one_that_cannot_be_settled_is_not_tried_at_each_turn(
     assert len(tried) == 1
 
 
+def test_result__one_that_can_never_be_settled_fails(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_well(ticket)
+    monkeypatch.setattr(reign, "STUMBLED_SECONDS", 0.0)
+    tried = stumbling(monkeypatch, 0)
+    for _ in range(reign.STUMBLES):
+        bench.turn()
+    assert len(tried) == reign.STUMBLES
+    run = bench.run()
+    assert (run.state, run.cause, run.failure) == (State.FAILED, Cause.ERROR, "RuntimeError")
+    assert "nobody foresaw this" in str(run.reason)
+    assert bench.engine.forgotten == [ticket.key]
+
+
 # --- trying again --------------------------------------------------------------------------------
 
 
@@ -277,7 +285,8 @@ def test_crash__progress_beyond_the_checkpoint_starts_the_count_anew(bench: Benc
     assert bench.run().state is State.FAILED
 
 
-def test_lost__costs_a_run_nothing(bench: Bench) -> None:
+def test_lost__costs_a_run_nothing(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rests, "FIRST_SECONDS", 0.0)
     bench.store.create_sweep(sweep_of(1))
     for _ in range(10):
         [ticket] = bench.turn()
@@ -285,6 +294,31 @@ def test_lost__costs_a_run_nothing(bench: Bench) -> None:
     bench.turn()
     run = bench.run()
     assert (run.state, run.attempt, run.crashes) == (State.RUNNING, 11, 0)
+
+
+def test_lost__again_and_again_lets_it_rest_and_others_go_on(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rests, "FIRST_SECONDS", 3600.0)
+    bench.store.create_sweep(sweep_of(1))
+    for _ in range(1 + rests.FREE):
+        [ticket] = bench.turn()
+        bench.end_badly(ticket, Cause.LOST)
+    assert bench.turn() == []
+    assert (bench.run().state, bench.run().crashes) == (State.QUEUED, 0)
+    bench.store.create_sweep(sweep_of(2))
+    assert [ticket.spec["id"] for ticket in bench.turn()] == [run_id(1)]
+
+
+def test_lost__after_progress_it_goes_on_at_once(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rests, "FIRST_SECONDS", 3600.0)
+    bench.store.create_sweep(sweep_of(1))
+    for step in range(2 * rests.FREE):
+        [ticket] = bench.turn()
+        bench.end_badly(ticket, Cause.LOST, checkpoint=step)
+    assert len(bench.turn()) == 1
 
 
 def test_lost__the_checkpoint_stays(bench: Bench) -> None:

@@ -35,7 +35,7 @@ TINY = {
     "fixed": {**SWEEP["fixed"], "plate_radius": "16 mm", "end_time": "2 us", "stop": "end_time"},
     "resolution": 4,
 }
-RAISED = "tests.service.raised"
+RAISED = "tests.service.raised_targets"
 OTHER = {**TINY, "name": "other", "axes": {"speed": ["3 km/s"]}}  # one of the runs of the first
 APART = {**TINY, "name": "apart", "axes": {"speed": ["5 km/s"]}}
 
@@ -371,6 +371,26 @@ def test_command__beside_a_service_leaves_the_work_to_it(
     assert ended == [0]
     assert "a service works here" in capsys.readouterr().out
     assert (solved.cube(id)[MEASUREMENT] == VALUE).all()
+
+
+@pytest.mark.usefixtures("_commanded")
+def test_command__after_one_that_was_killed_goes_on(solved: Solved) -> None:
+    id = solved.id(APART)
+    order(solved.store, id)
+    solved.bench.turn()  # the publication is claimed, and nobody is there any more
+    assert run("remeasure", id) == 0
+    assert (solved.cube(id)[MEASUREMENT] == VALUE).all()
+    assert solved.store.sweep(id).state is SweepState.SUCCEEDED
+
+
+@pytest.mark.usefixtures("_commanded")
+def test_command__leaves_a_sweep_that_is_computed_and_says_so(
+    solved: Solved, capsys: pytest.CaptureFixture[str]
+) -> None:
+    axes = {"speed": ["3 km/s", "7 km/s"]}  # one of the two is there
+    id = solved.store.create_sweep(Sweep.parse({**TINY, "axes": axes})).id
+    assert run("remeasure", id) == 3
+    assert "remeasure it when that is done" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("_commanded")

@@ -10,7 +10,7 @@ import pytest
 
 from service import space
 from service.attempt import Ending
-from service.jobs import Cause, State
+from service.jobs import Cause, Kind, State
 from service.space import Space, is_want_of_space
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import sweep_of
@@ -71,14 +71,35 @@ def test_reserve__what_is_under_way_goes_on_and_is_registered(bench: Bench, disk
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_full_disk__the_run_is_queued_again_and_costs_nothing(bench: Bench, number: int) -> None:
+def test_full_disk__the_run_is_queued_again_and_costs_nothing(
+    bench: Bench, disk: Disk, number: int
+) -> None:
     bench.store.create_sweep(sweep_of(1))
-    for _ in range(5):
+    for _ in range(3):
+        [ticket] = bench.turn()
+        disk.free = RESERVE - 1
+        bench.end(ticket, full(os.strerror(number)))
+        bench.turn()
+        disk.free = RESERVE
+    assert len(bench.turn()) == 1
+    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_full_disk__a_run_that_leaves_room_behind_has_crashed(bench: Bench, number: int) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    for _ in range(3):
         [ticket] = bench.turn()
         bench.end(ticket, full(os.strerror(number)))
-    bench.turn()
-    run = bench.run()
-    assert (run.state, run.crashes) == (State.RUNNING, 0)
+    assert [ticket.kind for ticket in bench.turn()] == [Kind.PUBLISH]
+    assert (bench.run().state, bench.run().cause) == (State.FAILED, Cause.CRASH)
+    assert "the disk was full" in str(bench.run().reason)
+
+
+def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) -> None:
+    disk.free = 0
+    assert Space(tmp_path, 0).is_used_up()
+    assert Space(tmp_path, 0).shortage() is None
 
 
 def test_full_disk__is_believed_whatever_the_library_says(bench: Bench, disk: Disk) -> None:

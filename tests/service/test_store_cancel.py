@@ -123,7 +123,7 @@ def test_retry__a_verdict_on_request(store: Store) -> None:
     assert store.retry_sweep(row.id).counts["queued"] == 0
     finish_all(store)
     assert store.retry_sweep(row.id, verdicts=True).counts["queued"] == 1
-    assert store.run(run_id(0)).path is None
+    assert store.run(run_id(0)).state is State.QUEUED
 
 
 def test_retry__publishes_again_and_keeps_the_old_files_until_then(store: Store) -> None:
@@ -168,9 +168,11 @@ def test_unknown_run__is_not_found_and_a_publication_is_no_run(store: Store) -> 
 
 def test_retry__the_files_of_a_run_that_is_queued_again_are_forgotten(store: Store) -> None:
     row = store.create_sweep(sweep_of(1))
-    finish_all(store, succeeded=False)
-    assert [file.name for file in store.run_files(run_id(0))] == ["result.json"]
-    store.retry_sweep(row.id, verdicts=True)
+    [claim] = claim_runs(store, 1)
+    store.fail(claim, Cause.CRASH, failure="SIGSEGV", reason="died", files=[stored("log.txt")])
+    finish_all(store)
+    assert [file.name for file in store.run_files(run_id(0))] == ["log.txt"]
+    store.retry_sweep(row.id)
     assert store.run_files(run_id(0)) == ()
 
 

@@ -1,8 +1,10 @@
 """Tables of an older store are brought up to date, and what was accepted in it is still there."""
 
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +13,26 @@ import sqlalchemy as sa
 from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
-from service.jobs import ANSWER, Cause, Keep, Kind, State, StoreUnavailable, SweepState
+from service.artifacts import Artifacts
+from service.care import Care
+from service.jobs import (
+    ANSWER,
+    STATE,
+    Cause,
+    Keep,
+    Kind,
+    NotFound,
+    State,
+    StoreUnavailable,
+    SweepState,
+)
+from service.space import Space
 from service.store import Store
 from service.store.connection import Database
 from service.store.tables import JOBS, TABLES
 from tests.service.by_hand import finish_all, result
 from tests.service.databases import Postgresql
-from tests.service.doubles import run_id, runs_of, sweep_of
+from tests.service.doubles import run_id, runs_of, settings_in, sweep_of
 
 OLD_STORES = Path(__file__).parent / "old_stores"
 FILES = ["cube.nc", "report.html", "report.json"]
@@ -60,9 +75,9 @@ def by_name(store: Store) -> dict[str, Any]:
 
 def test_schema__is_told_before_and_after(old_url: str) -> None:
     seen = Store.schema(old_url)
-    assert (seen.found, seen.newest) == ("0001", "0002")
+    assert (seen.found, seen.newest) == ("0001", "0003")
     Store.open(old_url).close()
-    assert Store.schema(old_url).found == "0002"
+    assert Store.schema(old_url).found == "0003"
 
 
 def test_schema__of_an_empty_database_is_none(tmp_path: Path) -> None:
@@ -107,6 +122,24 @@ def test_upgrade__runs_keep_what_was_known_of_them(upgraded: Store) -> None:
     assert upgraded.pace() == 2.0
 
 
+def test_upgrade__final_states_stay_though_no_row_names_them(
+    upgraded: Store, tmp_path: Path
+) -> None:
+    settings = settings_in(tmp_path / "data", disk_reserve=0)
+    artifacts, [succeeded] = Artifacts(settings.data), upgraded.known_attempts([run_id(0)]).values()
+    assert succeeded.token is not None
+    folder = artifacts.log_of(run_id(0), succeeded.attempt, succeeded.token).parent
+    folder.mkdir(parents=True)
+    for name in (ANSWER, STATE, "film.npz"):
+        (folder / name).write_text("x")
+        os.utime(folder / name, (0, 0))
+    os.utime(folder, (0, 0))
+    care = Care(settings, upgraded, artifacts, Space(settings.data, 0))
+    for _ in range(4):
+        care.step()
+    assert {file.name for file in folder.iterdir()} == {ANSWER, STATE}  # no sweep keeps the film
+
+
 def test_upgrade__the_queue_goes_on_in_turn(upgraded: Store) -> None:
     [held] = upgraded.claimed()
     epoch = upgraded.begin_epoch("new")
@@ -120,6 +153,18 @@ def test_upgrade__the_queue_goes_on_in_turn(upgraded: Store) -> None:
         assert upgraded.finish(claim, result())
     publications = upgraded.claim(9, epoch)
     assert [(one.kind, one.priority) for one in publications] == [(Kind.PUBLISH, -1000)] * 3
+
+
+def test_upgrade__runs_of_nobody_are_let_go_of_that_day(old_url: str) -> None:
+    database = Database(old_url)
+    with database._engine.begin() as connection:
+        connection.exec_driver_sql(f"DELETE FROM points WHERE run_id = '{run_id(0)}'")
+    database.close()
+    with closing(Store.open(old_url)) as store:
+        assert store.forget_runs(datetime.now(UTC) - timedelta(days=1), 9) == 0
+        assert store.forget_runs(datetime.now(UTC) + timedelta(days=1), 9) == 1
+        with pytest.raises(NotFound):
+            store.run(run_id(0))
 
 
 def test_upgrade__what_was_computed_is_not_computed_again(upgraded: Store) -> None:

@@ -26,6 +26,14 @@ def test_claim__a_publication_comes_before_runs(store: Store) -> None:
     assert store.claim(1, EPOCH)[0].kind is Kind.PUBLISH
 
 
+def test_claim__passes_over_those_that_rest(store: Store) -> None:
+    store.create_sweep(sweep_of(3))
+    epoch = store.begin_epoch("test")
+    claims = store.claim(2, epoch, resting=(run_id(0),))
+    assert [claim.id for claim in claims] == [run_id(1), run_id(2)]
+    assert [claim.id for claim in store.claim(2, epoch)] == [run_id(0)]
+
+
 def test_fencing__only_the_first_end_of_an_attempt_counts(store: Store) -> None:
     store.create_sweep(sweep_of(1))
     [claim] = claim_runs(store, 1)

@@ -69,7 +69,7 @@ class Rules(RuleBasedStateMachine):
         self.deleted: set[str] = set()
         self.sent: dict[str, tuple[str, str]] = {}  # idempotency key: body, sweep
         self.held: dict[str, Claim] = {}  # attempts that count, by key
-        self.succeeded: set[str] = set()
+        self.known: set[str] = set()  # runs that have had a result
         self.epoch = self.store.begin_epoch("first")
         self.paused = False
 
@@ -152,7 +152,6 @@ class Rules(RuleBasedStateMachine):
         claims = self.store.claim(limit, self.epoch)
         assert not self.paused or {claim.kind for claim in claims} <= {Kind.PUBLISH}
         for claim in claims:
-            assert claim.id not in self.succeeded
             assert claim.id not in {held.id for held in self.held.values()}
             self.held[claim.key] = claim
         return multiple(*claims)
@@ -187,9 +186,8 @@ class Rules(RuleBasedStateMachine):
             assert self.store.publish(claim, [stored("cube.nc")], seconds=1.0) == counts
             return
         assert self.store.finish(claim, result(succeeded=succeeded)) == counts
-        if counts and succeeded:
-            assert claim.id not in self.succeeded
-            self.succeeded.add(claim.id)
+        if counts:
+            self.known.add(claim.id)
 
     @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.MEMORY_LIMIT]), step=STEP)
     def fail(self, claim: Claim, cause: Cause, step: int | None) -> None:
@@ -252,11 +250,14 @@ class Rules(RuleBasedStateMachine):
 
     @invariant()
     def results_are_kept(self) -> None:
-        """A run that succeeded has a file, one without a result has none."""
-        query = sa.select(JOBS.c.state, JOBS.c.cause, JOBS.c.path).where(JOBS.c.kind == Kind.RUN)
+        """A run that had a result has one for ever, whatever its state; no other has a file."""
+        query = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.cause, JOBS.c.path)
         with self.store._database.reading() as reading:
-            for state, cause, path in reading.execute(query):
-                assert (path is not None) == (state is State.SUCCEEDED or cause is Cause.VERDICT)
+            for id, state, cause, path in reading.execute(query.where(JOBS.c.kind == Kind.RUN)):
+                assert (path is not None) == (id in self.known)
+                if state not in ACTIVE:
+                    is_result = state is State.SUCCEEDED or cause is Cause.VERDICT
+                    assert is_result == (id in self.known)
 
     @invariant()
     def publications_come_first(self) -> None:
