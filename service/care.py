@@ -9,9 +9,10 @@ import shutil
 import time
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
-from itertools import islice
+from itertools import cycle, islice
 
 from service.artifacts import Artifacts
+from service.jobs import Stored
 from service.leftovers import Leftover, Leftovers, Why
 from service.settings import Settings
 from service.space import Space
@@ -20,6 +21,8 @@ from service.store import Store
 log = logging.getLogger(__name__)
 
 STEP_SECONDS = 0.05  # after which a step looks no further; whoever leads waits for it
+DROP_SECONDS = 0.01  # of these, for what no sweep keeps
+SHARDS = [f"{number:02x}" for number in range(256)]
 REMOVED = 50  # files or folders that a step removes
 AT_ONCE = frozenset({Why.DELETED, Why.FORGOTTEN, Why.SPENT})
 
@@ -35,23 +38,23 @@ class Care:
         self._forget_seconds = settings.forget_seconds
         self._leftovers = Leftovers(store, artifacts)
         self._round = self._leftovers.parts()
-        self._may_drop = self._may_forget = True
+        self._may_forget = True
+        self._shards = cycle(SHARDS)
+        self._shard = next(self._shards)
 
     def step(self) -> None:
         """A bounded part of the work; called by whoever leads, between two claims."""
-        end, removed = time.monotonic() + STEP_SECONDS, 0
-        if self._may_drop:
-            self._may_drop = self._drop() == REMOVED
+        begin, removed = time.monotonic(), 0
+        self._drop(begin + DROP_SECONDS)
         if self._may_forget:
             self._may_forget = self._forget() == REMOVED
         while True:
             part = next(self._round, None)
             if part is None:  # once round
-                self._round = self._leftovers.parts()
-                self._may_drop = self._may_forget = True
+                self._round, self._may_forget = self._leftovers.parts(), True
                 return
             removed += self._remove_of(part, REMOVED - removed)
-            if removed == REMOVED or time.monotonic() > end:
+            if removed == REMOVED or time.monotonic() > begin + STEP_SECONDS:
                 return
 
     def _remove_of(self, part: Iterator[Leftover], most: int) -> int:
@@ -62,13 +65,17 @@ class Care:
             _remove(leftover)
         return len(due)
 
-    def _drop(self) -> int:
-        """Remove registered files that no sweep keeps any more; how many these were."""
-        files = self._store.discardable(REMOVED)
-        dropped = self._store.drop(files) if files else ()
-        for _, file in dropped:
+    def _drop(self, end: float) -> None:
+        """Remove registered files that no sweep keeps any more, in one shard after the other."""
+        files: tuple[tuple[str, Stored], ...] = ()
+        while not files:
+            files = self._store.discardable(REMOVED, self._shard)
+            if len(files) < REMOVED:
+                self._shard = next(self._shards)
+            if time.monotonic() > end:
+                break
+        for _, file in self._store.drop(files) if files else ():
             self._artifacts.path(file).unlink(missing_ok=True)
-        return len(dropped)
 
     def _forget(self) -> int:
         """Forget runs that no sweep has had for long; how many these were. Their files go later."""

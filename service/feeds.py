@@ -33,7 +33,9 @@ class Subject:
     """What a stream is about."""
 
     events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
-    has: Callable[[Event, Set[str]], bool]  # whether it is one of them; the sweeps that have its run
+    has: Callable[
+        [Event, Set[str]], bool
+    ]  # whether it is one of them; the sweeps that have its run
     concerns: Callable[[str, Sequence[str]], bool]  # a running run, and the sweeps that wait for it
     ends_with: Callable[[Event], bool]  # after such an event it is worth a look whether all is over
     ended: Callable[[], Any | None]  # what to say at the end, once it is there

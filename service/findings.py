@@ -145,6 +145,10 @@ class Looks:
         """What an attempt left; it is looked at again when that is asked for again."""
         return self._looks.pop(key).result()
 
+    def forget(self, key: str) -> None:
+        """Nobody wants to know."""
+        self._looks.pop(key, None)
+
     def close(self) -> None:
         """Begin no more of them."""
         self._threads.shutdown(wait=False, cancel_futures=True)

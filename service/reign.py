@@ -201,6 +201,7 @@ class Reign:
                 claim = self._attempts.held.get(key)
                 if claim is None or (key in due and self._is_settled(claim)):
                     self._attempts.forget(key)  # its row has it, or no row waits for it
+                    self._looks.forget(key)
                     self._stumbled.pop(key, None)
                     settled.append(key)
         finally:

@@ -8,7 +8,8 @@ function of the run: the same call in a notebook, a worker and a test. Only it, 
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +63,7 @@ class Run:
     parameters: Mapping[str, float | str | int | bool | None]
     materials: Mapping[str, Mapping[str, Any]]  # resolved, by the parameter that names them
 
-    @property
+    @cached_property
     def id(self) -> str:
         """Content hash, 32 hexadecimal digits."""
         return hashlib.sha256(_canonical(self._content()).encode()).hexdigest()[:32]
@@ -103,11 +104,10 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
         )
     given = chosen.fill(chosen.parameters(**values))
     resolved = {name: materials[name].resolved() for name in chosen.materials}
-    run = Run(scenario, asdict(given), resolved)
-    findings = chosen.check(given, materials_of(run))
+    findings = chosen.check(given, {name: materials[name] for name in chosen.materials})
     if findings:
         raise InvalidInput(findings)
-    return run
+    return Run(scenario, dict(vars(given)), resolved)
 
 
 def materials_of(run: Run) -> "Materials":

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Path, Request, Response
 
 from service.artifacts import LOG, OF_A_RUN, Artifacts
 from service.downloads import Offer, send
-from service.jobs import NotFound
+from service.jobs import NotFound, State
 from service.routes.given import ArtifactsGiven, RunId, StoreGiven
 from service.routes.serving import served_as, serves
 from service.schemas import FileList, RunModel, RunQuestion
@@ -63,14 +63,12 @@ def download_log(
 
 
 def _log(store: Store, artifacts: Artifacts, id: str) -> Offer:
-    """The log that was registered with the result, else that of the last attempt."""
-    store.run(id)
-    filename, media_type = f"{id}-{LOG}", served_as(LOG)
-    try:
-        stored = store.run_file(id, LOG)
-    except NotFound:
-        last = store.known_attempts([id]).get(id)
-        if last is None or last.token is None:
-            raise NotFound("log", id) from None
-        return Offer(artifacts.log_of(id, last.attempt, last.token), media_type, filename)
-    return Offer(artifacts.path(stored), media_type, filename, stored.sha256)
+    """The log that was registered with the result; while the run is computed, that of the attempt."""
+    run, filename, media_type = store.run(id), f"{id}-{LOG}", served_as(LOG)
+    stored = next((file for file in store.run_files(id) if file.name == LOG), None)
+    if stored is not None and run.state not in (State.RUNNING, State.CANCELLING):
+        return Offer(artifacts.path(stored), media_type, filename, stored.sha256)
+    last = store.known_attempts([id]).get(id)
+    if last is None or last.token is None:
+        raise NotFound("log", id)
+    return Offer(artifacts.log_of(id, last.attempt, last.token), media_type, filename)

@@ -123,7 +123,7 @@ def given_up(otherwise: State) -> sa.Case[str]:
     )
 
 
-def keep_of(is_given_up: sa.ColumnElement[bool] | bool) -> sa.Case[Any]:
+def keep_of(is_given_up: sa.ColumnElement[bool]) -> sa.Case[Any]:
     """What a row keeps when a run goes back to its result: no more than what is there."""
     known = sa.and_(is_given_up, HAS_RESULT)
     return sa.case((known, sa.literal(Keep.NUMBERS, JOBS.c.keep.type)), else_=JOBS.c.keep)

@@ -77,9 +77,7 @@ class Questions(Part):
             rows = connection.execute(query.limit(1)).all()
             return self._sweep_rows(connection, rows)[0] if rows else None
 
-    def _sweep_rows(
-        self, connection: sa.Connection, rows: Sequence[Row]
-    ) -> tuple[SweepRow, ...]:
+    def _sweep_rows(self, connection: sa.Connection, rows: Sequence[Row]) -> tuple[SweepRow, ...]:
         return queries.sweep_rows(connection, rows, self._tallies.of(connection, rows))
 
     def sweep_runs(

@@ -166,7 +166,7 @@ class Queue(Part):
 
     def finish(self, claim: Claim, result: Result) -> bool:
         """Register the result of a run: a success, or the solver's verdict."""
-        end = {
+        end: dict[str, Any] = {
             "state": State.SUCCEEDED if result.succeeded else State.FAILED,
             "cause": None if result.succeeded else Cause.VERDICT,
             "failure": result.failure,
@@ -198,7 +198,12 @@ class Queue(Part):
         """
         words = unless_result(cause=cause, failure=failure, reason=reason)
         state = sa.type_coerce(given_up(State.FAILED), JOBS.c.state.type)
-        end = {"state": state, "keep": keep_of(True), **words, **_charged(claim, cause, crash_step)}
+        end = {
+            "state": state,
+            "keep": keep_of(sa.true()),
+            **words,
+            **_charged(claim, cause, crash_step),
+        }
         told = {"cause": cause, "reason": reason}
         return self._end(claim, State.FAILED, end, files=files, told=told)
 

@@ -60,11 +60,7 @@ def _publish_others(
             (JOBS.c.state == State.RUNNING) & JOBS.c.spec.is_(None),
         )
         again = JOBS.update().where(publication, stale).returning(JOBS.c.sweep_id)
-        wait = sa.case(
-            (JOBS.c.state == State.RUNNING, State.QUEUED.value), else_=State.WAITING.value
-        )
-        values = {"state": sa.type_coerce(wait, JOBS.c.state.type), "crashes": 0}
-        for sweep_id in connection.scalars(again.values(values)).all():
+        for sweep_id in connection.scalars(again.values(state=State.WAITING, crashes=0)).all():
             log_event(connection, moment, "outdated", sweep_id=sweep_id)
         release_publications(connection, moment, publication)
 

@@ -26,7 +26,7 @@ class Tallies:
         for row in rows:
             if row.id in fresh and all(one.point_state not in ACTIVE for one in fresh[row.id]):
                 self._known[row.id] = row.revivals, fresh[row.id]
-        return found | fresh
+        return {**found, **fresh}
 
     def _remembered(self, row: Row) -> list[Row]:
         revivals, tallies = self._known.get(row.id, (row.revivals, []))

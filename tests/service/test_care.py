@@ -349,9 +349,7 @@ def test_step__removes_no_more_than_so_much(bench: Bench) -> None:
     assert sum(gone) == 2 * REMOVED
 
 
-def test_step__looks_no_longer_than_a_moment(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_step__looks_no_longer_than_a_moment(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     looked: list[int] = []
     known = bench.store.known_attempts
     bench.store.known_attempts = lambda ids: looked.append(len(list(ids))) or known(ids)  # type: ignore

@@ -16,7 +16,7 @@ from service.artifacts import Artifacts
 from service.downloads import part_of
 from service.errors import NotSatisfiable
 from service.jobs import Cause, Result
-from tests.service.api import FILES, Api, open_api, served
+from tests.service.api import FILES, Api, open_api, served, sweep_of
 
 STATE = bytes(range(256)) * 4096  # a megabyte: several chunks
 LOG = b"step 1\nstep 2\n\xc3\xa9\n"
@@ -240,6 +240,20 @@ def test_log__of_a_running_run_is_what_there_is_and_grows(api: Api) -> None:
     assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "running"
     api.store.fail(claim, Cause.ERROR, failure="ValueError", reason="x")
     assert api.http.get(here).content == b"step 1\nstep 2\n"
+
+
+def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -> None:
+    id = api.submit()
+    api.compute()
+    asked = api.http.post("/v1/sweeps", params={"keep": "film"}, json=sweep_of())
+    assert asked.json()["new"] == 2
+    [claim] = api.store.claim(1, api.epoch())
+    here = f"/v1/runs/{claim.id}/log"
+    log = Artifacts(api.settings.data).attempt_directory(claim) / "log.txt"
+    log.parent.mkdir(parents=True)
+    log.write_bytes(b"once more\n")
+    assert api.http.get(here).content == b"once more\n"
+    assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "succeeded"
 
 
 def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api: Api) -> None:

@@ -241,8 +241,8 @@ def test_listeners__read_what_happens_once_for_all_of_them(
     runs = [point.run.id for point in api.store.sweep_runs(id).items]
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
         assert next(heard).data["kind"] == "accepted"
-        told = [next(heard).data["run_id"] for _ in range(4) if compute_a_step(api)]
-        assert set(told) == set(runs)
+        told = [next(heard).data["run_id"] for _ in range(6) if compute_a_step(api)]
+        assert (len(told), set(told) <= set(runs)) == (6, True)
         few = asked[0]
     assert few <= 3  # to begin with: what there was, and what happened before the first look
 

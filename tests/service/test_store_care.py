@@ -25,6 +25,8 @@ def test_discardable__what_no_sweep_keeps(store: Store) -> None:
     finished(store, Keep.NUMBERS)
     assert store.discardable(10) == ((run_id(0), FILM), (run_id(0), STATE))
     assert store.discardable(1) == ((run_id(0), FILM),)
+    assert len(store.discardable(10, "00")) == 2
+    assert store.discardable(10, "01") == ()
 
 
 def test_discardable__nothing_that_one_of_them_keeps(store: Store) -> None:

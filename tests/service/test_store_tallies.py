@@ -42,7 +42,10 @@ def test_counts__are_read_again_when_another_sweep_revives_a_run(
         store.create_sweep(sweep_of(1))
         assert (store.sweep(id).counts["queued"], replica.sweep(id).counts["queued"]) == (1, 1)
         finish_all(store)
-        assert (store.sweep(id).counts["succeeded"], replica.sweep(id).counts["succeeded"]) == (1, 1)
+        assert (store.sweep(id).counts["succeeded"], replica.sweep(id).counts["succeeded"]) == (
+            1,
+            1,
+        )
 
 
 def test_counts__are_read_again_when_a_sweep_takes_up_what_it_had_let_go(store: Store) -> None:
