@@ -212,7 +212,7 @@ def test_service_killed__leaves_no_process_and_the_next_one_finishes(drill: Dril
 
 def test_service_killed_while_it_publishes__no_half_file_is_seen(drill: Drill) -> None:
     drill.begin()
-    wait_until(lambda: drill.runs() and drill.sweep().state is SweepState.PUBLISHING)
+    wait_until(lambda: drill.runs() and drill.sweep().state is SweepState.PUBLISHING, seconds=240.0)
     drill.kill()
     with drill.store() as store:
         assert store.artifacts(drill.sweep().id) == ()
