@@ -11,13 +11,14 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check --constraint
 RUNTIME := $(VENV)/runtime.stamp
 DEVELOPMENT := $(VENV)/development.stamp
 
-TARGETS := help demo test claims bench clean
+TARGETS := help demo test claims soak bench clean
 .PHONY: $(TARGETS)
 
 help:
 	@echo "make demo               set up, compute the two example sweeps into $(OUT)/, print cold and warm time"
 	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
-	@echo "make claims [first-light|proven]   recompute what the project says about itself (one set, or all)"
+	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
+	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
 	@echo "make bench              measure speed; never part of pass or fail"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
@@ -29,7 +30,7 @@ demo: $(RUNTIME)
 test: $(DEVELOPMENT)
 	@$(BIN)/python -m tests
 
-# "make claims first-light": the word after claims is the name of the set, not a target of its own.
+# "make claims first-light": the words after claims are names of sets or claims, not targets of its own.
 ifeq (claims,$(firstword $(MAKECMDGOALS)))
 NAME ?= $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
 ifneq (,$(strip $(NAME)))
@@ -42,8 +43,13 @@ endif
 claims: $(DEVELOPMENT)
 	@$(BIN)/python -m tests.claims $(NAME)
 
+# The seed decides what is killed when; it is printed, and SEED= repeats it.
+soak: $(DEVELOPMENT)
+	@WHIPPLE_SEED=$${SEED:-$$RANDOM} $(BIN)/python -m tests.claims queue
+
 bench: $(DEVELOPMENT)
 	@$(BIN)/python -m tests.benchmarks
+	@$(BIN)/python -m tests.benchmarks.queue
 
 clean:
 	@rm -rf $(VENV) .cache build *.egg-info $(OUT)

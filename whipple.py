@@ -7,6 +7,7 @@
 Nothing inside the project imports this module, and importing it loads nothing heavy.
 """
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,9 +32,18 @@ def run_sweep(document: Mapping[str, Any] | str | Path, out: str | Path) -> Path
 
 
 def open_cube(path: str | Path) -> "xarray.Dataset":
-    """Open the cube of a sweep: ``path`` is a ``cube.nc``, or a folder that holds one."""
+    """Open the cube of a sweep: ``path`` is a ``cube.nc``, a folder that holds one, or its address.
+
+    An address (``http://.../v1/sweeps/ID/cube.nc``) is read as it is looked at, with the key in
+    ``WHIPPLE_API_KEY`` if there is one; that needs ``pip install 'whipple[remote]'``.
+    """
     import xarray
 
+    if str(path).startswith(("http://", "https://")):
+        from service.remote import open_remote
+
+        key = os.environ.get("WHIPPLE_API_KEY")
+        return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key else {})
     file = Path(path)
     return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
 

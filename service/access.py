@@ -1,12 +1,11 @@
-"""Who may ask: where the service listens, whose requests it answers, and what each answer forbids.
+"""Where the service listens, whose requests it answers, and what each answer forbids.
 
-On the loopback there is no login, so two things have to be kept out that a browser on the same machine
-could be talked into: a foreign name that resolves to the loopback (DNS rebinding; seen in ``Host``), and
-a write from a page of another site (seen in ``Sec-Fetch-Site`` and ``Origin``).
+A browser on the same machine could be talked into two things that have to be kept out: a foreign name
+that resolves to this machine (DNS rebinding; seen in ``Host``), and a write from a page of another site
+(seen in ``Sec-Fetch-Site`` and ``Origin``). A Host that is the very address which the request came to
+is no foreign name: somebody wrote it. Who is asking is the matter of ``service.keys``.
 """
 
-import re
-import secrets
 from ipaddress import ip_address
 from urllib.parse import urlsplit
 
@@ -21,26 +20,38 @@ from studies.errors import Finding, InvalidInput
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
-REQUEST_ID = re.compile(r"[A-Za-z0-9._-]{1,64}")
 # A page of ours loads its own style sheet and nothing else; a route may say otherwise (the report).
 PAGE_POLICY = (
     "default-src 'none'; style-src 'self'; img-src 'self' data:; "
     "form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
 )
+# What is no page shows nothing and runs nothing, should a browser take it for one.
+OTHER_POLICY = "default-src 'none'; frame-ancestors 'none'; sandbox"
+FORBIDS = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cache-Control": "no-store",  # a file may say otherwise
+}
 
 
-def check_binding(settings: Settings) -> None:
+def check_binding(settings: Settings, *, has_keys: bool) -> None:
     """Refuse to listen where strangers could reach a service without a login; raises InvalidInput."""
-    if is_loopback(settings.host) or (settings.trusted_proxy and settings.allowed_hosts):
+    if is_loopback(settings.host) or has_keys:
+        return
+    if settings.trusted_proxy and settings.allowed_hosts:
         return
     raise InvalidInput(
         [
             Finding(
                 "host",
                 settings.host,
-                "an address of this machine's loopback: there is no login yet",
-                "use 127.0.0.1; or, behind a proxy that checks who is asking, set WHIPPLE_TRUSTED_PROXY=true "
-                "and the names it is reached by, WHIPPLE_ALLOWED_HOSTS='[\"whipple.example.org\"]'",
+                "an address of this machine's loopback, as long as there is no API key",
+                "use 127.0.0.1; or make a key with `whipple keys create NAME`; or, behind a proxy that "
+                "checks who is asking, set WHIPPLE_TRUSTED_PROXY=true and the names it is reached by, "
+                "WHIPPLE_ALLOWED_HOSTS='[\"whipple.example.org\"]'",
             )
         ]
     )
@@ -58,8 +69,17 @@ def is_loopback(host: str) -> bool:
         return host in LOOPBACK_NAMES
 
 
+def is_of_this_machine(scope: Scope, settings: Settings) -> bool:
+    """Whether a request can only come from a user of this machine: by a name of the loopback, to it.
+
+    One that came by another name was passed on by something in front of the service.
+    """
+    host = _name_of(Headers(scope=scope).get("host", ""))
+    return is_loopback(settings.host) and (host in LOOPBACK_NAMES or host == settings.host)
+
+
 class Access:
-    """Middleware: gives each request an id, refuses foreign hosts and writes of other sites."""
+    """Middleware: refuses foreign hosts and writes of other sites, and marks what is answered."""
 
     def __init__(self, app: ASGIApp, settings: Settings):
         self._app = app
@@ -69,30 +89,38 @@ class Access:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        headers = Headers(scope=scope)
-        request_id = _request_id(headers)
-        scope.setdefault("state", {})["request_id"] = request_id
 
         async def send_marked(message: Message) -> None:
             if message["type"] == "http.response.start":
-                _mark(MutableHeaders(scope=message), request_id)
+                mark(MutableHeaders(scope=message))
             await send(message)
 
-        refusal = self._refusal(scope["method"], headers)
+        refusal = self._refusal(scope)
         if refusal is None:
             await self._app(scope, receive, send_marked)
         else:
             await answer(Request(scope), refusal)(scope, receive, send_marked)
 
-    def _refusal(self, method: str, headers: Headers) -> ForeignHost | CrossSite | None:
+    def _refusal(self, scope: Scope) -> ForeignHost | CrossSite | None:
+        headers = Headers(scope=scope)
         host = headers.get("host", "")
-        if _name_of(host) not in self._hosts:
+        name = _name_of(host)
+        if name not in self._hosts and not _is_address_of(scope, name):
             return ForeignHost(
-                f"{host!r} is not a name of this service; use 127.0.0.1 or localhost"
+                f"{host[:80]!r} is not a name of this service; use 127.0.0.1 or localhost, or set "
+                "WHIPPLE_ALLOWED_HOSTS to the names that it is reached by"
             )
-        if method not in READING and not _is_own_site(headers, host):
+        if scope["method"] not in READING and not _is_own_site(headers, host):
             return CrossSite("send the request from a page of this service, or without a browser")
         return None
+
+
+def mark(headers: MutableHeaders) -> None:
+    """Add what an answer forbids a browser to do with it."""
+    for name, value in FORBIDS.items():
+        headers.setdefault(name, value)
+    is_page = headers.get("content-type", "").startswith("text/html")
+    headers.setdefault("Content-Security-Policy", PAGE_POLICY if is_page else OTHER_POLICY)
 
 
 def _is_own_site(headers: Headers, host: str) -> bool:
@@ -100,7 +128,24 @@ def _is_own_site(headers: Headers, host: str) -> bool:
     site, origin = headers.get("sec-fetch-site"), headers.get("origin")
     if site is not None and site not in OWN_SITE:
         return False
-    return origin is None or urlsplit(origin).netloc == host
+    return origin is None or _place_of(origin) == host
+
+
+def _place_of(origin: str) -> str | None:
+    """Host and port of an ``Origin``; None for one that has none."""
+    try:
+        return urlsplit(origin).netloc or None
+    except ValueError:
+        return None
+
+
+def _is_address_of(scope: Scope, name: str) -> bool:
+    """Whether a ``Host`` is the number of the address that the request came to."""
+    server = scope.get("server")
+    try:
+        return server is not None and ip_address(name) == ip_address(server[0])
+    except ValueError:
+        return False
 
 
 def _name_of(host: str) -> str:
@@ -109,17 +154,3 @@ def _name_of(host: str) -> str:
         return urlsplit(f"//{host}").hostname or ""
     except ValueError:
         return ""
-
-
-def _request_id(headers: Headers) -> str:
-    """The caller's own id if it is short and plain, else a new one."""
-    given = headers.get("x-request-id", "")
-    return given if REQUEST_ID.fullmatch(given) else secrets.token_hex(8)
-
-
-def _mark(headers: MutableHeaders, request_id: str) -> None:
-    headers["X-Request-ID"] = request_id
-    headers["X-Content-Type-Options"] = "nosniff"
-    headers.setdefault("Referrer-Policy", "no-referrer")
-    if headers.get("content-type", "").startswith("text/html"):
-        headers.setdefault("Content-Security-Policy", PAGE_POLICY)

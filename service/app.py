@@ -3,34 +3,50 @@
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 
 from service import errors
 from service.access import Access, check_binding
-from service.routes import catalogue, files, health, pages, runs, sweeps
+from service.computing import Engine
+from service.jobs import Scope
+from service.keys import allows
+from service.live import Live
+from service.metrics import Metrics
+from service.requests import Observed
+from service.routes import (
+    catalogue,
+    events,
+    files,
+    health,
+    pages,
+    queue,
+    remeasure,
+    runs,
+    sweeps,
+)
 from service.schemas import problem_schemas
 from service.settings import Settings
+from service.slices import Slices
 from service.store import Store
 from service.version import version
 
-ROUTERS = (sweeps.router, files.router, runs.router, catalogue.router, health.router, pages.router)
+__all__ = ["Engine", "StartEngine", "build_app", "open_service"]
+
+# Whoever reads needs a key where keys are needed; what changes something asks for more, route by route.
+GUARDED = (
+    *(sweeps.router, remeasure.router, files.router, runs.router, queue.router, events.router),
+    *(catalogue.router, health.metrics_router, pages.router),
+)
+OPEN = (health.router,)  # alive, ready, version: asked by machines that have no key
 STATIC = Path(__file__).parent / "static"
+CACHE = "cache"  # folder of parts of cubes, in the data directory
 PROBLEM: dict[str, Any] = {
     "description": "a problem document (RFC 9457)",
     "content": {errors.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
 }
-
-
-class Engine(Protocol):
-    """What computes the queue while the service runs."""
-
-    def is_alive(self) -> bool:
-        """Whether somebody looks after the queue."""
-        ...
-
 
 StartEngine = Callable[[Settings, Store], AbstractContextManager[Engine]]
 
@@ -38,10 +54,13 @@ StartEngine = Callable[[Settings, Store], AbstractContextManager[Engine]]
 @contextmanager
 def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[FastAPI]:
     """The whole service while it is wanted: store, engine, and the interface to them."""
-    check_binding(settings)
     settings.data.mkdir(parents=True, exist_ok=True)
-    with closing(Store.open(settings.url)) as store, start_engine(settings, store) as engine:
-        yield build_app(settings, store, engine)
+    with closing(Store.open(settings.url)) as store:
+        check_binding(settings, has_keys=store.has_keys())
+        with start_engine(settings, store) as engine:
+            app = build_app(settings, store, engine)
+            with closing(app.state.slices), closing(app.state.live):
+                yield app
 
 
 def build_app(settings: Settings, store: Store, engine: Engine) -> FastAPI:
@@ -55,11 +74,18 @@ def build_app(settings: Settings, store: Store, engine: Engine) -> FastAPI:
         responses={"4XX": PROBLEM, "5XX": PROBLEM},
         generate_unique_id_function=lambda route: route.name,
     )
+    live = Live(store)
+    metrics = Metrics(store, engine, live)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
-    for router in ROUTERS:
+    app.state.live, app.state.metrics = live, metrics
+    app.state.slices = Slices(settings.data / CACHE)
+    for router in OPEN:
         app.include_router(router)
+    for router in GUARDED:
+        app.include_router(router, dependencies=[allows(Scope.READ)])
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.add_middleware(Access, settings=settings)
+    app.add_middleware(Observed, metrics=metrics)  # the last one is the outermost
     errors.install(app)
     _describe_problems(app)
     return app

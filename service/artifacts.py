@@ -3,7 +3,8 @@
 ::
 
     DIR/whipple.db
-    DIR/runs/<two digits>/<run id>/a<attempt>-<token>/   result.json, state.npz, log.txt
+    DIR/runs/<two digits>/<run id>/a<attempt>-<token>/   result.json, state.npz, film.npz, log.txt
+    DIR/runs/<two digits>/<run id>/checkpoint.npz        of every attempt, while there is no result
     DIR/sweeps/<sweep id>/a<attempt>-<token>/            cube.nc, report.html, report.json, log.txt
 
 Each attempt writes into a folder of its own, so nothing is ever published in place: the row says
@@ -16,16 +17,19 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from service.jobs import Claim, Kind, Stored
+from service.jobs import ANSWER, Claim, Kind, Stored
 from studies.atomic import write_atomically
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"
-_ID = re.compile("[0-9a-f]{32}")
+OF_A_RUN = (ANSWER, "state.npz", "film.npz", LOG)  # the answer is written last but for the log
+CHECKPOINT = "checkpoint"
+PART = "*.part"  # a file that is being written, or was when its process was killed
+ID = re.compile("[0-9a-f]{32}")
+KEY = re.compile(rf"(?P<id>{ID.pattern})-(?P<attempt>\d+)-(?P<token>[0-9a-f]+)")  # of a claim
 _CHUNK = 1 << 20  # bytes read at once for a digest
 
 
@@ -37,11 +41,51 @@ class Artifacts:
 
     def attempt_directory(self, claim: Claim) -> Path:
         """The folder that one attempt of a job writes into."""
-        attempt = f"a{claim.attempt}-{claim.token}"
+        attempt = name_of_attempt(claim.attempt, claim.token)
         if claim.kind is Kind.RUN:
-            return self.root / RUNS / _checked(claim.id)[:2] / claim.id / attempt
+            return self.run_folder(claim.id) / attempt
         assert claim.sweep_id is not None
-        return self.root / SWEEPS / _checked(claim.sweep_id) / attempt
+        return self.sweep_folder(claim.sweep_id) / attempt
+
+    def has_attempt(self, key: str) -> bool:
+        """Whether an attempt, by its key, is ours: a scheduler may serve others too."""
+        match = KEY.fullmatch(key)
+        if match is None:
+            return False
+        name = name_of_attempt(int(match["attempt"]), match["token"])
+        is_run = (self.run_folder(match["id"]) / name).is_dir()
+        return is_run or any(self.root.glob(f"{SWEEPS}/*/{name}"))
+
+    def run_folder(self, id: str) -> Path:
+        """The folder of all attempts of a run."""
+        return self.root / RUNS / _checked(id)[:2] / id
+
+    def sweep_folder(self, id: str) -> Path:
+        """The folder of all publications of a sweep."""
+        return self.root / SWEEPS / _checked(id)
+
+    def log_of(self, run_id: str, attempt: int, token: str) -> Path:
+        """What an attempt of a run printed, registered or not."""
+        return self.run_folder(run_id) / name_of_attempt(attempt, token) / LOG
+
+    def checkpoint(self, run_id: str) -> Path:
+        """Where the attempts of a run keep what the next one goes on from."""
+        return self.run_folder(run_id) / f"{CHECKPOINT}.npz"
+
+    def discard_checkpoint(self, run_id: str) -> None:
+        """Remove what a run that has ended for good no longer needs, half-written ones too."""
+        folder = self.run_folder(run_id)
+        for pattern in (f"{CHECKPOINT}*", f".{CHECKPOINT}*"):
+            for file in folder.glob(pattern):
+                file.unlink(missing_ok=True)
+
+    def complete_files(self, claim: Claim) -> tuple[Stored, ...]:
+        """What an attempt of a run left, if it has an answer; else nothing."""
+        directory = self.attempt_directory(claim)
+        if not (directory / ANSWER).is_file():
+            return ()
+        found = (directory / name for name in OF_A_RUN)
+        return tuple(describe(file) for file in found if file.is_file())
 
     def relative(self, file: Path) -> str:
         """A file's path as rows have it."""
@@ -62,18 +106,14 @@ class Artifacts:
         return digest(path) == stored.sha256
 
     def bring_to_disk(self, folder: Path) -> None:
-        """Make the names of ``folder`` and of the folders above it survive a power cut.
-
-        Files are brought to the disk by whoever writes them; a row must not outlive their names.
-        """
+        """Make ``folder``, its files and the names of the folders above it survive a power cut."""
+        for file in folder.iterdir():
+            if file.is_file():
+                to_disk(file)
         for place in (folder, *folder.parents):
             if not place.is_relative_to(self.root):
                 return
-            descriptor = os.open(place, os.O_RDONLY)
-            try:
-                os.fsync(descriptor)
-            finally:
-                os.close(descriptor)
+            to_disk(place)
 
     def read_json(self, stored: Stored) -> Any:
         """What a registered JSON file says."""
@@ -87,21 +127,15 @@ class Artifacts:
         source = self.path(stored)
         return write_atomically(folder / stored.name, lambda part: shutil.copyfile(source, part))
 
-    def sweep_ids(self) -> list[str]:
-        """Sweeps that have files."""
-        folder = self.root / SWEEPS
-        names = [entry.name for entry in folder.iterdir()] if folder.is_dir() else []
-        return [name for name in names if _ID.fullmatch(name)]
-
-    def discard_sweeps(self, ids: Iterable[str]) -> None:
-        """Delete the files of sweeps that are no longer in the store."""
-        for id in ids:
-            shutil.rmtree(self.root / SWEEPS / _checked(id), ignore_errors=True)
-
 
 def describe(file: Path) -> Stored:
-    """A complete file: name, place, size and digest."""
+    """A complete file: name, place (absolute), size and digest."""
     return Stored(file.name, str(file), file.stat().st_size, digest(file))
+
+
+def name_of_attempt(attempt: int, token: str) -> str:
+    """The name of an attempt's folder."""
+    return f"a{attempt}-{token}"
 
 
 def digest(path: Path) -> str:
@@ -113,8 +147,17 @@ def digest(path: Path) -> str:
     return sha256.hexdigest()
 
 
+def to_disk(place: Path) -> None:
+    """fsync a file, or a folder (its list of names)."""
+    descriptor = os.open(place, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
 def _checked(id: str) -> str:
     """An id that is safe as the name of a folder."""
-    if not _ID.fullmatch(id):
+    if not ID.fullmatch(id):
         raise ValueError(f"{id!r} is not an id of this service")
     return id

@@ -3,39 +3,47 @@
 >>> client = Client("http://127.0.0.1:8000")  # doctest: +SKIP
 >>> sweep = client.submit("holes.yaml")  # doctest: +SKIP
 >>> sweep.wait(); sweep.fetch("holes")  # doctest: +SKIP
+
+Elsewhere than on the service's own machine it needs an API key: ``Client(url, key=...)``, or the
+environment variable ``WHIPPLE_API_KEY``.
 """
 
-import hashlib
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 import httpx
 
+from service.connection import Connection, ServiceError, Unreachable
 from solver.errors import WhippleError
-from studies.errors import Finding, InvalidInput
+
+if TYPE_CHECKING:
+    from studies.opening import Dataset
+
+__all__ = [
+    "Client",
+    "Happening",
+    "ServiceError",
+    "StillRunning",
+    "SweepHandle",
+    "SweepStatus",
+    "Unreachable",
+]
 
 DEFAULT_URL = "http://127.0.0.1:8000"
+KEY_VARIABLE = "WHIPPLE_API_KEY"
 FILES = ("cube.nc", "report.html", "report.json")
 TERMINAL = frozenset({"succeeded", "failed", "cancelled"})
 POLL_SECONDS = 1.0  # how often ``wait`` asks
+PATIENCE = 30.0  # s, for a service that has answered and is gone, or too busy
 
-
-class ServiceError(WhippleError):
-    """The service refused, or failed; ``status`` is the HTTP status."""
-
-    def __init__(self, status: int, title: str, detail: str):
-        super().__init__(f"{title}: {detail}" if detail else title)
-        self.status = status
-
-
-class Unreachable(WhippleError):
-    """No service answers at this address."""
+Document = Mapping[str, Any] | str | Path  # of a sweep, or its YAML or JSON file
+At = Mapping[str, str | float | Sequence[str | float]]  # values on axes
 
 
 class StillRunning(WhippleError):
@@ -49,6 +57,9 @@ class SweepStatus:
     id: str
     name: str
     scenario: str
+    owner: str
+    priority: int
+    keep: str
     state: str
     reason: str | None  # why cube and report could not be made
     planned: int
@@ -60,7 +71,7 @@ class SweepStatus:
     links: Mapping[str, str]
 
     @classmethod
-    def of(cls, answer: Mapping[str, Any]) -> "SweepStatus":
+    def of(cls, answer: Mapping[str, Any]) -> Self:
         """The part of an answer that has a name here."""
         return cls(**{field.name: answer[field.name] for field in fields(cls)})
 
@@ -70,6 +81,15 @@ class SweepStatus:
         return self.state in TERMINAL
 
 
+@dataclass(frozen=True)
+class Happening:
+    """Something told in an event stream."""
+
+    name: str  # "message": an event; "progress" of a running run; "end": how it ended
+    number: int | None  # of an event
+    content: Mapping[str, Any]
+
+
 class Client:
     """A service at an address."""
 
@@ -77,13 +97,21 @@ class Client:
         self,
         url: str = DEFAULT_URL,
         *,
+        key: str | None = None,
         timeout: float = 60.0,
+        patience: float = PATIENCE,
         transport: httpx.BaseTransport | None = None,
     ):
-        self.url = url.rstrip("/")
-        self._http = httpx.Client(base_url=self.url, timeout=timeout, transport=transport)
+        self._connection = Connection(
+            url,
+            key=key or os.environ.get(KEY_VARIABLE) or None,
+            timeout=timeout,
+            patience=patience,
+            transport=transport,
+        )
+        self.url = self._connection.url
 
-    def __enter__(self) -> "Client":
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -91,74 +119,99 @@ class Client:
 
     def close(self) -> None:
         """Give the connections back."""
-        self._http.close()
+        self._connection.close()
 
-    def submit(self, sweep: Mapping[str, Any] | str | Path) -> "SweepHandle":
-        """Submit a document, or the YAML or JSON file at a path; raises InvalidInput with findings."""
-        answer = self._json("POST", "/v1/sweeps", **_body(sweep))
+    # --- sweeps ----------------------------------------------------------------------------------
+
+    def submit(
+        self,
+        sweep: Document,
+        *,
+        priority: int = 0,
+        keep: str = "final",
+        idempotency_key: str | None = None,
+    ) -> "SweepHandle":
+        """Submit a document, or the YAML or JSON file at a path; raises InvalidInput with findings.
+
+        ``priority``: smaller is sooner, -100 to 100. ``keep``: ``numbers``, also the ``final`` state,
+        also the ``film`` of each run. Whatever is sent with one ``idempotency_key`` is one sweep; without
+        one, each call makes a key of its own, so that a connection that breaks does no harm.
+        """
+        headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
+        query = {"priority": str(priority), "keep": keep}
+        answer = self._connection.json(
+            "POST", "/v1/sweeps", params=query, **_body(sweep, headers=headers)
+        )
         return SweepHandle(self, answer["id"])
 
-    def estimate(self, sweep: Mapping[str, Any] | str | Path) -> dict[str, Any]:
+    def estimate(self, sweep: Document) -> dict[str, Any]:
         """What a sweep would cost: runs, reused, core_seconds, seconds, bytes, and presets."""
-        return self._json("POST", "/v1/sweeps/estimate", **_body(sweep))
+        return self._connection.json("POST", "/v1/sweeps/estimate", **_body(sweep))
 
     def sweep(self, id: str) -> "SweepHandle":
         """The sweep of an id; whether there is one shows when it is asked."""
         return SweepHandle(self, id)
 
-    def sweeps(self) -> Iterator[SweepStatus]:
-        """Every sweep, the youngest first."""
-        return map(SweepStatus.of, self._pages("/v1/sweeps"))
+    def sweeps(self, state: str | None = None) -> Iterator[SweepStatus]:
+        """Every sweep, the youngest first; or those in a state."""
+        query = {} if state is None else {"state": state}
+        return map(SweepStatus.of, self._connection.pages("/v1/sweeps", **query))
+
+    # --- runs ------------------------------------------------------------------------------------
 
     def run(self, id: str) -> dict[str, Any]:
         """A run with its question."""
-        return self._json("GET", f"/v1/runs/{id}")
+        return self._connection.json("GET", f"/v1/runs/{id}")
+
+    def run_files(self, id: str) -> list[dict[str, Any]]:
+        """The files that are kept of a run: name, size, sha256."""
+        return self._connection.json("GET", f"/v1/runs/{id}/files")["items"]
+
+    def fetch_run(self, id: str, out: str | Path) -> Path:
+        """Every file of a run into a folder, which is returned."""
+        folder = _folder(out)
+        for file in self.run_files(id):
+            self._connection.download(file["href"], folder / file["name"])
+        return folder
+
+    def log(self, id: str) -> str:
+        """What the solver printed in the last attempt of a run; of a running one, until now."""
+        return self._connection.text(f"/v1/runs/{id}/log")
+
+    # --- the queue -------------------------------------------------------------------------------
+
+    def queue(self) -> dict[str, Any]:
+        """The queue as a whole: paused, hindrance, counts, oldest_queued, leader."""
+        return self._connection.json("GET", "/v1/queue")
+
+    def pause(self) -> dict[str, Any]:
+        """Begin no more runs; those under way go on."""
+        return self._connection.json("POST", "/v1/queue/pause")
+
+    def resume(self) -> dict[str, Any]:
+        """Begin runs again."""
+        return self._connection.json("POST", "/v1/queue/resume")
+
+    # --- catalogue -------------------------------------------------------------------------------
 
     def scenarios(self) -> list[dict[str, Any]]:
         """Every scenario with its parameters."""
-        return self._json("GET", "/v1/scenarios")["items"]
+        return self._items("scenarios")
 
     def materials(self) -> list[dict[str, Any]]:
         """Every material that ships."""
-        return self._json("GET", "/v1/materials")["items"]
+        return self._items("materials")
 
     def laws(self) -> list[dict[str, Any]]:
         """Every law."""
-        return self._json("GET", "/v1/laws")["items"]
+        return self._items("laws")
 
     def accuracies(self) -> list[dict[str, Any]]:
         """Every preset of resolutions and offsets."""
-        return self._json("GET", "/v1/accuracies")["items"]
+        return self._items("accuracies")
 
-    def _json(self, method: str, path: str, **given: Any) -> Any:
-        with _reaching(self.url):
-            response = self._http.request(method, path, **given)
-        _check(response)
-        return response.json() if response.content else None
-
-    def _pages(self, path: str, **query: str) -> Iterator[dict[str, Any]]:
-        cursor: dict[str, str] = {}
-        while True:
-            page = self._json("GET", path, params=query | cursor)
-            yield from page["items"]
-            if page["next_cursor"] is None:
-                return
-            cursor = {"cursor": page["next_cursor"]}
-
-    def _download(self, path: str, file: Path) -> None:
-        """Stream a file to its place: whole and with the right digest, or not at all."""
-        partial = file.with_name(f".{file.name}.{os.getpid()}.tmp")
-        try:
-            with _reaching(self.url), self._http.stream("GET", path) as response:
-                if response.is_error:
-                    response.read()
-                _check(response)
-                digest = _write(response, partial)
-            if f'"{digest}"' != response.headers.get("etag"):
-                raise ServiceError(200, "The download is damaged", f"{path}: the digest differs")
-            partial.replace(file)
-        finally:
-            partial.unlink(missing_ok=True)
+    def _items(self, kind: str) -> list[dict[str, Any]]:
+        return self._connection.json("GET", f"/v1/{kind}")["items"]
 
 
 class SweepHandle:
@@ -167,18 +220,26 @@ class SweepHandle:
     def __init__(self, client: Client, id: str):
         self.client = client
         self.id = id
+        self._connection = client._connection
         self._path = f"/v1/sweeps/{id}"
 
     def __repr__(self) -> str:
         return f"SweepHandle({self.client.url!r}, {self.id!r})"
 
+    # --- look ------------------------------------------------------------------------------------
+
     def status(self) -> SweepStatus:
         """State, points by state, progress, time left."""
-        return SweepStatus.of(self.client._json("GET", self._path))
+        return SweepStatus.of(self._connection.json("GET", self._path))
 
     def document(self) -> dict[str, Any]:
         """The sweep in its canonical form; it can be submitted again."""
-        return self.client._json("GET", f"{self._path}/document")
+        return self._connection.json("GET", f"{self._path}/document")
+
+    def runs(self, state: str | None = None) -> Iterator[dict[str, Any]]:
+        """The points with their runs, in the sweep's own order; for instance the ``failed`` ones."""
+        query = {} if state is None else {"state": state}
+        return self._connection.pages(f"{self._path}/runs", **query)
 
     def wait(
         self,
@@ -196,51 +257,92 @@ class SweepHandle:
                 raise StillRunning(f"sweep {self.id} is {status.state} after {timeout:g} s")
             time.sleep(POLL_SECONDS)
 
-    def runs(self, state: str | None = None) -> Iterator[dict[str, Any]]:
-        """The points with their runs, in the sweep's own order; for instance the ``failed`` ones."""
-        query = {} if state is None else {"state": state}
-        return self.client._pages(f"{self._path}/runs", **query)
+    def events(self, after: int | None = None) -> Iterator[Happening]:
+        """What happened to the sweep and its runs, behind the event of a number, and what happens.
+
+        Ends when the sweep has. A stream that breaks is taken up again where it was.
+        """
+        place = None if after is None else str(after)
+        for message in self._connection.events(f"{self._path}/events", after=place):
+            number = None if message.id is None else int(message.id)
+            yield Happening(message.name, number, json.loads(message.data))
+
+    def watch(self, tell: Callable[[Happening], object]) -> SweepStatus:
+        """Tell all that happens, as it happens, until the sweep has ended; how it ended."""
+        for happening in self.events():
+            tell(happening)
+        return self.status()
+
+    # --- files -----------------------------------------------------------------------------------
 
     def fetch(self, out: str | Path) -> Path:
         """Cube and report into a folder, which is returned; raises ServiceError if they are not there yet."""
-        folder = Path(out)
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = _folder(out)
         for name in FILES:
-            self.client._download(f"{self._path}/{name}", folder / name)
+            self._connection.download(f"{self._path}/{name}", folder / name)
         return folder
+
+    def open_cube(self) -> "Dataset":
+        """The cube, opened where it is: what is looked at is loaded, not the file.
+
+        After a retry another file has its address: open it again then. Raises ServiceError, and
+        MissingExtra where the libraries for it are not installed.
+        """
+        from service.remote import open_remote
+
+        first = {"Range": "bytes=0-0"}
+        self._connection.text(f"{self._path}/cube.nc", headers=first)  # says why, if there is none
+        return open_remote(f"{self.client.url}{self._path}/cube.nc", self._connection.headers)
+
+    def slice(self, *variables: str, at: At | None = None, partial: bool = False) -> dict[str, Any]:
+        """Some variables (none named: what was measured) at some values of the axes, as plain objects.
+
+        ``at={"speed": "6 km/s", "plate_thickness": ["2 mm", "3 mm"]}``; a range is ``"2 km/s..4 km/s"``,
+        numbers are SI. ``partial``: also before the end, what there is until now.
+        """
+        query: list[tuple[str, str]] = [("variable", name) for name in variables]
+        for axis, values in (at or {}).items():
+            several = [values] if isinstance(values, str | int | float) else values
+            query += [(axis, str(value)) for value in several]
+        query.append(("partial", str(partial).lower()))
+        return self._connection.json("GET", f"{self._path}/slice", params=query)
+
+    # --- orders ----------------------------------------------------------------------------------
 
     def cancel(self) -> SweepStatus:
         """Stop; what was computed until now is published."""
-        return SweepStatus.of(self.client._json("POST", f"{self._path}/cancel"))
+        return self._order("POST", "/cancel")
 
     def retry(self, *, verdicts: bool = False) -> SweepStatus:
         """Compute again what an accident or a cancel ended (``verdicts``: what the solver gave up, too)."""
-        query = {"verdicts": str(verdicts).lower()}
-        return SweepStatus.of(self.client._json("POST", f"{self._path}/retry", params=query))
+        return self._order("POST", "/retry", params={"verdicts": str(verdicts).lower()})
+
+    def prioritise(self, priority: int) -> SweepStatus:
+        """Let it come sooner (smaller) or later; runs under way go on."""
+        return self._order("PATCH", "", json={"priority": priority})
+
+    def remeasure(self) -> dict[str, Any]:
+        """Read what is of an older definition off the stored final states again; nothing is solved.
+
+        The answer counts runs: ``remeasured`` (in the queue now), ``up_to_date``, ``not_kept``.
+        """
+        return self._connection.json("POST", f"{self._path}/remeasure")
 
     def delete(self) -> None:
         """Forget the sweep, which has to have ended."""
-        self.client._json("DELETE", self._path)
+        self._connection.json("DELETE", self._path)
+
+    def _order(self, method: str, path: str, **given: Any) -> SweepStatus:
+        return SweepStatus.of(self._connection.json(method, f"{self._path}{path}", **given))
 
 
-@contextmanager
-def _reaching(url: str) -> Iterator[None]:
-    """Turn a failed connection into Unreachable."""
-    try:
-        yield
-    except (httpx.TransportError, httpx.InvalidURL, httpx.UnsupportedProtocol) as error:
-        raise Unreachable(
-            f"no answer from {url} ({error}); is `whipple serve` running there?"
-        ) from error
-
-
-def _body(sweep: Mapping[str, Any] | str | Path) -> dict[str, Any]:
+def _body(sweep: Document, headers: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Body and headers for a sweep; what JSON cannot say stays text, and is refused there with its place."""
     content = json.dumps(_document(sweep), default=str).encode()
-    return {"content": content, "headers": {"Content-Type": "application/json"}}
+    return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}
 
 
-def _document(sweep: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
+def _document(sweep: Document) -> Mapping[str, Any]:
     if isinstance(sweep, Mapping):
         return sweep
     from studies.sweep_document import read_sweep_file
@@ -248,32 +350,7 @@ def _document(sweep: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
     return read_sweep_file(Path(sweep))
 
 
-def _check(response: httpx.Response) -> None:
-    """Raise what a problem document says."""
-    if not response.is_error:
-        return
-    try:
-        problem = response.json()
-        findings = [_finding(one) for one in problem.get("errors") or ()]
-        title, detail = problem["title"], problem.get("detail") or ""
-    except (ValueError, KeyError, TypeError, AttributeError):  # not from this service
-        findings, title, detail = [], f"HTTP {response.status_code}", response.text[:200]
-    if findings:
-        raise InvalidInput(findings)
-    raise ServiceError(response.status_code, title, detail)
-
-
-def _finding(one: Mapping[str, str]) -> Finding:
-    return Finding(*(one[field.name] for field in fields(Finding)))
-
-
-def _write(response: httpx.Response, file: Path) -> str:
-    """Write a body to a file, to the disk, and return its SHA-256."""
-    digest = hashlib.sha256()
-    with file.open("wb") as stream:
-        for chunk in response.iter_bytes():
-            digest.update(chunk)
-            stream.write(chunk)
-        stream.flush()
-        os.fsync(stream.fileno())
-    return digest.hexdigest()
+def _folder(out: str | Path) -> Path:
+    folder = Path(out)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder

@@ -1,15 +1,21 @@
-"""What the command line prints: findings, states, and a sweep on its way."""
+"""What the command line prints: findings, states, what happens, and a sweep on its way."""
 
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import IO, TYPE_CHECKING, Any, Protocol
 
 from studies.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from service.backup import Backup
+    from service.client import Happening
+    from service.doctor import Check
+    from service.jobs import KeyRow
     from studies.cost import Cost, PresetCost
 
+SHORT = 12  # characters of an id in a line; it is long enough to be told from others
+NAMED = 20  # of a list of runs
 DONE = ("succeeded", "failed", "cancelled")  # states of a point that has ended
 
 
@@ -68,6 +74,94 @@ def print_sweep(sweep: Progress) -> None:
         print(f"  {sweep.reason}")
     if sweep.eta_seconds:
         print(f"  {duration(sweep.eta_seconds)} left")
+
+
+def print_sweep_line(sweep: Progress) -> None:
+    """One of many sweeps."""
+    print(
+        f"{sweep.id}  {sweep.state:<10}  {sweep.progress:>4.0%}  {sweep.planned:>6} runs  {sweep.name}"
+    )
+
+
+def print_point(point: Mapping[str, Any]) -> None:
+    """A run in its place: where, how it stands, and why."""
+    run = point["run"]
+    place = ", ".join(f"{name}={value}" for name, value in point["coordinates"].items())
+    attempts = f"  attempt {run['attempt']}" if run["attempt"] > 1 else ""
+    print(f"{run['id']}  {point['state']:<10}  {place}{attempts}")
+    if run["cause"]:
+        print(f"  {run['cause']}: {run['reason']}")
+
+
+def print_happening(happening: "Happening") -> None:
+    """A line of what happens to a sweep; the end is told by whoever waits for it."""
+    content = happening.content
+    if happening.name == "progress":
+        left = f", {duration(content['eta_seconds'])} left" if content["eta_seconds"] else ""
+        seen = ", ".join(f"{k} {v:.4g}" for k, v in content["measured"].items() if v is not None)
+        share = "" if content["fraction"] is None else f"{content['fraction']:.0%}"
+        print(f"{'':8}  {content['run_id'][:SHORT]}  {share}{left}  {seen}".rstrip(), flush=True)
+    elif happening.name == "message":
+        about = (content["run_id"] or content["sweep_id"] or "")[:SHORT]
+        said = " ".join(f"{k}={_brief(v)}" for k, v in content["body"].items() if v is not None)
+        print(f"{content['time'][11:19]}  {about}  {content['kind']}  {said}".rstrip(), flush=True)
+
+
+def _brief(value: Any) -> str:
+    return str(len(value)) if isinstance(value, list | dict) else str(value)
+
+
+def print_queue(queue: Mapping[str, Any]) -> None:
+    """The queue as a whole."""
+    paused = f"paused since {queue['paused']}" if queue["paused"] else "open"
+    print(f"{paused}: {in_words(queue['counts']) or 'empty'}")
+    if queue["oldest_queued"]:
+        print(f"  the oldest has waited since {queue['oldest_queued']}")
+    if queue["hindrance"]:
+        print(f"  nothing is begun: {queue['hindrance']}")
+    print(f"  worked through by {queue['leader'] or 'nobody'}")
+
+
+def print_key(key: "KeyRow", *, file: IO[str] | None = None) -> None:
+    """A key without its secret."""
+    until = f"until {key.expires:%Y-%m-%d %H:%M}" if key.expires else "for ever"
+    used = f"used {key.used:%Y-%m-%d %H:%M}" if key.used else "never used"
+    state = f"revoked {key.revoked:%Y-%m-%d %H:%M}" if key.revoked else until
+    scopes = " ".join(sorted(key.scopes))
+    print(f"{key.id}  {key.prefix}...  {key.name}: {scopes}, {state}, {used}", file=file)
+
+
+def print_check(check: "Check") -> None:
+    """What the doctor found, and the cure where one is needed."""
+    print(f"{check.verdict.upper():<8} {check.name}: {check.detail}", flush=True)
+    if check.cure:
+        print(f"{'':8} -> {check.cure}")
+
+
+def print_plan(sweep: str, counts: Mapping[str, Any], not_kept: "Iterable[str]") -> None:
+    """What is read again of a sweep, and which of its runs stay as they are."""
+    named = list(not_kept)
+    print(
+        f"{sweep}: {counts['remeasured']} to read again, {counts['up_to_date']} up to date, "
+        f"{counts['not_kept']} not kept, {counts['without_result']} without a result"
+    )
+    for id in named[:NAMED]:
+        print(f"  {id} stays as it is: its final state was not kept")
+    if len(named) > NAMED:
+        print(f"  ... and {len(named) - NAMED} more")
+
+
+def print_backup(done: "Backup") -> None:
+    """What was copied, and what could not be."""
+    print(
+        f"{done.folder}: {done.copied} files copied ({done.size / 1e6:.1f} MB), {done.known} were there"
+    )
+    if done.removed:
+        print(f"  {done.removed} files were removed by the service meanwhile, and are not in it")
+    for path in done.lost[:NAMED]:
+        print(f"  lost or damaged: {path}", file=sys.stderr)
+    if done.lost:
+        print(f"  {len(done.lost)} files are missing; see `whipple doctor`", file=sys.stderr)
 
 
 def print_cost(name: str, cost: "Cost", presets: "Iterable[PresetCost]") -> None:

@@ -1,10 +1,12 @@
 """Sweep documents that arrive as text: JSON and YAML read strictly, what is wrong named with line and column.
 
 Beyond what the parsers check: a name given twice is refused (the first would be lost without a word), and so
-are YAML's references and endless nesting (a short text could stand for a document of any size).
+are YAML's references and endless nesting (a short text could stand for a document of any size), and text that
+neither a database nor an answer could hold.
 """
 
 import json
+import re
 from typing import Any
 
 import yaml
@@ -14,12 +16,13 @@ from studies.errors import Finding, InvalidInput
 from studies.nearest import shown
 
 DEEPEST = 50  # levels of nesting; a sweep has about five
+NO_TEXT = re.compile("[\0\ud800-\udfff]")  # NUL, and halves of characters, as escapes can make them
 
 
 def read_json(body: bytes) -> Any:
     """What a JSON text says; raises InvalidInput."""
     try:
-        return _shallow(json.loads(_decoded(body), object_pairs_hook=_unique))
+        return _checked(json.loads(_decoded(body), object_pairs_hook=_unique))
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise _refusal(place, "a JSON document", f"correct the text there: {error.msg}") from None
@@ -33,7 +36,7 @@ def read_yaml(body: bytes) -> Any:
     """What a YAML text says; raises InvalidInput."""
     text = _decoded(body)
     _check_events(text)
-    return sweep_document.read_yaml(text, "document")
+    return _checked(sweep_document.read_yaml(text, "document"))
 
 
 def _decoded(body: bytes) -> str:
@@ -72,19 +75,26 @@ def _check_events(text: str) -> None:
         return  # reading it says what is wrong
 
 
-def _shallow(document: Any) -> Any:
-    """The document, if it is not nested deeper than any sweep."""
+def _checked(document: Any) -> Any:
+    """The document, if it is not nested deeper than any sweep, and all of its text is text."""
     level = [document]
     for _ in range(DEEPEST):
+        for text in filter(_is_no_text, level):
+            limit = "text without NUL and without halves of characters"
+            raise _refusal(shown(text), limit, "write the character itself, or leave it out")
         level = [part for whole in level for part in _parts(whole)]
         if not level:
             return document
     raise _too_deep()
 
 
+def _is_no_text(part: Any) -> bool:
+    return isinstance(part, str) and NO_TEXT.search(part) is not None
+
+
 def _parts(whole: Any) -> list[Any]:
     if isinstance(whole, dict):
-        return list(whole.values())
+        return [*whole, *whole.values()]
     return whole if isinstance(whole, list) else []
 
 

@@ -5,6 +5,7 @@ Domain code raises exceptions that carry meaning and knows nothing of the web. H
 nothing of its text, which goes to the log together with the request's id.
 """
 
+import json
 import logging
 import re
 from collections.abc import Mapping
@@ -14,10 +15,10 @@ from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse, Response
+from fastapi.responses import Response
 from starlette.exceptions import HTTPException
 
-from service.jobs import Conflict, NotFound, StoreUnavailable
+from service.jobs import Conflict, KeyReused, NotFound, StoreUnavailable
 from solver.errors import WhippleError
 from studies.errors import Finding, InvalidInput
 from studies.nearest import shown
@@ -32,7 +33,7 @@ class BodyTooLarge(WhippleError):
 
 
 class UnsupportedMediaType(WhippleError):
-    """A body is neither JSON nor YAML."""
+    """A body is of a media type that is not read here."""
 
 
 class NotReady(WhippleError):
@@ -41,6 +42,40 @@ class NotReady(WhippleError):
 
 class ServiceNotReady(WhippleError):
     """The service answers, but cannot do its work now."""
+
+
+class NotSatisfiable(WhippleError):
+    """A part of a file is asked for that begins behind its end."""
+
+    def __init__(self, size: int):
+        super().__init__(f"the file has {size} bytes; ask for a part that begins before its end")
+        self.headers = {"Content-Range": f"bytes */{size}"}
+
+
+class Busy(WhippleError):
+    """So many already ask for this that one more would only make all of them slower."""
+
+
+class SliceFailed(WhippleError):
+    """A part of a cube could not be made."""
+
+
+class NoKey(WhippleError):
+    """Who is asking has not said who it is, or not with a key that is valid."""
+
+    def __init__(self, text: str, *, given: bool):
+        super().__init__(text)
+        words = ', error="invalid_token"' if given else ""
+        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple"{words}'}
+
+
+class NotAllowed(WhippleError):
+    """Who is asking is known, and may not do this."""
+
+    def __init__(self, text: str, *, scope: str):
+        super().__init__(text)
+        words = f'error="insufficient_scope", scope="{scope}"'
+        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple", {words}'}
 
 
 class ForeignHost(WhippleError):
@@ -76,8 +111,24 @@ PROBLEMS: Mapping[type[Exception], Problem] = {
     BodyTooLarge: Problem(
         HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "body-too-large", "The body is too long"
     ),
+    NotSatisfiable: Problem(
+        HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, "range", "The file has no such part"
+    ),
+    KeyReused: Problem(
+        HTTPStatus.UNPROCESSABLE_ENTITY,
+        "idempotency-key-reused",
+        "This Idempotency-Key belongs to another request; nothing was stored",
+    ),
+    NoKey: Problem(HTTPStatus.UNAUTHORIZED, "no-key", "This needs a valid API key"),
+    NotAllowed: Problem(HTTPStatus.FORBIDDEN, "not-allowed", "This API key may not do that"),
+    SliceFailed: Problem(
+        HTTPStatus.INTERNAL_SERVER_ERROR, "slice-failed", "This part of the cube could not be made"
+    ),
+    Busy: Problem(HTTPStatus.SERVICE_UNAVAILABLE, "busy", "Too many ask for this at once", 5),
     UnsupportedMediaType: Problem(
-        HTTPStatus.UNSUPPORTED_MEDIA_TYPE, "unsupported-media-type", "Neither JSON nor YAML"
+        HTTPStatus.UNSUPPORTED_MEDIA_TYPE,
+        "unsupported-media-type",
+        "The body is of another media type",
     ),
     ForeignHost: Problem(
         HTTPStatus.MISDIRECTED_REQUEST, "foreign-host", "This host name is not answered to"
@@ -109,7 +160,9 @@ def answer(request: Request, error: Exception) -> Response:
     problem = next(PROBLEMS[kind] for kind in type(error).__mro__ if kind in PROBLEMS)
     if isinstance(error, InvalidInput):
         return _document(request, problem, _summary(error), _errors(request, error))
-    return _document(request, problem, str(error))
+    response = _document(request, problem, str(error))
+    response.headers.update(getattr(error, "headers", {}))
+    return response
 
 
 async def _answer_known(request: Request, error: Exception) -> Response:
@@ -130,7 +183,8 @@ async def _answer_http(request: Request, error: Exception) -> Response:
 
 
 async def _answer_unforeseen(request: Request, error: Exception) -> Response:
-    log.error("request %s failed", request.state.request_id, exc_info=error)
+    request_id = request.state.request_id
+    log.error("request %s failed", request_id, exc_info=error, extra={"request_id": request_id})
     return _document(request, INTERNAL, "the log of the service has it under this request_id")
 
 
@@ -153,7 +207,8 @@ def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -
     request_id = request.state.request_id
     body |= {"instance": request.url.path, "request_id": request_id}
     headers |= {"X-Request-ID": request_id, "X-Content-Type-Options": "nosniff"}
-    return JSONResponse(body, body["status"], headers, MEDIA_TYPE)
+    # In ASCII, because half a character of what was sent can be told in no other way.
+    return Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
 
 
 def _summary(error: InvalidInput) -> str:

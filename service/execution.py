@@ -1,167 +1,291 @@
-"""The engine: workers of Dask over TLS. The only file that imports ``distributed``.
+"""The engine: workers of Dask over TLS. With ``service.scheduler`` all that imports ``distributed``.
 
 Dask is muscle: it is never given more than it has free slots, never retries, and may lose anything
-at any moment. A slot is a worker process with one thread; in it a supervisor watches one child.
+at any moment. A slot is a worker process with ``service.slot`` in it; there a supervisor watches one
+child. The scheduler and its workers are our own (``Embedded``), or somebody's (``Remote``) who may go
+away and come back, and whose attempts go on when we die: they are found again by their keys.
 """
 
 import logging
-import signal
 import threading
+import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing import spawn
 from pathlib import Path
-from queue import SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import dask
 import distributed
 
-from service import worker
+from service import slot, supervisor
+from service.attempt import Away, Back, Ended, Ending, Inbox, Ticket, Told
 from service.jobs import Cause
-from service.worker import Ending, Ticket
+from service.scheduler import Connection, Embedded, Remote, ours
 
-PROGRESS = "whipple-progress"  # topic
-WORKER_PROCESS = "Dask Worker process"  # how distributed.nanny names them
-CLOSE_SECONDS = 10.0  # a child needs half a second to go, a worker a few
+if TYPE_CHECKING:
+    from service.settings import Settings
 
-CONFIGURATION = {
-    "distributed.scheduler.allowed-failures": 0,  # the row owns retries
-    "distributed.scheduler.work-stealing": True,  # a task on a busy worker moves to a free one
-    "distributed.scheduler.http.routes": [],  # no page without a login
-    "distributed.worker.http.routes": [],
-    "distributed.worker.profile.enabled": False,
-    "distributed.admin.low-level-log-length": 100,
-}
+log = logging.getLogger(__name__)
 
-
-@dataclass(frozen=True)
-class Ended:
-    """An attempt has ended, or the engine lost it."""
-
-    key: str
-    ending: Ending
-
-
-@dataclass(frozen=True)
-class Told:
-    """What the process of an attempt said of its progress."""
-
-    key: str
-    words: Mapping[str, Any]  # with "seconds": wall clock of the attempt
-
-
-Message = Ended | Told
+PUBLISHED = (
+    "whipple/"  # begin of the names under which a scheduler keeps attempts for our next life
+)
+RETRY_SECONDS = 2.0  # between two tries to reach it
+WATCH_SECONDS = 0.25  # between two looks whether the connection still holds
+RESULT_SECONDS = 10.0  # for an answer to come from its worker
+STOP_SECONDS = 1.5  # for those that could not leave: half of it is the supervisor's patience
+NO_SLOT_SECONDS = 30.0  # without any worker, until its attempts count as lost
 
 
 class Engine:
     """Slots for attempts; what happens in them is put into ``inbox``."""
 
-    def __init__(self, *, workers: int, scratch: Path, inbox: "SimpleQueue[Message | None]"):
+    def __init__(self, place: Embedded | Remote, inbox: Inbox):
+        self._place = place
         self._inbox = inbox
-        self._futures: dict[str, distributed.Future] = {}
-        self._changed = threading.Condition()  # guards the futures
-        _spare_the_main_module()
-        with dask.config.set(CONFIGURATION):
-            self._cluster = distributed.LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                processes=True,
-                protocol="tls://",
-                security=distributed.Security.temporary(),
-                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-                memory_limit=None,  # the supervisor is small, and Dask does not see its child
-                local_directory=str(scratch),
-                silence_logs=logging.CRITICAL,
-            )
-        self._client = distributed.Client(self._cluster, set_as_default=False)
-        self._client.register_plugin(_Undisturbed())
-        self._client.subscribe_topic(PROGRESS, self._hear)
+        self._followed: dict[str, distributed.Future | None] = {}  # None: scheduler is away
+        self._changed = threading.Condition()  # guards what is followed
+        self._client: Connection | None = None
+        self._refused: set[str] = set()  # addresses of workers that get no work
+        self._last_slot = time.monotonic()
+        self._closing = threading.Event()
+        if isinstance(place, Embedded):
+            self._connect()
+        else:
+            inbox.put(Away("the scheduler has not answered yet"))
+        self._keeper = threading.Thread(target=self._stay_connected, name="engine", daemon=True)
+        self._keeper.start()
+
+    # --- what the dispatcher asks ----------------------------------------------------------------
 
     def slots(self) -> int:
         """Attempts that can be under way at once."""
-        return sum(self._client.nthreads().values())
+        client = self._client
+        if client is None or client.is_lost.is_set():
+            return 0
+        try:
+            workers = client.workers()
+        except OSError:  # it is going away
+            return 0
+        self._tell_of_refused(workers)
+        count = len(ours(workers))
+        self._give_up_without_slots(count)
+        return count
 
     def submit(self, ticket: Ticket) -> None:
         """Begin an attempt; ``Ended`` follows, whatever happens."""
-        future = self._client.submit(_supervise, ticket, key=ticket.key, pure=False, retries=0)
+        client, key = self._connected(), ticket.key
         with self._changed:
-            self._futures[ticket.key] = future
-        future.add_done_callback(self._note_end)
+            self._followed[key] = None
+        try:
+            future = client.submit(
+                slot.compute, ticket, key=key, pure=False, retries=0, resources={slot.OFFER: 1}
+            )
+            client.keep(PUBLISHED + key, future)
+        except BaseException:
+            with self._changed:
+                self._followed.pop(key, None)
+            raise
+        self._attach(key, future)
 
     def stop(self, keys: list[str]) -> None:
         """Ask for the end of attempts; one that has not begun does not hear it, so ask again."""
-        self._client.run(_stop, keys, wait=False, on_error="ignore")
+        self._connected().tell(supervisor.stop, keys)
 
-    def close(self) -> None:
-        """End every attempt, and the workers."""
-        with suppress(OSError, TimeoutError):  # a worker that does not answer is killed below
-            self._client.run(_stop, on_error="ignore")
+    def known(self) -> set[str]:
+        """Attempts that the scheduler has, also ended ones until they are forgotten; raises OSError."""
+        names = self._connected().kept_names()
+        return {name.removeprefix(PUBLISHED) for name in names if name.startswith(PUBLISHED)}
+
+    def follow(self, key: str) -> None:
+        """Care for an attempt of an earlier life; ``Ended`` follows. Raises OSError."""
+        client = self._connected()
         with self._changed:
-            self._changed.wait_for(lambda: not self._futures, CLOSE_SECONDS)
-        self._client.close(timeout=CLOSE_SECONDS)
-        self._cluster.close(timeout=CLOSE_SECONDS)
+            if key in self._followed:
+                return
+            self._followed[key] = None
+        try:
+            self._find(client, key)
+        except BaseException:  # it is asked for again
+            with self._changed:
+                self._followed.pop(key, None)
+            raise
+
+    def forget(self, keys: list[str]) -> None:
+        """Their rows know how they ended: the scheduler need not keep it."""
+        with suppress(OSError):  # away; it is forgotten after the next life has seen it
+            self._connected().release([PUBLISHED + key for key in keys])
+
+    def close(self, leave_seconds: float | None = supervisor.LEAVE_SECONDS) -> None:
+        """Let every attempt write a checkpoint and leave; one that does not is stopped.
+
+        With None they go on where workers outlive us: another service, or our next life, finds them.
+        """
+        self._closing.set()
+        self._keeper.join()
+        if self._client is not None:
+            if leave_seconds is not None:
+                self._end_all(leave_seconds)
+            self._client.hang_up()
+        self._place.close()
+
+    # --- attempts --------------------------------------------------------------------------------
+
+    def _attach(self, key: str, future: distributed.Future) -> None:
+        with self._changed:
+            if future.client.is_lost.is_set():
+                return  # it is looked for when the scheduler is back
+            self._followed[key] = future
+        future.add_done_callback(self._note_end)
+
+    def _find(self, client: Connection, key: str) -> None:
+        """Follow an attempt that the scheduler has; else it is lost."""
+        future = client.kept(PUBLISHED + key)
+        if future is not None:
+            self._attach(key, future)
+        else:
+            self._end(key, _lost("Gone", "the scheduler no longer has it"))
 
     def _note_end(self, future: distributed.Future) -> None:
         """Called in a thread of the client when a future is done, failed, cancelled or lost."""
         try:
-            ending = future.result(timeout=CLOSE_SECONDS)
+            ending = future.result(timeout=RESULT_SECONDS)
         except BaseException as error:  # cancellation is no Exception here
-            reason = f"the worker is lost: {error}"
-            ending = Ending(Cause.LOST, type(error).__name__, reason, (), 0.0)
-        key = str(future.key)
-        self._inbox.put(Ended(key, ending))
+            if future.client.is_lost.is_set():
+                return  # it is looked for when the scheduler is back
+            ending = _lost(type(error).__name__, f"the worker is lost: {error}")
+        self._end(str(future.key), ending)
         future.release()
+
+    def _end(self, key: str, ending: Ending) -> None:
         with self._changed:
-            self._futures.pop(key, None)
+            if key in self._followed:  # else it was told before
+                self._inbox.put(Ended(key, ending))
+                del self._followed[key]
             self._changed.notify_all()
 
     def _hear(self, event: tuple[float, Mapping[str, Any]]) -> None:
         """Called in the loop of the client."""
         words = dict(event[1])
-        self._inbox.put(Told(words.pop("key"), words))
+        key = words.pop("key")
+        if key in self._followed:  # a scheduler may serve other services too
+            self._inbox.put(Told(key, words))
+
+    def _end_all(self, leave_seconds: float) -> None:
+        """Two words to all attempts, and the time that each leaves them."""
+        words = ((supervisor.leave, leave_seconds), (supervisor.stop, STOP_SECONDS))
+        for word, seconds in words:
+            with self._changed:
+                keys = list(self._followed)
+            try:
+                if keys:
+                    self._connected().tell(word, keys)
+            except OSError:
+                return  # the scheduler is away, and with it the answers
+            with self._changed:
+                self._changed.wait_for(lambda: not self._followed, seconds)
+
+    def _give_up_without_slots(self, slots: int) -> None:
+        """What waits for a worker that does not come is under way nowhere."""
+        now = time.monotonic()
+        if slots:
+            self._last_slot = now
+        if now - self._last_slot < NO_SLOT_SECONDS:
+            return
+        with self._changed:
+            waiting = {key: future for key, future in self._followed.items() if future is not None}
+        if waiting:
+            self.forget(list(waiting))
+            self._connected().cancel(list(waiting.values()), force=True)  # ``Ended`` follows
+
+    def _tell_of_refused(self, workers: Mapping[str, str]) -> None:
+        """Say once of each worker why it gets no work."""
+        for address, why in workers.items():
+            if why and address not in self._refused:
+                self._refused.add(address)
+                log.warning("the worker %s gets no work: %s", address, why)
+
+    # --- the connection --------------------------------------------------------------------------
+
+    def _connected(self) -> Connection:
+        client = self._client
+        if client is None or client.is_lost.is_set():
+            raise ConnectionError("the scheduler is away")
+        return client
+
+    def _connect(self) -> None:
+        client = self._place.connect()
+        try:
+            client.subscribe_topic(slot.PROGRESS, self._hear)
+            with self._changed:
+                orphans = list(self._followed)
+            for key in orphans:
+                self._find(client, key)
+        except BaseException:
+            client.hang_up()
+            raise
+        self._last_slot = time.monotonic()
+        self._client = client
+
+    def _stay_connected(self) -> None:
+        """The thread that looks after the connection."""
+        said = None if self._client is not None else ""
+        while not self._closing.wait(WATCH_SECONDS):
+            if self._client is not None and self._client.is_lost.is_set():
+                self._let_go("the connection to the scheduler broke")
+            if self._client is not None:
+                continue
+            try:
+                self._connect()
+            except Exception as error:  # whatever it is, the scheduler may be well a little later
+                if said != str(error):
+                    said = str(error)
+                    self._inbox.put(Away(f"the scheduler cannot be reached: {error}"))
+                self._closing.wait(RETRY_SECONDS)
+            else:
+                said = None
+                self._inbox.put(Back())
+
+    def _let_go(self, reason: str) -> None:
+        """Of a connection that broke."""
+        client, self._client = self._client, None
+        assert client is not None
+        self._inbox.put(Away(reason))
+        with self._changed:
+            self._followed = dict.fromkeys(self._followed)
+        client.hang_up()
 
 
-def _spare_the_main_module() -> None:
-    """Let workers start without importing the program that called us.
-
-    Else a script that calls ``run_sweep`` outside of ``if __name__ == "__main__"`` would run again
-    in each worker, and fail there; so would every worker that is replaced later.
-    """
-    plain = spawn.get_preparation_data
-
-    def prepare(name: str) -> dict[str, Any]:
-        prepared = plain(name)
-        if name.startswith(WORKER_PROCESS):
-            for entry in ("init_main_from_name", "init_main_from_path"):
-                prepared.pop(entry, None)
-        return prepared
-
-    if plain.__module__ == spawn.__name__:  # else it is ours already
-        spawn.get_preparation_data = prepare
+def open_engine(settings: "Settings", *, scratch: Path, inbox: Inbox) -> Engine:
+    """The engine that the settings ask for."""
+    if settings.engine is None:
+        return Engine(Embedded(settings.workers, scratch), inbox)
+    return Engine(_remote(settings), inbox)
 
 
-class _Undisturbed(distributed.WorkerPlugin):
-    """Ctrl-C in a terminal reaches all of its processes; workers leave it to the one above them."""
+@dataclass(frozen=True)
+class Cluster:
+    """What answers at an address."""
 
-    name = "undisturbed"
-
-    def setup(self, worker: Any) -> None:
-        """Called in the main thread of each worker, also of one that replaces another."""
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    address: str
+    workers: Mapping[str, str]  # by address: why it gets no work; empty if it gets some
 
 
-def _supervise(ticket: Ticket) -> Ending:
-    """The task: runs in a worker."""
-    report = distributed.get_worker().log_event
+def probe(settings: "Settings") -> Cluster:
+    """Ask the scheduler of the settings who works for it; raises OSError."""
+    place = _remote(settings)
+    client = place.connect()
+    try:
+        return Cluster(place.address, client.workers())
+    finally:
+        client.hang_up()
 
-    def tell(words: Mapping[str, Any]) -> None:
-        report(PROGRESS, {"key": ticket.key, **words})
 
-    return worker.supervise(ticket, tell)
+def _remote(settings: "Settings") -> Remote:
+    files = (settings.tls_ca, settings.tls_cert, settings.tls_key)
+    ca, certificate, key = (file or Path() for file in files)  # the settings have seen to them
+    return Remote(settings.engine or "", ca, certificate, key)
 
 
-async def _stop(keys: list[str] | None = None) -> None:
-    """Called in the loop of each worker, while its thread supervises."""
-    worker.stop(keys)
+def _lost(failure: str, reason: str) -> Ending:
+    return Ending(Cause.LOST, failure, reason, (), 0.0)

@@ -12,18 +12,27 @@ sweep). The row is the truth; whatever computes it may die at any moment.
                   `--> cancelled <-- cancelling
 
 ``waiting`` is a publication whose runs are not all done. A solver's verdict ("this state is
-unphysical") is a result: ``failed`` with cause ``verdict``, shared like a success.
+unphysical") is a result: ``failed`` with cause ``verdict``, shared like a success. A run that has a
+result may be queued again, for a file that was not kept, or a verdict on request: the result stays
+until there is another, and is what the run goes back to if there is none.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
-from typing import Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from solver.errors import WhippleError
 
+if TYPE_CHECKING:
+    from studies.sweep import Sweep
+
 Item = TypeVar("Item")
+
+PRIORITIES = range(-100, 101)  # that a sweep may have; smaller is sooner, as with nice
+ANSWER = "result.json"  # the file of a run that its row points to
+STATE = "state.npz"  # its final state
 
 
 class Kind(StrEnum):
@@ -62,9 +71,30 @@ class Cause(StrEnum):
 
     VERDICT = "verdict"  # the solver's own word: the answer, not an accident
     CRASH = "crash"  # the process died, and we did not kill it
+    MEMORY_LIMIT = "memory_limit"  # it asked for more than the service allows
     TIME_LIMIT = "time_limit"  # the wall clock limit of the service
     ERROR = "error"  # an exception that the solver does not know
     LOST = "lost"  # service, scheduler or worker went away: no fault of the run
+
+
+class Keep(StrEnum):
+    """What is kept of a run, least first; not part of its identity."""
+
+    NUMBERS = "numbers"  # result.json
+    FINAL = "final"  # and the final state
+    FILM = "film"  # and the frames
+
+
+# Files of a run that only some sweeps keep: whoever asks for this or for more does.
+KEPT_BY = {STATE: Keep.FINAL, "film.npz": Keep.FILM}
+
+
+class Scope(StrEnum):
+    """What an API key allows."""
+
+    READ = "read"
+    SUBMIT = "submit"
+    ADMIN = "admin"
 
 
 TERMINAL = frozenset({State.SUCCEEDED, State.FAILED, State.CANCELLED})
@@ -74,21 +104,24 @@ SWEEP_TERMINAL = frozenset({SweepState.SUCCEEDED, SweepState.FAILED, SweepState.
 
 MOVES: Mapping[State, frozenset[State]] = {
     State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
-    State.QUEUED: frozenset({State.RUNNING, State.CANCELLED, State.WAITING}),
+    # To all but itself and ``cancelling``: what has a result already goes back to it.
+    State.QUEUED: frozenset(State) - {State.QUEUED, State.CANCELLING},
     State.RUNNING: frozenset(
         {State.SUCCEEDED, State.FAILED, State.QUEUED, State.CANCELLING, State.CANCELLED}
     ),
     State.CANCELLING: frozenset({State.CANCELLED, State.SUCCEEDED, State.FAILED, State.QUEUED}),
-    # A retry, or a new sweep that asks for a run which an accident ended.
-    State.SUCCEEDED: frozenset({State.WAITING}),
+    # A retry, or a new sweep that asks for a run which an accident ended, or for more of its files.
+    State.SUCCEEDED: frozenset({State.QUEUED, State.WAITING}),
     State.FAILED: frozenset({State.QUEUED, State.WAITING}),
     State.CANCELLED: frozenset({State.QUEUED, State.WAITING}),
 }
 
-# Attempts that each cause may use up before the job is failed; None: it costs nothing.
+# Attempts that each cause may use up before the job is failed; None: it costs nothing. Crashes are
+# counted at one checkpoint: progress beyond it starts the count anew.
 BUDGET: Mapping[Cause, int | None] = {
     Cause.VERDICT: 1,
     Cause.CRASH: 3,
+    Cause.MEMORY_LIMIT: 1,
     Cause.TIME_LIMIT: 1,
     Cause.ERROR: 1,
     Cause.LOST: None,
@@ -101,9 +134,17 @@ def before(state: State) -> frozenset[State]:
 
 
 def may_try_again(cause: Cause, crashes: int) -> bool:
-    """Whether a job that stopped for ``cause``, after earlier ``crashes``, gets another attempt."""
+    """Whether a job that stopped for ``cause``, after earlier ``crashes``, gets another attempt.
+
+    The crashes that count are those at the same checkpoint: ``crashes_before``.
+    """
     budget = BUDGET[cause]
     return budget is None or crashes + 1 < budget
+
+
+def at_least(keep: Keep) -> frozenset[Keep]:
+    """This and what keeps more."""
+    return frozenset(list(Keep)[list(Keep).index(keep) :])
 
 
 class NotFound(WhippleError):
@@ -119,6 +160,10 @@ class Conflict(WhippleError):
     """The thing is there, but its state does not allow what was asked."""
 
 
+class KeyReused(WhippleError):
+    """An Idempotency-Key came with another body than the first time."""
+
+
 class StoreUnavailable(WhippleError):
     """The database is locked, away or full; nothing was changed, asking again may succeed."""
 
@@ -132,6 +177,17 @@ class Page(Generic[Item]):
 
 
 @dataclass(frozen=True)
+class Submission:
+    """A sweep, and what its owner says about it; none of this is part of a run's identity."""
+
+    sweep: "Sweep"
+    owner: str = ""  # name of an API key; empty on the loopback
+    priority: int = 0  # one of PRIORITIES
+    keep: Keep = Keep.FINAL
+    idempotency: tuple[str, str] | None = None  # the owner's key, SHA-256 of the body
+
+
+@dataclass(frozen=True)
 class SweepRow:
     """A sweep as its rows tell it at one moment."""
 
@@ -139,6 +195,9 @@ class SweepRow:
     name: str
     title: str
     scenario: str
+    owner: str  # name of an API key; empty on the loopback
+    priority: int  # smaller is sooner
+    keep: Keep
     state: SweepState
     reason: str | None  # why the publication failed
     planned: int  # points of the sweep
@@ -165,14 +224,17 @@ class RunRow:
     scenario: str
     state: State
     attempt: int  # attempts begun, lost ones included
-    crashes: int  # attempts that ended with the death of the process
+    crashes: int  # attempts that died at the same checkpoint
+    priority: int  # of the most urgent sweep that waits for it
+    keep: Keep  # the most that any sweep asked for
+    checkpoint: int | None  # step of the last one
     fraction: float | None  # 0 to 1, of the running attempt
     progress: Mapping[str, Any] | None  # studies.run.Progress: time, step, eta_seconds, measured
     cause: Cause | None  # why it failed
     failure: str | None  # short kind: "UnphysicalState", "SIGABRT"
     reason: str | None  # for people
     summary: Mapping[str, Any] | None  # measurements, flags, numbers, stop
-    path: str | None  # result.json of the attempt that counts, relative to the data directory
+    path: str | None  # ANSWER of the attempt that counts, relative to the data directory
     size: int | None  # bytes
     sha256: str | None
     cost: float  # estimated core seconds
@@ -208,10 +270,21 @@ class Outcome:
 class Stored:
     """A complete file: where, how big, and its digest."""
 
-    name: str  # "cube.nc"
+    name: str  # "cube.nc", "result.json"
     path: str  # relative to the data directory
     size: int  # bytes
     sha256: str
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """A run by what it measured, and by what that could be read off again."""
+
+    id: str
+    scenario: str
+    state: State
+    summary: Mapping[str, Any] | None  # as in RunRow
+    kept: Stored | None  # STATE
 
 
 @dataclass(frozen=True)
@@ -235,24 +308,93 @@ class Claim:
     attempt: int
     epoch: int  # of the dispatcher that claimed it
     token: str  # random, in the name of the attempt's directory
-    crashes: int  # earlier attempts that died
+    crashes: int  # earlier attempts that died at ``crash_step``
+    crash_step: int | None  # step of the checkpoint that they had come to; None: of none
+    priority: int
+    keep: Keep
     state: State  # running, or cancelling when somebody asked to stop it
-    spec: Mapping[str, Any]  # a run as JSON; empty for a publication
+    spec: Mapping[str, Any]  # a run as JSON; of a publication, what else it is to do
     sweep_id: str | None  # of a publication
 
     @property
     def key(self) -> str:
-        """Name of this attempt for the engine."""
-        return f"{self.id}-{self.attempt}-{self.epoch}"
+        """Name of this attempt for the engine; it stays the same when the attempt is adopted."""
+        return f"{self.id}-{self.attempt}-{self.token}"
+
+
+def crashes_before(claim: Claim, step: int | None) -> int:
+    """Earlier crashes that count for one at the checkpoint of ``step``: none, if it is a later one."""
+    return claim.crashes if (step or 0) <= (claim.crash_step or 0) else 0
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """The last attempt of a job: whose files count, and whether it is over."""
+
+    attempt: int
+    token: str | None  # None: no attempt has begun
+    state: State
 
 
 @dataclass(frozen=True)
 class Result:
     """A finished run, ready to be registered."""
 
-    file: Stored  # result.json
+    files: tuple[Stored, ...]  # ANSWER, and what is kept beside it
     succeeded: bool  # False: the solver's verdict
     reason: str | None
     failure: str | None
     summary: Mapping[str, Any]
     seconds: float
+
+    @property
+    def answer(self) -> Stored:
+        """The file that the run's row points to."""
+        return next(file for file in self.files if file.name == ANSWER)
+
+
+@dataclass(frozen=True)
+class QueueRow:
+    """The queue as a whole at one moment."""
+
+    paused: datetime | None  # since when no run is begun
+    hindrance: str | None  # why nothing is begun although there is work, in the leader's words
+    states: Mapping[State, int]  # jobs in each state, publications included
+    oldest_queued: datetime | None  # since when the run that waits longest is in the queue
+    epoch: int  # of the youngest reign; 0: there was none
+    leader: str | None  # who reigns; None: nobody
+
+
+@dataclass(frozen=True)
+class KeyRow:
+    """An API key; the secret itself is not stored."""
+
+    id: str
+    name: str  # the owner of what is submitted with it
+    prefix: str  # first letters of the secret, for people
+    scopes: frozenset[Scope]
+    created: datetime
+    expires: datetime | None  # None: never
+    used: datetime | None  # to a minute
+    revoked: datetime | None
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How many jobs there are of one kind, state and duration."""
+
+    kind: Kind
+    state: State
+    bucket: (
+        int | None
+    )  # how many of the given edges are below the measured seconds; None: not measured
+    jobs: int
+    seconds: float  # of all of them
+
+
+@dataclass(frozen=True)
+class Schema:
+    """The number of a store's tables, as found and as this version of the service makes them."""
+
+    found: str | None  # None: there are no tables yet
+    newest: str

@@ -3,18 +3,19 @@
 ``whipple serve`` and ``whipple sweep`` both use it, so there is one path from a sweep to its cube.
 """
 
-import fcntl
-import os
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from service.artifacts import Artifacts
-from service.jobs import SWEEP_TERMINAL, SweepRow, SweepState
+from service.artifacts import LOG, PART, Artifacts
+from service.directory import DataInUse, holding
+from service.faults import point
+from service.jobs import SWEEP_TERMINAL, Stored, StoreUnavailable, SweepRow, SweepState
+from service.leaving import Leaving, heeding
+from service.rereads import REREADS
 from service.settings import Settings
 from service.store import Store, digest_of
 from solver.errors import WhippleError
@@ -22,18 +23,17 @@ from studies.sweep import Sweep, SweepLimits
 from studies.sweep_document import read_sweep_file
 
 if TYPE_CHECKING:
+    from service.attempt import Inbox
     from service.dispatcher import Dispatcher
+    from service.execution import Engine
 
-LOCK = "whipple.lock"
+__all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_engine"]
+
 SCRATCH = "scratch"  # of the workers
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; there is one or none
 WATCH_SECONDS = 0.25  # how often a waiting person is told
 WATCH_SHARE = 20.0  # and never more than one part in so many of the time is spent on counting
-
-
-class DataInUse(WhippleError):
-    """Another service, or sweep, works in this data directory."""
 
 
 class PublicationFailed(WhippleError):
@@ -66,41 +66,65 @@ def run_sweep(
     """Compute a sweep on this machine into the folder ``out``; called again, it resumes.
 
     ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called with the
-    sweep's row, again and again. Raises InvalidInput, DataInUse, PublicationFailed.
+    sweep's row, again and again. Raises InvalidInput, DataInUse, PublicationFailed. Ctrl-C and
+    SIGTERM end it in order, as KeyboardInterrupt and SystemExit; what ran goes on from its
+    checkpoint next time.
     """
     folder = Path(out)
     settings = settings or Settings(data=folder / STORE_OF_FOLDER)
     sweep = Sweep.parse(_read(document), SweepLimits(max_runs=settings.max_runs))
-    settings.data.mkdir(parents=True, exist_ok=True)
-    with closing(Store.open(settings.url)) as store, start_engine(settings, store) as engine:
-        accepted = _accept(store, sweep)
-        row = _watch(store, engine, accepted.id, progress or _nobody)
-        if row.state is SweepState.FAILED:
-            raise PublicationFailed(row.reason or "cube and report could not be made")
-        artifacts = Artifacts(settings.data)
-        for file in store.artifacts(row.id):
-            artifacts.copy_out(file, folder)
+    with heeding() as leaving:
+        with holding(settings), closing(Store.open(settings.url)) as store:
+            row = _compute(store, settings, sweep, progress or _nobody, leaving)
+            if row.state is SweepState.FAILED:
+                raise PublicationFailed(row.reason or "cube and report could not be made")
+            _copy_out(store.artifacts(row.id), Artifacts(settings.data), folder)
+        leaving.obey()
     return Finished(folder, row)
 
 
 @contextmanager
 def start_engine(settings: Settings, store: Store) -> "Iterator[Dispatcher]":
-    """Workers and dispatcher, at work on the store's queue until the end of the block.
+    """Dispatcher and workers, at work on the store's queue until the end of the block.
 
-    Nobody else may use the data directory meanwhile; raises DataInUse.
+    With SQLite the data directory must be ours (``directory.holding``).
     """
+    from service import execution
     from service.dispatcher import Dispatcher
-    from service.execution import Engine, Message
 
-    with _locked(settings.data):
-        inbox: SimpleQueue[Message | None] = SimpleQueue()
-        engine = Engine(workers=settings.workers, scratch=settings.data / SCRATCH, inbox=inbox)
-        dispatcher = Dispatcher(settings, store, engine=engine, inbox=inbox)
-        dispatcher.start()
-        try:
-            yield dispatcher
-        finally:
-            dispatcher.close()
+    def open_engine(inbox: "Inbox") -> "Engine":
+        return execution.open_engine(settings, scratch=settings.data / SCRATCH, inbox=inbox)
+
+    dispatcher = Dispatcher(settings, store, open_engine=open_engine)
+    dispatcher.start()
+    try:
+        yield dispatcher
+    finally:
+        dispatcher.close()
+
+
+def _compute(
+    store: Store,
+    settings: Settings,
+    sweep: Sweep,
+    progress: Callable[[SweepRow], None],
+    leaving: Leaving,
+) -> SweepRow:
+    """The row of a sweep that has ended."""
+    accepted = _accept(store, sweep)
+    leaving.obey()
+    with start_engine(settings, store) as dispatcher:
+        return _watch(store, dispatcher, accepted.id, progress, leaving)
+
+
+def _copy_out(files: Iterable[Stored], artifacts: Artifacts, folder: Path) -> None:
+    """Cube and report in the person's own folder, in place of what an earlier sweep left."""
+    for file in files:
+        if file.name not in (LOG, REREADS):
+            for part in folder.glob(f".{file.name}.{PART}"):  # of a copy that was killed
+                part.unlink(missing_ok=True)
+            artifacts.copy_out(file, folder)
+            point("copy-halfway")
 
 
 def _read(document: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
@@ -129,37 +153,25 @@ def _unfinished(store: Store) -> list[SweepRow]:
 
 
 def _watch(
-    store: Store, engine: "Dispatcher", id: str, progress: Callable[[SweepRow], None]
+    store: Store,
+    dispatcher: "Dispatcher",
+    id: str,
+    progress: Callable[[SweepRow], None],
+    leaving: Leaving,
 ) -> SweepRow:
-    """Tell how far the sweep is until it has ended."""
+    """Tell how far the sweep is until it has ended, or until somebody asks us to leave."""
     while True:
         begin = time.monotonic()
-        row = store.sweep(id)
-        progress(row)
-        if row.is_terminal:
-            return row
-        if not engine.is_alive():
+        with suppress(StoreUnavailable):  # it may pass; the dispatcher is as patient
+            row = store.sweep(id)
+            progress(row)
+            if row.is_terminal:
+                return row
+        if not dispatcher.is_alive():
             raise PublicationFailed("the dispatcher has stopped; see the log")
         spent = time.monotonic() - begin
-        time.sleep(max(WATCH_SECONDS, WATCH_SHARE * spent))
+        leaving.obey(wait=max(WATCH_SECONDS, WATCH_SHARE * spent))
 
 
 def _nobody(_row: SweepRow) -> None:
     """Nobody wants to know."""
-
-
-@contextmanager
-def _locked(directory: Path) -> Iterator[None]:
-    """Hold a data directory; the kernel gives it back when the process ends, however it ends."""
-    with (directory / LOCK).open("a+", encoding="utf-8") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            file.seek(0)
-            owner = file.read().strip() or "unknown"
-            cure = "stop it, or choose another directory"
-            raise DataInUse(f"{directory} is used by process {owner}; {cure}") from None
-        file.truncate(0)
-        file.write(str(os.getpid()))
-        file.flush()
-        yield

@@ -10,7 +10,16 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import models_json_schema
 
-from service.jobs import Page, PointRow, RunRow, State, SweepRow, SweepState
+from service.jobs import (
+    Keep,
+    Page,
+    PointRow,
+    RunRow,
+    State,
+    Stored,
+    SweepRow,
+    SweepState,
+)
 from studies import examples
 from studies.cost import PresetCost
 from studies.sweep_document import read_yaml
@@ -59,6 +68,9 @@ class SweepModel(Answer):
     name: str
     title: str
     scenario: str
+    owner: str = Field(description="name of the API key it was submitted with; empty: without one")
+    priority: int = Field(description="smaller is sooner, -100 to 100")
+    keep: Keep = Field(description="what is kept of each run beside its numbers")
     state: SweepState
     reason: str | None = Field(description="why cube and report could not be made")
     planned: int = Field(description="runs of the sweep: points times resolutions and offsets")
@@ -100,7 +112,10 @@ class RunModel(Answer):
     scenario: str
     state: State
     attempt: int = Field(description="attempts begun")
-    crashes: int = Field(description="attempts that ended with the death of their process")
+    crashes: int = Field(description="attempts whose process died at the same checkpoint")
+    priority: int = Field(description="of the most urgent sweep that waits for it")
+    keep: Keep = Field(description="the most that any sweep asked for")
+    checkpoint: int | None = Field(description="step of the last one; a next attempt begins there")
     fraction: float | None = Field(description="0 to 1, of the running attempt")
     progress: dict[str, Any] | None = Field(description="simulated time, step, value so far")
     cause: str | None = Field(description="why it failed: the solver's verdict, or an accident")
@@ -117,8 +132,11 @@ class RunModel(Answer):
 
     @classmethod
     def of(cls, row: RunRow) -> "RunModel":
-        """A row with its link."""
-        return cls(**vars(row), links={"self": f"/v1/runs/{row.id}"})
+        """A row with its links."""
+        here = f"/v1/runs/{row.id}"
+        names = ("events", "history", "log", "files")
+        links = {"self": here, **{name: f"{here}/{name}" for name in names}}
+        return cls(**vars(row), links=links)
 
 
 class RunQuestion(RunModel):
@@ -156,6 +174,31 @@ class PointPage(Answer):
         return cls(items=[PointModel.of(row) for row in page.items], next_cursor=page.next_cursor)
 
 
+class FileModel(Answer):
+    """A file that is kept."""
+
+    name: str
+    size: int = Field(description="bytes")
+    sha256: str
+    href: str
+
+
+class FileList(Answer):
+    """The files of a run."""
+
+    items: list[FileModel]
+
+    @classmethod
+    def of(cls, run_id: str, files: Iterable[Stored]) -> "FileList":
+        """Rows of the store with their addresses."""
+        here = f"/v1/runs/{run_id}/files"
+        items = [
+            FileModel(name=one.name, size=one.size, sha256=one.sha256, href=f"{here}/{one.name}")
+            for one in files
+        ]
+        return cls(items=items)
+
+
 class PresetModel(Answer):
     """The same sweep at the accuracy of a preset: write `accuracy: name` for `resolution`."""
 
@@ -188,6 +231,7 @@ class EstimateModel(Answer):
     core_seconds: float = Field(description="of the runs that are not there yet")
     seconds: float = Field(description="the same on the workers of this service")
     bytes: int = Field(description="that their results would take")
+    is_measured: bool = Field(description="whether times are those measured here for this scenario")
     presets: list[PresetModel] = Field(description="the same at each accuracy that is offered")
 
 
@@ -236,6 +280,13 @@ class Health(Answer):
     status: str
 
 
+class Readiness(Answer):
+    """The service can do its work."""
+
+    status: str
+    checks: dict[str, str] = Field(description="what was looked at, and what was seen")
+
+
 class VersionModel(Answer):
     """What is running."""
 
@@ -267,9 +318,10 @@ def promised_files(row: SweepRow) -> Iterable[str]:
 def links_of(row: SweepRow, files: Iterable[str]) -> dict[str, str]:
     """Where to go from a sweep."""
     here = f"/v1/sweeps/{row.id}"
-    links = {"self": here, "runs": f"{here}/runs"}
+    links = {name: f"{here}/{name}" for name in ("runs", "events", "history", "document")}
+    links = {"self": here, **links}
     if row.is_terminal:
-        links |= {"retry": f"{here}/retry"}
+        links |= {"retry": f"{here}/retry", "remeasure": f"{here}/remeasure"}
     else:
         links |= {"cancel": f"{here}/cancel"}
-    return links | {name: f"{here}/{name}" for name in files}
+    return links | {name: f"{here}/{name}" for name in files if name in FILES}

@@ -1,53 +1,77 @@
 """``whipple serve``: interface, queue and local workers together, until somebody says stop."""
 
-import signal
 import socket
-import sys
 from ipaddress import ip_address
 from types import FrameType
 
 import uvicorn
+from fastapi import FastAPI
 
-from service.access import check_binding
+from service import local, logs
 from service.app import open_service
+from service.directory import holding
+from service.leaving import Leaving, heeding
 from service.settings import Settings
 from studies.errors import Finding, InvalidInput
 
 LEAVE_SECONDS = 3  # that open connections get after SIGTERM
+GONE_SECONDS = 9.0  # after it the process has ended, whatever hangs: a kill loses nothing either
 
 
 def serve(settings: Settings) -> None:
-    """Serve until SIGTERM or SIGINT; raises InvalidInput for an address that cannot be taken."""
-    check_binding(settings)
-    signal.signal(signal.SIGTERM, _leave)
-    from service import local
+    """Serve until SIGTERM or SIGINT; raises InvalidInput for an address that cannot be taken.
 
-    with _listening(settings) as listener, open_service(settings, local.start_engine) as app:
+    Either signal is a wish, not an accident: everything is closed in order, and the status is 0.
+    """
+    logs.configure()
+    with (
+        heeding(gone_within=GONE_SECONDS) as leaving,
+        holding(settings),
+        _listening(settings) as listener,
+        open_service(settings, local.start_engine) as app,
+    ):
+        _Server(app, settings, leaving).run(sockets=[listener])
+
+
+class _Server(uvicorn.Server):
+    """Says where it listens as soon as it does, and lets runs and connections end side by side."""
+
+    def __init__(self, app: FastAPI, settings: Settings, leaving: Leaving):
         config = uvicorn.Config(
             app,
-            log_level="warning",
+            log_config=None,
+            access_log=False,  # ours says more
             lifespan="off",
             server_header=False,
             timeout_graceful_shutdown=LEAVE_SECONDS,
         )
-        _Server(config, settings).run(sockets=[listener])
-
-
-class _Server(uvicorn.Server):
-    """Says where it listens as soon as it does."""
-
-    def __init__(self, config: uvicorn.Config, settings: Settings):
         super().__init__(config)
+        self._app = app
         self._settings = settings
+        self._leaving = leaving
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """A signal: runs have as much time to write a checkpoint as connections have to close."""
+        self._leaving.ask(sig)
+        self._app.state.engine.leave()
+        super().handle_exit(sig, frame)
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets)
+        if self._leaving.asked():  # before there was somebody to hear it
+            self.should_exit = True
+            return
         assert sockets
         port = sockets[0].getsockname()[1]
         host = self._settings.host
         shown = f"[{host}]" if ":" in host else host
         data = self._settings.data.absolute()
         print(f"whipple serves http://{shown}:{port} (data in {data})", flush=True)
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Event streams end at once: a client that wants to hear more asks again."""
+        self._app.state.live.close()
+        await super().shutdown(sockets)
 
 
 def _listening(settings: Settings) -> socket.socket:
@@ -71,8 +95,3 @@ def _family(host: str) -> socket.AddressFamily:
     except ValueError:  # a name
         return socket.AF_INET
     return socket.AF_INET6 if version == 6 else socket.AF_INET
-
-
-def _leave(number: int, frame: FrameType | None) -> None:
-    """SIGTERM is a wish, not an accident: everything is closed in order, and the status is 0."""
-    sys.exit(0)

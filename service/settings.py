@@ -3,8 +3,21 @@
 import os
 from pathlib import Path
 
-from pydantic import Field, PositiveFloat, PositiveInt
+from pydantic import (
+    ByteSize,
+    Field,
+    PositiveFloat,
+    PositiveInt,
+    ValidationInfo,
+    field_validator,
+)
+from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+GIBIBYTE = 1 << 30
+LEAVE_SECONDS, LONGEST_LEAVE = 6.0, 8.0  # closing takes a while too; a stop is over within ten
+CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")  # what a container may use
+DATABASES = ("sqlite", "postgresql")
 
 
 def _available_cores() -> int:
@@ -14,10 +27,26 @@ def _available_cores() -> int:
     return os.cpu_count() or 1
 
 
+def _available_memory() -> int:
+    """Bytes of memory that this process may use."""
+    machine = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    try:
+        return min(machine, int(CONTROL_GROUP.read_text()))
+    except (OSError, ValueError):  # no such group, or "max"
+        return machine
+
+
+def _refused(limit: str) -> PydanticCustomError:
+    """What would be allowed; the words as they are, for people."""
+    return PydanticCustomError("setting", "{limit}", {"limit": limit})
+
+
 class Settings(BaseSettings):
     """Settings of the service; each can be given as ``WHIPPLE_<NAME>`` in the environment."""
 
-    model_config = SettingsConfigDict(env_prefix="WHIPPLE_", frozen=True, extra="forbid")
+    model_config = SettingsConfigDict(
+        env_prefix="WHIPPLE_", frozen=True, extra="forbid", validate_default=True
+    )
 
     data: Path = Field(default=Path("whipple-data"), description="database and results")
     host: str = Field(default="127.0.0.1", description="address to listen on")
@@ -28,13 +57,43 @@ class Settings(BaseSettings):
     allowed_hosts: tuple[str, ...] = Field(
         default=(), description="names under which that proxy is reached, as a JSON list"
     )
-    database_url: str | None = Field(default=None, description="default: SQLite inside data")
+    database_url: str | None = Field(
+        default=None,
+        description="default: SQLite inside data; postgresql+psycopg://... allows several services",
+    )
+    engine: str | None = Field(
+        default=None, description="tls://host:port of a Dask scheduler; default: workers of our own"
+    )
+    tls_ca: Path | None = Field(default=None, description="PEM: who signed that scheduler's key")
+    tls_cert: Path | None = Field(default=None, description="PEM: our certificate, for it")
+    tls_key: Path | None = Field(default=None, description="PEM: the key of that certificate")
     workers: PositiveInt = Field(
-        default_factory=_available_cores, description="runs computed at once"
+        default_factory=_available_cores, description="runs computed at once by our own workers"
     )
     max_runs: PositiveInt = Field(default=10_000, description="most points that a sweep may have")
     run_seconds_limit: PositiveFloat = Field(
         default=7 * 24 * 3600.0, description="wall clock of a run, or a publication"
+    )
+    memory_limit: ByteSize | None = Field(
+        default=None,
+        gt=0,
+        description="memory of a run, such as 4GiB; default: this machine's, divided by workers",
+    )
+    disk_reserve: ByteSize = Field(
+        default=ByteSize(GIBIBYTE), ge=0, description="nothing is begun when less space is free"
+    )
+    leave_seconds: float = Field(
+        default=LEAVE_SECONDS,
+        ge=0,
+        le=LONGEST_LEAVE,
+        description="that runs get to write a checkpoint when the service is stopped",
+    )
+    retire_seconds: PositiveFloat = Field(
+        default=24 * 3600.0, description="age at which files of lost attempts are removed"
+    )
+    forget_seconds: PositiveFloat = Field(
+        default=30 * 24 * 3600.0,
+        description="after which runs of deleted sweeps are removed, if no other sweep has them",
     )
     poll_seconds: PositiveFloat = Field(
         default=0.5, description="between two looks at the queue without a reason"
@@ -46,7 +105,48 @@ class Settings(BaseSettings):
         default=None, description="stands in for studies.run and studies.publish (tests)"
     )
 
+    @field_validator("database_url")
+    @classmethod
+    def _is_known_database(cls, url: str | None) -> str | None:
+        if url is not None and url.partition(":")[0].partition("+")[0] not in DATABASES:
+            raise _refused(f"a URL of one of these: {', '.join(DATABASES)}")
+        return url
+
+    @field_validator("engine")
+    @classmethod
+    def _is_encrypted(cls, address: str | None) -> str | None:
+        """A scheduler runs whatever it is sent, so nobody may talk to it unseen."""
+        if address is None:
+            return None
+        scheme, _, place = address.partition("://")
+        host, _, port = place.rpartition(":")
+        if scheme != "tls" or not host or not port.isdigit():
+            raise _refused("an address such as tls://scheduler.example.org:8786")
+        return address
+
+    @field_validator("tls_ca", "tls_cert", "tls_key")
+    @classmethod
+    def _is_there_for_the_engine(cls, file: Path | None, known: ValidationInfo) -> Path | None:
+        engine = known.data.get("engine")
+        if engine is not None and file is None:
+            raise _refused(f"a file: the engine at {engine} talks to nobody without one")
+        if file is not None and not file.is_file():
+            raise _refused("a file that exists")
+        return file
+
     @property
     def url(self) -> str:
         """The database's URL."""
         return self.database_url or f"sqlite:///{self.data.absolute() / 'whipple.db'}"
+
+    @property
+    def has_replicas(self) -> bool:
+        """Whether several services may share database and data directory."""
+        return not self.url.startswith("sqlite")
+
+    @property
+    def memory_of_a_run(self) -> int | None:
+        """Bytes that a run may use; None where the machine that computes it is not this one."""
+        if self.memory_limit is not None:
+            return self.memory_limit
+        return None if self.engine else _available_memory() // self.workers

@@ -1,295 +1,128 @@
-"""A process for each attempt: the supervisor that starts and watches it, and the process itself.
+"""The warm process of a slot: takes order after order, and leaves when nobody holds its stdin.
 
-The supervisor is called in a worker of the engine; it starts ``python -m service.worker`` and talks
-to it over pipes:
+Imports are paid once. Each order gets the folder of its attempt, where its log goes too, and its own
+memory limit; what it changes of the process is put back behind it. One JSON object a line:
 
-* stdin: one line, the order; then nothing, but it stays open. It is the life line: the word
-  ``stop`` or its end makes the child leave, so no child survives its supervisor.
-* stdout: one JSON object a line: progress, or ``{"error": ...}`` before it leaves with status 1.
-* stderr: into ``log.txt`` of the attempt's folder, with whatever libraries print.
-
-The answer is files in the attempt's folder. Crash, time limit and cancel touch this attempt alone.
+* stdin: ``{"order": ...}``, a ticket; ``{"stop": true}``: end at once; ``{"leave": true}``: write a
+  checkpoint and give the order back. The end of stdin ends the process: it is its life line.
+* stdout: ``{"taken": key}``, ``{"progress": ...}``, ``{"checkpoint": step}``, and for the end of an
+  order one of ``{"done": {}}``, ``{"left": step}``, ``{"error": {"failure", "reason", "errno",
+  "memory"}}``, each with ``"spent"``: whether the order left threads or processes behind.
 """
 
 import ctypes
+import errno
+import gc
 import json
 import math
 import os
-import selectors
+import resource
 import signal
-import subprocess
 import sys
 import threading
-import time
 import traceback
-from collections.abc import Callable, Mapping
-from contextlib import suppress
-from dataclasses import asdict, dataclass
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
-from typing import IO, Any
+from queue import SimpleQueue
+from typing import Any
 
-from service.artifacts import LOG, describe, digest
-from service.jobs import Cause, Kind, Stored
+from service.artifacts import LOG, digest
+from service.jobs import Keep, Kind
+from solver.errors import Interrupted
 
-Tell = Callable[[Mapping[str, Any]], None]
+Words = Mapping[str, Any]
+Tell = Callable[[Words], None]
 
-# What each kind of job leaves behind, and the module that knows how to make it.
-FILES = {Kind.RUN: ("result.json",), Kind.PUBLISH: ("cube.nc", "report.html", "report.json")}
+# The module that knows how to make each kind of job.
 TARGETS = {Kind.RUN: "studies.run", Kind.PUBLISH: "studies.publish"}
 
-STOP = b"stop\n"
-STATUS_ERROR, STATUS_STOPPED, STATUS_ORPHAN = 1, 20, 21
-TICK = 0.1  # s, how often stop and limit are looked at
-PATIENCE = 0.5  # s, between the word "stop" and the kill
-TELL_INTERVAL = 1.0  # s, between two pieces of progress
+
+STATUS_STOPPED, STATUS_ORPHAN, STATUS_MEMORY = 20, 21, 22
 PR_SET_PDEATHSIG = 1  # prctl(2)
-
-# One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported.
-SINGLE_THREAD = dict.fromkeys(
-    ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
-)
+HOME = "/"  # where the process is between two orders, so that folders can be removed
 
 
-@dataclass(frozen=True)
-class Ticket:
-    """The order for one attempt, as it travels to a worker."""
-
-    key: str  # of the claim
-    kind: Kind
-    directory: str  # of the attempt; files go here
-    spec: Mapping[str, Any]  # a run as JSON; or document and outcomes of a sweep
-    seconds_limit: float
-    targets: str | None  # a module in place of TARGETS
-
-
-@dataclass(frozen=True)
-class Ending:
-    """How an attempt ended."""
-
-    cause: Cause | None  # None: its files are complete
-    failure: str  # short kind: "SIGABRT", "MemoryError"; "" for none
-    reason: str  # for people
-    files: tuple[Stored, ...]  # absolute paths
-    seconds: float  # wall clock
-
-
-# --- the supervisor ------------------------------------------------------------------------------
-
-_SUPERVISORS: dict[str, "Supervisor"] = {}
-
-
-def supervise(ticket: Ticket, tell: Tell) -> Ending:
-    """Compute one attempt in a process of its own, and say how it ended."""
-    supervisor = _SUPERVISORS[ticket.key] = Supervisor(ticket, tell)
-    try:
-        return supervisor.run()
-    except OSError as error:  # no space for its folder, no memory for a process
-        return supervisor.ending(Cause.ERROR, type(error).__name__, str(error))
-    finally:
-        del _SUPERVISORS[ticket.key]
-
-
-def stop(keys: list[str] | None = None) -> None:
-    """Stop these attempts, or all, if they run in this process."""
-    for key, supervisor in list(_SUPERVISORS.items()):
-        if keys is None or key in keys:
-            supervisor.stop()
-
-
-class Supervisor:
-    """Starts the process of one attempt, listens to it, and ends it when it must end."""
-
-    def __init__(self, ticket: Ticket, tell: Tell):
-        self._ticket = ticket
-        self._tell = tell
-        self._directory = Path(ticket.directory)
-        self._begin = time.monotonic()
-        self._told = self._begin - TELL_INTERVAL
-        self._stop = threading.Event()
-        self._error: Mapping[str, str] | None = None
-        self._cut: Cause | None = None  # why we ended it, if we did
-
-    def stop(self) -> None:
-        """Ask for the end; ``run`` sees to it."""
-        self._stop.set()
-
-    def run(self) -> Ending:
-        """The whole life of the process."""
-        self._directory.mkdir(parents=True, exist_ok=True)
-        with (self._directory / LOG).open("ab") as log:
-            process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "service.worker"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=log,
-                cwd=self._directory,
-                env=_environment(),
-                start_new_session=True,
-                bufsize=0,
-            )
-        with process:
-            try:
-                self._order(process)
-                self._watch(process)
-            finally:
-                _kill(process)
-        return self._judge(process.returncode)
-
-    def ending(
-        self,
-        cause: Cause | None,
-        failure: str = "",
-        reason: str = "",
-        files: tuple[Stored, ...] = (),
-    ) -> Ending:
-        """An ending, now."""
-        return Ending(cause, failure, reason, files, time.monotonic() - self._begin)
-
-    def _order(self, process: subprocess.Popen[bytes]) -> None:
-        """Write the order, a long one piece by piece."""
-        assert process.stdin is not None
-        line = memoryview(json.dumps(asdict(self._ticket)).encode() + b"\n")
-        with suppress(BrokenPipeError):  # it died at once; its status says why
-            while line:
-                line = line[process.stdin.write(line) or 0 :]
-
-    def _watch(self, process: subprocess.Popen[bytes]) -> None:
-        """Listen until the process ends, or is ended."""
-        assert process.stdout is not None
-        limit, kill_at = self._begin + self._ticket.seconds_limit, None
-        with selectors.DefaultSelector() as selector:
-            selector.register(process.stdout, selectors.EVENT_READ)
-            lines = _Lines(process.stdout)
-            while process.poll() is None:
-                if selector.get_map() and selector.select(TICK):
-                    self._hear(lines)
-                    if lines.ended:
-                        selector.unregister(process.stdout)
-                elif not selector.get_map():
-                    _wait(process, TICK)
-                now = time.monotonic()
-                if self._cut is None and (self._stop.is_set() or now > limit):
-                    self._cut = Cause.LOST if self._stop.is_set() else Cause.TIME_LIMIT
-                    _ask_to_stop(process)
-                    kill_at = now + PATIENCE
-                if kill_at is not None and now > kill_at:
-                    return
-            while not lines.ended and selector.select(0):
-                self._hear(lines)
-
-    def _hear(self, lines: "_Lines") -> None:
-        """Pass progress on, at most so often; keep an error for the end."""
-        for line in lines.read():
-            try:
-                words = json.loads(line)
-            except ValueError:
-                continue  # cut short by a kill
-            now = time.monotonic()
-            if "error" in words:
-                self._error = words["error"]
-            elif now - self._told >= TELL_INTERVAL:
-                self._told = now
-                self._tell({**words, "seconds": now - self._begin})
-
-    def _judge(self, status: int) -> Ending:
-        """How it ended, from its status and its files."""
-        if status == 0:  # also if it was about to be stopped
-            return self._collect()
-        if self._cut is Cause.LOST:
-            return self.ending(Cause.LOST, "Stopped", "stopped on request")
-        if self._cut is Cause.TIME_LIMIT:
-            limit = f"stopped after the limit of {self._ticket.seconds_limit:g} s"
-            return self.ending(Cause.TIME_LIMIT, "TimeLimit", limit)
-        if self._error is not None:
-            return self.ending(Cause.ERROR, self._error["failure"], self._error["reason"])
-        name = signal.Signals(-status).name if status < 0 else f"status {status}"
-        return self.ending(Cause.CRASH, name, f"the process died: {name}")
-
-    def _collect(self) -> Ending:
-        """The files of a process that says it succeeded."""
-        files = [self._directory / name for name in FILES[self._ticket.kind]]
-        missing = [file.name for file in files if not file.is_file()]
-        if missing:
-            reason = f"the process ended without {', '.join(missing)}"
-            return self.ending(Cause.ERROR, "MissingFile", reason)
-        return self.ending(None, files=tuple(describe(file) for file in files))
-
-
-class _Lines:
-    """Lines from a pipe, without waiting for the rest of one."""
-
-    def __init__(self, pipe: IO[bytes]):
-        self._descriptor = pipe.fileno()
-        self._rest = b""
-        self.ended = False
-
-    def read(self) -> list[bytes]:
-        """The lines that are complete now."""
-        chunk = os.read(self._descriptor, 1 << 16)
-        self.ended = not chunk
-        *lines, self._rest = (self._rest + chunk).split(b"\n")
-        return lines
-
-
-def _environment() -> dict[str, str]:
-    """Ours, one thread, the same modules, and a trace in the log when the interpreter dies."""
-    path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path)
-    return {**os.environ, **SINGLE_THREAD, "PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"}
-
-
-def _ask_to_stop(process: subprocess.Popen[bytes]) -> None:
-    assert process.stdin is not None
-    with suppress(BrokenPipeError):  # it is gone already
-        process.stdin.write(STOP)
-
-
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the process and everything that it started."""
-    with suppress(ProcessLookupError):  # nothing is left
-        os.killpg(process.pid, signal.SIGKILL)
-
-
-def _wait(process: subprocess.Popen[bytes], seconds: float) -> None:
-    with suppress(subprocess.TimeoutExpired):  # the caller looks again
-        process.wait(seconds)
-
-
-# --- the process ---------------------------------------------------------------------------------
-
-
-def main() -> int:
-    """Take one order from stdin, carry it out, and leave."""
+def main() -> None:
+    """Take orders until stdin ends."""
     _die_with_parent()
-    tell = _take_stdout()
-    order = json.loads(_read_line())
-    threading.Thread(target=_hold_life_line, name="life line", daemon=True).start()
+    for wish in (signal.SIGINT, signal.SIGTERM):  # meant for those who then say a word on stdin
+        signal.signal(wish, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+    words, tell = _take_pipes()
+    listener = _Listener(words)
+    listener.start()
+    while True:
+        order = listener.orders.get()
+        tell({"taken": order["key"]})
+        end = _carry_out(order, tell, listener.leave.is_set)
+        tell({**end, "spent": not _is_alone()})
+        _give_memory_back()
+
+
+# --- one order -----------------------------------------------------------------------------------
+
+
+def _carry_out(order: Words, tell: Tell, leave: Callable[[], bool]) -> Words:
+    """Compute what is asked; the words that end the order."""
+    step: int | None = None
+
+    def saved(now: int) -> None:
+        nonlocal step
+        step = now
+        tell({"checkpoint": step})
+
     try:
-        perform(
-            Kind(order["kind"]), order["spec"], Path(order["directory"]), tell, order["targets"]
-        )
-    except Exception as error:  # whatever it is, the supervisor is told its name
-        traceback.print_exc()
-        tell({"error": {"failure": type(error).__name__, "reason": str(error)}})
-        return STATUS_ERROR
-    return 0
+        with (
+            _at_home_again(),
+            _logged(Path(order["directory"])),
+            _memory_limit(order["memory_limit"]),
+        ):
+            perform(order, tell, saved, leave)
+    except Interrupted:
+        return {"left": step}
+    except BaseException as error:  # whatever it is, the supervisor is told its name
+        said = {"failure": type(error).__name__, "reason": str(error)}
+        number = getattr(error, "errno", None)
+        return {"error": {**said, "errno": number, "memory": _is_want_of_memory(error)}}
+    return {"done": {}}
 
 
 def perform(
-    kind: Kind, spec: Mapping[str, Any], directory: Path, tell: Tell, targets: str | None
+    order: Words, tell: Tell, saved: Callable[[int], None], leave: Callable[[], bool]
 ) -> None:
-    """Compute a run, or publish a sweep, into ``directory``."""
-    target = import_module(targets or TARGETS[kind])
-    if kind is Kind.RUN:
-        target.execute(
-            target.Run.from_json(spec), directory, lambda told: tell(_finite(asdict(told)))
-        )
+    """Compute a run, or publish a sweep, into the folder of the order."""
+    kind, spec, directory = Kind(order["kind"]), order["spec"], Path(order["directory"])
+    target = import_module(order["targets"] or TARGETS[kind])
+    if kind is Kind.PUBLISH:
+        answers = {one["run_id"]: _answer(one) for one in spec["outcomes"]}
+        if spec.get("again"):
+            from service.rereading import read_again
+
+            answers |= read_again(spec, directory)
+        target.publish(spec["document"], answers, directory)
         return
-    answers = {one["run_id"]: _answer(one) for one in spec["outcomes"]}
-    target.publish(spec["document"], answers, directory)
+    target.execute(
+        target.Run.from_json(spec),
+        directory,
+        lambda told: tell({"progress": _finite(asdict(told))}),
+        checkpoint=Path(order["checkpoint"]) if order["checkpoint"] else None,
+        leave=leave,
+        saved=saved,
+        film=order["keep"] == Keep.FILM,
+        say=_say,
+    )
 
 
-def _answer(outcome: Mapping[str, Any]) -> Mapping[str, Any]:
+def _say(line: str) -> None:
+    """Into the attempt's log, at once: who looks on wants to see it."""
+    print(line, flush=True)
+
+
+def _answer(outcome: Words) -> Words:
     """A run's result, or why there is none."""
     if outcome["path"] is None:
         return {"state": outcome["state"], "reason": outcome["reason"]}
@@ -306,38 +139,158 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def _is_want_of_memory(error: BaseException | None) -> bool:
+    """Whether there was no memory, here or in what this was raised from."""
+    while error is not None:
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+# --- around an order -----------------------------------------------------------------------------
+
+
+@contextmanager
+def _logged(directory: Path) -> Iterator[None]:
+    """Whatever is printed, by Python, libraries or a dying interpreter, goes to the attempt's log."""
+    directory.mkdir(exist_ok=True)
+    kept = os.dup(1), os.dup(2)
+    log = os.open(directory / LOG, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o644)
+    os.dup2(log, 1)
+    os.dup2(log, 2)
+    os.close(log)
+    os.chdir(directory)
+    try:
+        yield
+    except Interrupted:
+        raise
+    except BaseException:
+        traceback.print_exc()
+        raise
+    finally:
+        _flush()
+        for place, before in enumerate(kept, start=1):
+            os.dup2(before, place)
+            os.close(before)
+
+
+@contextmanager
+def _at_home_again() -> Iterator[None]:
+    """Put back what an order may change of its process."""
+    environment, path, printers = dict(os.environ), list(sys.path), (sys.stdout, sys.stderr)
+    mask = os.umask(0)
+    os.umask(mask)
+    try:
+        with warnings.catch_warnings():
+            yield
+    finally:
+        sys.stdout, sys.stderr = printers
+        os.umask(mask)
+        os.chdir(HOME)
+        sys.path[:] = path
+        if environment != dict(os.environ):
+            os.environ.clear()
+            os.environ.update(environment)
+
+
+@contextmanager
+def _memory_limit(limit: int | None) -> Iterator[None]:
+    """Let the process hold so many bytes of data; there is room again to say that it was too little."""
+    _, most = resource.getrlimit(resource.RLIMIT_DATA)
+    soft = most if limit is None else limit if most == resource.RLIM_INFINITY else min(limit, most)
+    resource.setrlimit(resource.RLIMIT_DATA, (soft, most))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+
+
+def _flush() -> None:
+    """Bring what is printed so far into the log, also what libraries hold back."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # no space, or closed by somebody
+            stream.flush()
+    ctypes.CDLL(None).fflush(None)
+
+
+def _is_alone() -> bool:
+    """Whether nothing that an order started is left: no thread but ours, no process."""
+    if threading.active_count() > 2:
+        return False
+    try:
+        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:
+        return True
+    return False
+
+
+def _give_memory_back() -> None:
+    """What an order held must not count against the next one.
+
+    What outlives an order, modules above all, is not looked at again: that would take longer (90 ms,
+    2026-11) than a small run.
+    """
+    gc.collect()
+    gc.freeze()
+    with suppress(AttributeError):  # another C library
+        ctypes.CDLL(None).malloc_trim(0)
+
+
+# --- the process ---------------------------------------------------------------------------------
+
+
+class _Listener(threading.Thread):
+    """Reads stdin: the one thread that hears a word while an order is carried out."""
+
+    def __init__(self, descriptor: int):
+        super().__init__(name="listener", daemon=True)
+        self._descriptor = descriptor
+        self.orders: SimpleQueue[Words] = SimpleQueue()
+        self.leave = threading.Event()
+
+    def run(self) -> None:
+        try:
+            with os.fdopen(self._descriptor, "rb") as lines:
+                for line in lines:
+                    self._take(line)
+        except MemoryError:
+            os._exit(STATUS_MEMORY)
+        os._exit(STATUS_ORPHAN)
+
+    def _take(self, line: bytes) -> None:
+        words = json.loads(line)
+        if "stop" in words:
+            os._exit(STATUS_STOPPED)
+        if "leave" in words:
+            self.leave.set()
+        if "order" in words:
+            self.leave.clear()
+            self.orders.put(words["order"])
+
+
 def _die_with_parent() -> None:
     """On Linux the system kills us with our parent, even if compiled code blocks every thread."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
-def _take_stdout() -> Tell:
-    """Keep stdout for what we tell; what others print goes to the log."""
+def _take_pipes() -> tuple[int, Tell]:
+    """Keep stdin and stdout for the supervisor: nothing that an order starts reads or writes them."""
+    words = os.dup(0)
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
     ours = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
-    def tell(words: Mapping[str, Any]) -> None:
-        print(json.dumps(words), file=ours, flush=True)
-
-    return tell
-
-
-def _read_line() -> bytes:
-    """The order; if the parent died before it was written, leave."""
-    line = b""
-    while not line.endswith(b"\n"):
-        chunk = os.read(0, 1 << 16)
-        if not chunk:
+    def tell(words: Words) -> None:
+        try:
+            print(json.dumps(words), file=ours, flush=True)
+        except BrokenPipeError:  # nobody is there any more
             os._exit(STATUS_ORPHAN)
-        line += chunk
-    return line
 
-
-def _hold_life_line() -> None:
-    """Leave when told to, or when nobody holds the other end any more."""
-    os._exit(STATUS_STOPPED if os.read(0, len(STOP)) else STATUS_ORPHAN)
+    return words, tell
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

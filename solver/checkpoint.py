@@ -25,7 +25,7 @@ DIGEST_SIZE = hashlib.sha256().digest_size
 Fingerprint = Mapping[str, str]
 
 
-def _nothing(_: str) -> None:
+def _nothing(_: object) -> None:
     """A listener that does not listen."""
 
 
@@ -46,9 +46,8 @@ class Checkpointing:
     remember: Callable[[], str] = str  # the observer's own text, stored beside
     recall: Callable[[str], object] = _nothing  # gives it back before the run goes on
     leave: Callable[[], bool] = _never  # asked after each step; true: write and raise Interrupted
-    tell: Callable[[str], object] = (
-        _nothing  # one sentence: where a run goes on, or why it does not
-    )
+    saved: Callable[[int], object] = _nothing  # the step of a checkpoint, written or gone on from
+    tell: Callable[[str], object] = _nothing  # a sentence: where a run goes on, or why not
 
 
 @dataclass(frozen=True)

@@ -171,6 +171,7 @@ def _about(sweep: Any, layout: Layout, words: Vocabulary, catalogue: Catalogue) 
         "sweep": _json(document),
         "materials": _json(catalogue.materials),
         "software": _json(versions),
+        "measurement_versions": _json(_definitions(layout)),
         "vocabulary": _json(vocabulary_as_json(words)),
     }
 
@@ -187,6 +188,15 @@ def _versions(layout: Layout) -> dict[str, list[str]]:
             if name not in ONCE_A_RUN:
                 found.setdefault(name, set()).add(str(value))
     return {name: sorted(values) for name, values in sorted(found.items())}
+
+
+def _definitions(layout: Layout) -> dict[str, list[int]]:
+    """Versions of the definitions that each quantity of this cube was measured with; more than one: mixed."""
+    found: dict[str, set[int]] = {}
+    for cell in layout.cells:
+        for name, measured in cell.measurements.items():
+            found.setdefault(name, set()).add(measured.version)
+    return {name: sorted(versions) for name, versions in sorted(found.items())}
 
 
 def _spoken(versions: Mapping[str, list[str]]) -> str:

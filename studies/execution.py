@@ -22,6 +22,9 @@ from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from studies import measurements, scenarios
 from studies.atomic import write_atomically
+from studies.checkpoints import Checkpoints
+from studies.film import Film
+from studies.journal import Journal, Say
 from studies.measurements import History, Measurement, Reading
 from studies.results import Measured, Progress, RunResult
 from studies.run import Run, materials_of
@@ -33,10 +36,6 @@ ENERGY_DRIFT_FLAG = 0.01
 HOTTEST_SHARE_FLAG = 0.5
 
 
-def _never() -> bool:
-    return False
-
-
 @dataclass
 class Observer:
     """Reads the scenario's measurements at each observation and decides when they have settled."""
@@ -45,6 +44,7 @@ class Observer:
     given: Any  # parameters
     setting: Setting
     progress: Callable[[Progress], None] | None
+    film: Film | None = None
     times: list[float] = field(default_factory=list)
     readings: list[dict[str, Reading]] = field(default_factory=list)
     last_view: Any = None
@@ -66,6 +66,8 @@ class Observer:
         if self.progress:
             self.progress(self._progress(snapshot))
         settled = self.pace.early and all(self._settled(name) for name in self.scenario.settles)
+        if self.film:
+            self.film.see(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
         return "settled" if settled else None
 
     def remember(self) -> str:
@@ -160,20 +162,40 @@ def compute(
     *,
     threads: int | None = None,
     checkpoint: Path | None = None,
-    leave: Callable[[], bool] = _never,
+    leave: Callable[[], bool] | None = None,
+    saved: Callable[[int], object] | None = None,
+    film: bool = False,
+    say: Say | None = None,
 ) -> RunResult:
-    """The result of a run, also written to the directory.
+    """The result of a run, also written to the directory, with the final state and the ``film`` if it is wanted.
 
     With ``checkpoint`` the run goes on from that file where it is this run's and this machine's, and writes it as it
-    goes; the numbers are those of a run that never stopped. Raises Interrupted once ``leave`` says so.
+    goes; the numbers are those of a run that never stopped. ``saved`` is told the step of each checkpoint that it
+    writes or goes on from, and ``say`` each line of the run's log. Raises Interrupted once ``leave`` says so.
     """
     directory.mkdir(parents=True, exist_ok=True)
     started = datetime.now(UTC).isoformat(timespec="seconds")
     clock = time.perf_counter()
     resumed: list[str] = []
+    log = Journal(say)
+
+    def explain(sentence: str) -> None:
+        resumed.append(sentence)
+        log.say(sentence)
+
+    def listen(news: Progress) -> None:
+        log.progress(news)
+        if progress:
+            progress(news)
+
     try:
-        watched = observer_of(run, progress)
-        kept = _kept(watched, checkpoint, leave, resumed.append)
+        watched = observer_of(run, listen, film=film)
+        log.question(run, watched.setting.problem, provenance())
+        kept = None
+        if checkpoint:
+            kept = Checkpoints(checkpoint, watched).of_solver(
+                leave=leave, saved=saved, tell=explain
+            )
         result = _succeed(run, directory, watched, threads, kept)
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
@@ -181,15 +203,19 @@ def compute(
     if resumed:
         made["checkpoint"] = "; ".join(resumed)
     result = replace(result, provenance=made)
+    log.end(result)
     text = json.dumps(result.as_json(), allow_nan=False, indent=1)
     write_atomically(directory / "result.json", lambda file: Path(file).write_text(text))
     return result
 
 
-def observer_of(run: Run, progress: Callable[[Progress], None] | None = None) -> Observer:
+def observer_of(
+    run: Run, progress: Callable[[Progress], None] | None = None, *, film: bool = False
+) -> Observer:
     """The observer of a run, with the problem that it is to watch."""
-    scenario = scenarios.load(run.scenario)
-    return Observer(scenario, scenario.parameters(**run.parameters), setting_of(run), progress)
+    scenario, setting = scenarios.load(run.scenario), setting_of(run)
+    shown = Film(setting.problem) if film else None
+    return Observer(scenario, scenario.parameters(**run.parameters), setting, progress, shown)
 
 
 def setting_of(run: Run) -> Setting:
@@ -219,24 +245,6 @@ def provenance() -> dict[str, str | float]:
     }
 
 
-def _kept(
-    watched: Observer,
-    checkpoint: Path | None,
-    leave: Callable[[], bool],
-    tell: Callable[[str], object],
-) -> Checkpointing | None:
-    if checkpoint is None:
-        return None
-    return Checkpointing(
-        path=checkpoint,
-        caller=watched.definitions(),
-        remember=watched.remember,
-        recall=watched.recall,
-        leave=leave,
-        tell=tell,
-    )
-
-
 def _succeed(
     run: Run,
     directory: Path,
@@ -253,6 +261,8 @@ def _succeed(
     )
     numbers = _numbers(watched, outcome)
     _save_state(directory, outcome)
+    if watched.film:
+        watched.film.save(directory / "film.npz", compressed=True)
     return RunResult(
         run.id,
         "succeeded",

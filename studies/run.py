@@ -8,7 +8,8 @@ function of the run: the same call in a notebook, a worker and a test. Only it, 
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +63,7 @@ class Run:
     parameters: Mapping[str, float | str | int | bool | None]
     materials: Mapping[str, Mapping[str, Any]]  # resolved, by the parameter that names them
 
-    @property
+    @cached_property
     def id(self) -> str:
         """Content hash, 32 hexadecimal digits."""
         return hashlib.sha256(_canonical(self._content()).encode()).hexdigest()[:32]
@@ -103,11 +104,10 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
         )
     given = chosen.fill(chosen.parameters(**values))
     resolved = {name: materials[name].resolved() for name in chosen.materials}
-    run = Run(scenario, asdict(given), resolved)
-    findings = chosen.check(given, materials_of(run))
+    findings = chosen.check(given, {name: materials[name] for name in chosen.materials})
     if findings:
         raise InvalidInput(findings)
-    return run
+    return Run(scenario, dict(vars(given)), resolved)
 
 
 def materials_of(run: Run) -> "Materials":
@@ -136,15 +136,31 @@ def execute(
     *,
     threads: int | None = None,
     checkpoint: Path | None = None,
+    leave: Callable[[], bool] | None = None,
+    saved: Callable[[int], object] | None = None,
+    film: bool = False,
+    say: Callable[[str], object] | None = None,
 ) -> RunResult:
     """Compute a run; leaves ``result.json`` and, if it succeeded, ``state.npz`` in the directory.
 
     With ``checkpoint`` the run goes on from that file, where it is this run's and this machine's, and writes it as it
-    goes. The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised.
+    goes; ``saved`` is told the step of each one that it writes or goes on from. Once ``leave`` says so it writes one
+    and raises Interrupted. With ``film`` there will be a ``film.npz`` (``studies.film``) too; ``say`` takes each line
+    of the run's log. The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised.
     """
     from studies.execution import compute
 
-    return compute(run, directory, progress, threads=threads, checkpoint=checkpoint)
+    return compute(
+        run,
+        directory,
+        progress,
+        threads=threads,
+        checkpoint=checkpoint,
+        leave=leave,
+        saved=saved,
+        film=film,
+        say=say,
+    )
 
 
 def warm_up() -> None:

@@ -1,5 +1,6 @@
 """What holds for every test: how properties are searched, and which folder makes which mark."""
 
+import signal
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,12 @@ settings.load_profile("whipple")
 
 MARK_OF_FOLDER = {"acceptance": "acceptance", "verification": "verification"}
 TESTS = Path(__file__).parent
+
+
+def pytest_configure() -> None:
+    """In the background of a shell Ctrl-C is ignored, and would be by every process that a test starts."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

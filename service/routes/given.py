@@ -1,13 +1,25 @@
-"""What endpoints are given: the parts of the app, and the sweep document in the body."""
+"""What endpoints are given: the parts of the app, pages, and what a request says."""
 
+import hashlib
+import re
+from collections.abc import Mapping
 from typing import Annotated, Any
 
-from fastapi import Depends, Request
+from fastapi import Depends, Header, Path, Query, Request
+from pydantic import ValidationError
 
+from service.artifacts import Artifacts
 from service.documents import read_json, read_yaml
 from service.errors import BodyTooLarge, UnsupportedMediaType
+from service.jobs import PRIORITIES, Keep, Submission
+from service.keys import Submitter
+from service.live import Live
+from service.queue_schemas import Change
 from service.settings import Settings
+from service.slices import Slices
 from service.store import Store
+from studies.errors import Finding, InvalidInput
+from studies.nearest import shown
 from studies.sweep import Sweep, SweepLimits
 
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
@@ -17,6 +29,7 @@ READERS = {
     "application/x-yaml": read_yaml,
     "text/yaml": read_yaml,
 }
+IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # what can be seen, without spaces
 
 
 def the_store(request: Request) -> Store:
@@ -29,12 +42,42 @@ def the_settings(request: Request) -> Settings:
     return request.app.state.settings
 
 
+def the_artifacts(request: Request) -> Artifacts:
+    """The files of the service."""
+    return Artifacts(request.app.state.settings.data)
+
+
+def the_slices(request: Request) -> Slices:
+    """What makes parts of cubes."""
+    return request.app.state.slices
+
+
+def the_live(request: Request) -> Live:
+    """The open event streams."""
+    return request.app.state.live
+
+
+StoreGiven = Annotated[Store, Depends(the_store)]
+SettingsGiven = Annotated[Settings, Depends(the_settings)]
+ArtifactsGiven = Annotated[Artifacts, Depends(the_artifacts)]
+SlicesGiven = Annotated[Slices, Depends(the_slices)]
+LiveGiven = Annotated[Live, Depends(the_live)]
+
+SweepId = Annotated[str, Path(description="what the answer to the submission said")]
+RunId = Annotated[str, Path(description="what the list of a sweep's runs says")]
+Cursor = Annotated[str | None, Query(description="`next_cursor` of the page before")]
+Limit = Annotated[int, Query(ge=1, le=1000, description="items on a page")]
+
+
+# --- bodies ---------------------------------------------------------------------------------------
+
+
 async def the_body(request: Request) -> bytes:
     """The body, up to the limit. (The limit of the framework answers in plain text, so it is counted here.)"""
     declared = request.headers.get("content-length", "")
     body = bytearray()
-    if declared.isdigit() and int(declared) > LONGEST_BODY:
-        raise BodyTooLarge(f"{declared} bytes; at most {LONGEST_BODY}")
+    if declared.isdigit() and int(declared[:18]) > LONGEST_BODY:
+        raise BodyTooLarge(f"{declared[:18]} bytes; at most {LONGEST_BODY}")
     async for chunk in request.stream():
         body += chunk
         if len(body) > LONGEST_BODY:
@@ -42,24 +85,106 @@ async def the_body(request: Request) -> bytes:
     return bytes(body)
 
 
-def the_sweep(
-    request: Request,
-    body: Annotated[bytes, Depends(the_body)],
-    settings: Annotated[Settings, Depends(the_settings)],
-) -> Sweep:
+BodyGiven = Annotated[bytes, Depends(the_body)]
+
+
+def the_sweep(request: Request, body: BodyGiven, settings: SettingsGiven) -> Sweep:
     """The sweep that the body describes, checked in full; raises InvalidInput with every finding."""
     request.state.document = document = _document(request, body)
     return Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
 
 
+SweepGiven = Annotated[Sweep, Depends(the_sweep)]
+
+
+def the_change(request: Request, body: BodyGiven) -> Change:
+    """What shall be changed of a sweep; raises InvalidInput."""
+    if _media_type(request) not in ("application/json", "application/merge-patch+json"):
+        raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
+    request.state.document = document = read_json(body)
+    try:
+        return Change.model_validate(document)
+    except ValidationError as error:
+        raise InvalidInput(_wrong_change(one) for one in error.errors()) from None
+
+
+def _wrong_change(error: Mapping[str, Any]) -> Finding:
+    place = ".".join(map(str, error["loc"])) or "document"
+    limit = f"`priority` alone, a whole number from {PRIORITIES[0]} to {PRIORITIES[-1]}"
+    return Finding(place, shown(error["input"]), limit, 'send for example {"priority": -10}')
+
+
+ChangeGiven = Annotated[Change, Depends(the_change)]
+
+
 def _document(request: Request, body: bytes) -> Any:
-    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    media_type = _media_type(request)
     reader = READERS.get(media_type)
     if reader is None:
-        raise UnsupportedMediaType(f"{media_type!r}; send one of: {', '.join(READERS)}")
+        raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(READERS)}")
     return reader(body)
 
 
-StoreGiven = Annotated[Store, Depends(the_store)]
-SettingsGiven = Annotated[Settings, Depends(the_settings)]
-SweepGiven = Annotated[Sweep, Depends(the_sweep)]
+def _media_type(request: Request) -> str:
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+# --- submission -----------------------------------------------------------------------------------
+
+Priority = Annotated[
+    int,
+    Query(
+        ge=PRIORITIES[0],
+        le=PRIORITIES[-1],
+        description="smaller is sooner, before all sweeps of larger numbers",
+    ),
+]
+KeepGiven = Annotated[
+    Keep,
+    Query(
+        description="what is kept of each run: `numbers`, also the `final` state, also the `film`"
+    ),
+]
+IdempotencyKey = Annotated[
+    str | None,
+    Header(
+        description="any text of your own: the same key with the same request is the same sweep, "
+        "however often it is sent"
+    ),
+]
+
+
+def the_submission(
+    request: Request,
+    caller: Submitter,
+    sweep: SweepGiven,
+    body: BodyGiven,
+    priority: Priority = 0,
+    keep: KeepGiven = Keep.FINAL,
+    idempotency_key: IdempotencyKey = None,
+) -> Submission:
+    """A sweep with what its owner says about it.
+
+    What is said about it stands in the query, not in the document: the document is the question, which
+    is hashed, stored in the cube and submitted again by others; how urgent it is to somebody, and what
+    is kept beside the answer, is no part of it.
+    """
+    idempotency = None
+    if idempotency_key is not None:
+        said = f"{_media_type(request)}\n{priority}\n{keep}\n".encode()
+        idempotency = (_plain_key(idempotency_key), hashlib.sha256(said + body).hexdigest())
+    return Submission(sweep, caller.name, priority, keep, idempotency)
+
+
+SubmissionGiven = Annotated[Submission, Depends(the_submission)]
+
+
+def _plain_key(given: str) -> str:
+    """An Idempotency-Key as it counts: a quoted one (as the draft of its standard has it) without quotes."""
+    key = given[1:-1] if len(given) > 1 and given[0] == given[-1] == '"' else given
+    if not IDEMPOTENCY_KEY.fullmatch(key):
+        limit = "1 to 200 letters, digits and signs, without spaces"
+        raise InvalidInput(
+            [Finding("Idempotency-Key", shown(given), limit, "write for example a UUID")]
+        )
+    return key

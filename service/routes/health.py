@@ -1,12 +1,19 @@
-"""Is it alive, is it ready, what is it."""
+"""Is it alive, is it ready, what is it, how much does it do."""
 
 import platform
+import shutil
+import tempfile
+from collections.abc import Iterator
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Request, Response
 
+from service.computing import Engine
 from service.errors import ServiceNotReady
-from service.routes.given import StoreGiven
-from service.schemas import Health, VersionModel
+from service.jobs import QueueRow
+from service.metrics import CONTENT_TYPE
+from service.routes.given import SettingsGiven, StoreGiven
+from service.schemas import Health, Readiness, VersionModel
+from service.settings import Settings
 from service.version import version
 from studies.run import PHYSICS_VERSION
 
@@ -20,12 +27,12 @@ async def show_life() -> Health:
 
 
 @router.get("/readyz")
-def show_readiness(request: Request, store: StoreGiven) -> Health:
-    """The store can be written to, and somebody computes what is in the queue."""
+def show_readiness(request: Request, store: StoreGiven, settings: SettingsGiven) -> Readiness:
+    """The store and the data directory can be written to, and somebody computes what is in the queue."""
     store.ping()
-    if not request.app.state.engine.is_alive():
-        raise ServiceNotReady("nobody computes what is in the queue")
-    return Health(status="ready")
+    checks = {"store": "can be written to", **dict(_disk(settings))}
+    checks |= dict(_engine(request.app.state.engine, store.queue()))
+    return Readiness(status="ready", checks=checks)
 
 
 @router.get("/version")
@@ -34,3 +41,56 @@ def show_version() -> VersionModel:
     return VersionModel(
         version=version(), physics_version=PHYSICS_VERSION, python=platform.python_version()
     )
+
+
+metrics_router = APIRouter(tags=["service"])
+
+
+@metrics_router.get(
+    "/metrics",
+    response_class=Response,
+    responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
+)
+def show_metrics(request: Request) -> Response:
+    """Counts and times for a monitor (Prometheus): runs by state, queue, attempts, requests."""
+    return Response(request.app.state.metrics.text(), media_type=CONTENT_TYPE)
+
+
+def _disk(settings: Settings) -> Iterator[tuple[str, str]]:
+    """Whether results can be written; raises ServiceNotReady."""
+    try:
+        with tempfile.TemporaryFile(dir=settings.data) as probe:
+            probe.write(b"ready?")
+            probe.flush()
+    except OSError as error:
+        raise ServiceNotReady(
+            f"the data directory cannot be written to: {error.strerror}"
+        ) from None
+    yield "data", "can be written to"
+    free = shutil.disk_usage(settings.data).free
+    if free < settings.disk_reserve:
+        raise ServiceNotReady(
+            f"{_gigabytes(free)} of disk are free, and {_gigabytes(settings.disk_reserve)} are kept in "
+            "reserve; delete sweeps, or make room"
+        )
+    yield "disk", f"{_gigabytes(free)} free"
+
+
+def _engine(engine: Engine, queue: QueueRow) -> Iterator[tuple[str, str]]:
+    """Whether somebody computes; raises ServiceNotReady."""
+    if not engine.is_alive():
+        raise ServiceNotReady("nobody computes what is in the queue")
+    if queue.leader is None:
+        raise ServiceNotReady("nobody gives out what is in the queue yet")
+    yield "leader", "known"
+    trouble = engine.trouble() or queue.hindrance
+    if trouble is not None:
+        raise ServiceNotReady(trouble)
+    workers = engine.workers()
+    if workers == 0:
+        raise ServiceNotReady("there is no worker")
+    yield "workers", "of the leader" if workers is None else str(workers)
+
+
+def _gigabytes(size: int) -> str:
+    return f"{size / 1e9:.1f} GB"

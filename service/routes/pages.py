@@ -39,6 +39,7 @@ def show_sweeps(store: StoreGiven, cursor: Annotated[str | None, Query()] = None
         "sweeps.html",
         sweeps=[_model(store, row) for row in page.items],
         next_cursor=page.next_cursor,
+        queue=store.queue(),
         refresh=None if all(row.is_terminal for row in page.items) else REFRESH,
     )
 

@@ -1,15 +1,74 @@
-"""Runs: one simulation each."""
+"""Runs: one simulation each, with its log and its files."""
 
-from fastapi import APIRouter
+from typing import Annotated
 
-from service.routes.given import StoreGiven
-from service.schemas import RunModel, RunQuestion
+from fastapi import APIRouter, Path, Request, Response
+
+from service.artifacts import LOG, OF_A_RUN, Artifacts
+from service.downloads import Offer, send
+from service.jobs import NotFound, State
+from service.routes.given import ArtifactsGiven, RunId, StoreGiven
+from service.routes.serving import served_as, serves
+from service.schemas import FileList, RunModel, RunQuestion
+from service.store import Store
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
 
+FileName = Annotated[str, Path(description="as the list of files has it")]
+
 
 @router.get("/{id}")
-def show_run(id: str, store: StoreGiven) -> RunQuestion:
+def show_run(id: RunId, store: StoreGiven) -> RunQuestion:
     """A run: its question, complete, and how it went."""
     answer = RunModel.of(store.run(id))
     return RunQuestion(**dict(answer), question=dict(store.run_spec(id)))
+
+
+@router.get("/{id}/files")
+def list_files(id: RunId, store: StoreGiven) -> FileList:
+    """The files that are kept of a run: as many as the sweeps that asked for it want."""
+    return FileList.of(id, store.run_files(id))
+
+
+@serves(router, "/{id}/files/{name}", OF_A_RUN, "a file of a run")
+def download_file(
+    id: RunId,
+    name: FileName,
+    request: Request,
+    store: StoreGiven,
+    artifacts: ArtifactsGiven,
+) -> Response:
+    stored = store.run_file(id, name)
+    offer = Offer(
+        path=artifacts.path(stored),
+        media_type=served_as(stored.name),
+        filename=f"{id}-{stored.name}",
+        sha256=stored.sha256,
+        attachment=True,
+    )
+    return send(request, offer)
+
+
+@serves(
+    router,
+    "/{id}/log",
+    (LOG,),
+    "what the solver printed in the last attempt; of a running run, until now "
+    "(`Range: bytes=1000-` is what came since)",
+)
+def download_log(
+    id: RunId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
+) -> Response:
+    return send(request, _log(store, artifacts, id))
+
+
+def _log(store: Store, artifacts: Artifacts, id: str) -> Offer:
+    """The log that was registered with the result; while the run is computed, that of the attempt."""
+    run, filename, media_type = store.run(id), f"{id}-{LOG}", served_as(LOG)
+    stored = next((file for file in store.run_files(id) if file.name == LOG), None)
+    if stored is not None and run.state not in (State.RUNNING, State.CANCELLING):
+        return Offer(artifacts.path(stored), media_type, filename, stored.sha256)
+    last = store.known_attempts([id]).get(id)
+    if last is None or last.token is None:
+        raise NotFound("log", id)
+    return Offer(artifacts.log_of(id, last.attempt, last.token), media_type, filename)

@@ -2,10 +2,23 @@
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Path, Query, Response
+from fastapi import APIRouter, Query, Request, Response
 
-from service.jobs import RUN_STATES, State, SweepState
-from service.routes.given import SettingsGiven, StoreGiven, SweepGiven
+from service.jobs import RUN_STATES, State, SweepRow, SweepState
+from service.keys import Caller, Submitter
+from service.queue_schemas import Change
+from service.routes.given import (
+    ChangeGiven,
+    Cursor,
+    Limit,
+    SettingsGiven,
+    StoreGiven,
+    SubmissionGiven,
+    SweepGiven,
+    SweepId,
+)
+from service.routes.links import OF_A_RUN, OF_A_SWEEP, links
+from service.routes.pagination import link_next
 from service.schemas import (
     EstimateModel,
     PointPage,
@@ -14,6 +27,7 @@ from service.schemas import (
     SweepPage,
     example_sweeps,
 )
+from service.store import Store
 from studies.cost import presets_of
 from studies.run import estimate
 
@@ -33,8 +47,12 @@ SWEEP_BODY: dict[str, Any] = {
         },
     }
 }
-Cursor = Annotated[str | None, Query(description="`next_cursor` of the page before")]
-SweepId = Annotated[str, Path(description="what the answer to the submission said")]
+CHANGE_BODY: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "content": {"application/json": {"schema": Change.model_json_schema()}},
+    }
+}
 ByState = Annotated[
     SweepState | None,
     Query(description="only these: " + ", ".join(f"`{one}`" for one in SweepState)),
@@ -42,43 +60,73 @@ ByState = Annotated[
 ByRunState = Annotated[
     State | None, Query(description="only these: " + ", ".join(f"`{one}`" for one in RUN_STATES))
 ]
-Limit = Annotated[int, Query(ge=1, le=1000, description="items on a page")]
 
 
-@router.post("", status_code=202, openapi_extra=SWEEP_BODY)
-def submit_sweep(sweep: SweepGiven, store: StoreGiven, response: Response) -> SweepModel:
-    """Accept a sweep. When this is answered, the sweep is on disk and will be computed."""
-    accepted = SweepModel.of(store.create_sweep(sweep))
+@router.post(
+    "",
+    status_code=202,
+    openapi_extra=SWEEP_BODY,
+    responses={202: links(OF_A_SWEEP, id="$response.body#/id")},
+)
+def submit_sweep(asked: SubmissionGiven, store: StoreGiven, response: Response) -> SweepModel:
+    """Accept a sweep. When this is answered, the sweep is on disk and will be computed.
+
+    `reused` of the `planned` runs are computed already, or under way for another sweep; `new` ones were
+    put into the queue. What was sent twice with the same `Idempotency-Key` is accepted once.
+    """
+    row = store.create_sweep(
+        asked.sweep,
+        owner=asked.owner,
+        priority=asked.priority,
+        keep=asked.keep,
+        idempotency=asked.idempotency,
+    )
+    accepted = SweepModel.of(row)
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
     return accepted
 
 
 @router.post("/estimate", openapi_extra=SWEEP_BODY)
-def estimate_sweep(sweep: SweepGiven, store: StoreGiven, settings: SettingsGiven) -> EstimateModel:
-    """What a sweep would cost, as it is and at each `accuracy`. Nothing is stored."""
+def estimate_sweep(
+    sweep: SweepGiven, store: StoreGiven, settings: SettingsGiven, request: Request
+) -> EstimateModel:
+    """What a sweep would cost, as it is and at each `accuracy`. Nothing is stored.
+
+    Times are those that this service measured for runs of the same scenario, where there are any.
+    """
     points = sweep.runs()
     runs = {point.run.id: point.run for point in points}
     known = store.known_runs(runs)
     estimates = [estimate(run) for id, run in runs.items() if id not in known]
-    pace = store.pace() or 1.0
+    measured = store.pace(sweep.scenario)
+    pace = 1.0 if measured is None else measured
     core_seconds = sum(one.core_seconds for one in estimates) * pace
+    workers = request.app.state.engine.workers() or settings.workers
     return EstimateModel(
         runs=len(points),
         reused=len(known),
         core_seconds=core_seconds,
-        seconds=core_seconds / max(1, min(settings.workers, len(estimates))),
+        seconds=core_seconds / max(1, min(workers, len(estimates))),
         bytes=sum(one.bytes for one in estimates),
+        is_measured=measured is not None,
         presets=[PresetModel.of(one, pace) for one in presets_of(sweep, settings.max_runs)],
     )
 
 
 @router.get("")
 def list_sweeps(
-    store: StoreGiven, state: ByState = None, cursor: Cursor = None, limit: Limit = 50
+    store: StoreGiven,
+    request: Request,
+    response: Response,
+    state: ByState = None,
+    cursor: Cursor = None,
+    limit: Limit = 50,
 ) -> SweepPage:
     """Sweeps, the youngest first."""
-    return SweepPage.of(store.sweeps(state=state, cursor=cursor, limit=limit))
+    page = store.sweeps(state=state, cursor=cursor, limit=limit)
+    link_next(request, response, page.next_cursor)
+    return SweepPage.of(page)
 
 
 @router.get("/{id}")
@@ -93,37 +141,64 @@ def show_document(id: SweepId, store: StoreGiven) -> dict[str, Any]:
     return dict(store.sweep_document(id))
 
 
-@router.get("/{id}/runs")
+@router.get(
+    "/{id}/runs",
+    responses={200: links(OF_A_RUN, id="$response.body#/items/0/run/id")},
+)
 def list_runs(
     id: SweepId,
     store: StoreGiven,
+    request: Request,
+    response: Response,
     state: ByRunState = None,
     cursor: Cursor = None,
     limit: Limit = 100,
 ) -> PointPage:
     """The points of a sweep in its own order, each with its run; for instance `?state=failed`."""
-    return PointPage.of(store.sweep_runs(id, state=state, cursor=cursor, limit=limit))
+    page = store.sweep_runs(id, state=state, cursor=cursor, limit=limit)
+    link_next(request, response, page.next_cursor)
+    return PointPage.of(page)
+
+
+@router.patch("/{id}", openapi_extra=CHANGE_BODY)
+def change_sweep(
+    id: SweepId, caller: Submitter, change: ChangeGiven, store: StoreGiven
+) -> SweepModel:
+    """Give a sweep another priority; runs that are under way go on."""
+    _own(store, caller, id)
+    return SweepModel.of(store.set_priority(id, change.priority))
 
 
 @router.post("/{id}/cancel", status_code=202)
-def cancel_sweep(id: SweepId, store: StoreGiven) -> SweepModel:
+def cancel_sweep(id: SweepId, caller: Submitter, store: StoreGiven) -> SweepModel:
     """Stop. What was computed until now is published; a run that another sweep wants goes on."""
+    _own(store, caller, id)
     return SweepModel.of(store.cancel_sweep(id))
 
 
 @router.post("/{id}/retry", status_code=202)
 def retry_sweep(
     id: SweepId,
+    caller: Submitter,
     store: StoreGiven,
     verdicts: Annotated[
         bool, Query(description="also runs that the solver itself gave up; they will fail again")
     ] = False,
 ) -> SweepModel:
     """Compute again what an accident or a cancel ended, then publish again."""
+    _own(store, caller, id)
     return SweepModel.of(store.retry_sweep(id, verdicts=verdicts))
 
 
 @router.delete("/{id}", status_code=204)
-def delete_sweep(id: SweepId, store: StoreGiven) -> None:
+def delete_sweep(id: SweepId, caller: Submitter, store: StoreGiven) -> None:
     """Forget a sweep that has ended, with its cube and report. Its runs stay, for other sweeps."""
+    _own(store, caller, id)
     store.delete_sweep(id)
+
+
+def _own(store: Store, caller: Caller, id: str) -> SweepRow:
+    """The sweep, if the caller may give orders about it; raises NotFound, NotAllowed."""
+    row = store.sweep(id)
+    caller.check_owns(row)
+    return row

@@ -1,60 +1,169 @@
-"""Connections and transactions, on SQLite and PostgreSQL."""
+"""Connections and transactions, on SQLite and PostgreSQL.
 
+Writers are one at a time, on both. SQLite knows nothing else; on PostgreSQL every writer first locks
+the one row of ``control``, and reads only after that: each of its statements then sees all that
+earlier writers committed (READ COMMITTED), and nothing changes between its statements. So whatever
+holds for one order of the transactions holds for any number of replicas: two of them that accept the
+same sweep, a run that ends while a sweep joins it, a cancel beside a submission. Nobody holds another
+lock while it waits for this one, so there is neither a deadlock nor a failure to serialise, and the
+numbers of events become visible in their order. What it costs: replicas do not write side by side.
+
+Readers wait for nobody, and see one moment (REPEATABLE READ, a read transaction of SQLite).
+"""
+
+import sqlite3
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import StoreUnavailable
+from service.jobs import Schema, StoreUnavailable
+from service.store.tables import CONTROL
 
-BUSY_MILLISECONDS = 10_000  # how long SQLite waits for another writer before it says "locked"
+BUSY_MILLISECONDS = 20_000  # how long a writer waits for another before it says "locked"
+CONNECTIONS = {"pool_size": 10, "max_overflow": 20, "pool_timeout": BUSY_MILLISECONDS / 1000}
+# With the 2 MiB of SQLite's own, a writer of 10 000 rows reads its unfinished work back from the file:
+# 1.2 s instead of 0.06 s for an update of them (2026-11).
+CACHE_KIBIBYTES = 32 * 1024
+MIGRATION_LOCK = int.from_bytes(b"migrate")  # advisory, of PostgreSQL
+
+# A client that is gone must not keep its locks: seen after 5 + 3 * 2 s where the network is cut,
+# after a minute where the process stands still.
+POSTGRESQL = {
+    "tcp_keepalives_idle": "5",
+    "tcp_keepalives_interval": "2",
+    "tcp_keepalives_count": "3",
+    "idle_in_transaction_session_timeout": "60000",
+}
 
 
 class Database:
     """Where the tables are; every use of it is one short transaction."""
 
     def __init__(self, url: str):
-        self._engine = sa.create_engine(url)
-        if self._engine.dialect.name == "sqlite":
+        self.url = sa.make_url(url)
+        self._mutex = threading.Lock()  # writers of this process wait without a connection
+        if self.is_sqlite:
+            self._engine = sa.create_engine(self.url, **CONNECTIONS)
+            self._readers = self._engine.execution_options(writes=False)
             sa.event.listen(self._engine, "connect", _prepare_sqlite)
             sa.event.listen(self._engine, "begin", _begin_sqlite)
+        else:
+            self._engine = connect_postgresql(self.url, pool_pre_ping=True, **CONNECTIONS)
+            self._readers = self._engine.execution_options(
+                isolation_level="REPEATABLE READ", postgresql_readonly=True
+            )
+
+    @property
+    def is_sqlite(self) -> bool:
+        """Whether it is a file of this machine."""
+        return self.url.get_backend_name() == "sqlite"
 
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
         """A transaction that changes nothing, and sees one moment."""
-        with self._transaction(writes=False) as connection:
+        with _transaction(self._readers) as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
-        """A transaction that changes all of what it says, or nothing."""
-        with self._transaction(writes=True) as connection:
+        """A transaction that changes all of what it says, or nothing; no other runs meanwhile."""
+        with self._alone(), _transaction(self._engine) as connection:
+            connection.execute(sa.select(CONTROL.c.id).with_for_update())
             yield connection
 
     def migrate(self) -> None:
-        """Bring the tables up to date."""
-        from alembic import command, config
+        """Bring the tables up to date; raises StoreUnavailable if a younger service made them."""
+        from alembic import command
+        from alembic.util import CommandError
 
-        with self.writing() as connection:
-            steps = config.Config()
-            steps.set_main_option("script_location", "service:migrations")
+        with self._alone(), _transaction(self._engine) as connection:
+            if not self.is_sqlite:
+                connection.execute(sa.select(sa.func.pg_advisory_xact_lock(MIGRATION_LOCK)))
+            steps = _steps()
             steps.attributes["connection"] = connection
-            command.upgrade(steps, "head")
+            try:
+                command.upgrade(steps, "head")
+            except CommandError as error:
+                cure = "use the version of the service that made them, or a younger one"
+                raise StoreUnavailable(f"its tables are not known here; {cure}: {error}") from None
+
+    def schema(self) -> Schema:
+        """The number of the tables that are there, and of those that ``migrate`` makes."""
+        from alembic.migration import MigrationContext
+        from alembic.script import ScriptDirectory
+
+        newest = ScriptDirectory.from_config(_steps()).get_current_head()
+        assert newest is not None
+        with self.reading() as connection:
+            return Schema(MigrationContext.configure(connection).get_current_revision(), newest)
+
+    def copy_to(self, file: Path) -> None:
+        """Write a copy of an SQLite file, as it is at one moment; writers go on meanwhile."""
+        assert self.is_sqlite
+        try:
+            with closing(self._engine.raw_connection()) as connection:
+                connection.cursor().execute("VACUUM INTO ?", (str(file),))
+        except sqlite3.OperationalError as error:  # locked, or no space
+            raise StoreUnavailable(f"the database cannot be copied now: {error}") from error
 
     def close(self) -> None:
         """Give every connection back."""
         self._engine.dispose()
 
     @contextmanager
-    def _transaction(self, *, writes: bool) -> Iterator[sa.Connection]:
+    def _alone(self) -> Iterator[None]:
+        if not self._mutex.acquire(timeout=BUSY_MILLISECONDS / 1000):
+            raise StoreUnavailable("the database cannot be used now: locked by another writer")
         try:
-            with self._engine.connect() as connection:
-                connection = connection.execution_options(writes=writes)
-                with connection.begin():
-                    yield connection
-        except sa.exc.OperationalError as error:
+            yield
+        finally:
+            self._mutex.release()
+
+
+class Part:
+    """A part of the store: methods over one database."""
+
+    def __init__(self, database: Database):
+        self._database = database
+
+
+def connect_postgresql(url: sa.URL, **options: Any) -> sa.Engine:
+    """An engine whose connections wait for nothing for ever."""
+    settings = POSTGRESQL | {"lock_timeout": str(BUSY_MILLISECONDS)}
+    words = " ".join(f"-c {name}={value}" for name, value in settings.items())
+    of_client = {
+        "connect_timeout": 10,
+        "keepalives_idle": 5,
+        "keepalives_interval": 2,
+        "keepalives_count": 3,
+        "tcp_user_timeout": BUSY_MILLISECONDS,
+    }
+    return sa.create_engine(url, connect_args={"options": words, **of_client}, **options)
+
+
+@contextmanager
+def _transaction(engine: sa.Engine) -> Iterator[sa.Connection]:
+    try:
+        with engine.connect() as connection, connection.begin():
+            yield connection
+    except sa.exc.DBAPIError as error:
+        if isinstance(error, sa.exc.OperationalError) or error.connection_invalidated:
             raise StoreUnavailable(f"the database cannot be used now: {error.orig}") from error
+        raise
+    except sa.exc.TimeoutError as error:  # of the pool
+        raise StoreUnavailable(f"the database cannot be used now: {error}") from error
+
+
+def _steps() -> Any:
+    from alembic import config
+
+    steps = config.Config()
+    steps.set_main_option("script_location", "service:migrations")
+    return steps
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:
@@ -63,6 +172,7 @@ def _prepare_sqlite(connection: Any, _record: Any) -> None:
     connection.execute("PRAGMA journal_mode=WAL")
     connection.execute("PRAGMA synchronous=FULL")
     connection.execute("PRAGMA foreign_keys=ON")
+    connection.execute(f"PRAGMA cache_size=-{CACHE_KIBIBYTES}")
 
 
 def _begin_sqlite(connection: sa.Connection) -> None:

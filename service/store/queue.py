@@ -5,66 +5,117 @@ are the ones that count: an attempt that was given up cannot overwrite the work 
 """
 
 import secrets
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import Cause, Claim, Kind, Outcome, Result, State, Stored, before
-from service.store.connection import Database
+from service.faults import point
+from service.jobs import (
+    Cause,
+    Claim,
+    Kind,
+    Outcome,
+    Result,
+    State,
+    Stored,
+    before,
+    crashes_before,
+)
+from service.rereads import Rereads
+from service.store import leadership
+from service.store.connection import Part
+from service.store.leadership import Leadership
 from service.store.queries import (
     CLAIM_COLUMNS,
-    IS_WANTED,
+    IS_HELD,
     POINT_STATE,
-    TURN,
-    batches,
+    count_attempt,
+    given_up,
+    held_by,
+    hold_publications,
     is_held,
+    keep_of,
     log_attempt,
+    log_attempts,
     now,
     one_row,
+    register_files,
     release_publications,
+    unless_result,
 )
-from service.store.rows import claim_record
-from service.store.tables import ARTIFACTS, DISPATCHERS, JOBS, POINTS, SWEEPS
+from service.store.rereads import replace_results
+from service.store.rows import PUBLISH_PRIORITY, claim_record
+from service.store.tables import ARTIFACTS, CONTROL, DISPATCHERS, JOBS, POINTS, SWEEPS
+from service.store.turns import IS_WANTED, TURN, advance_lanes, queue_for_film
 
 
-class Queue:
+class Queue(Part):
     """Jobs in the order of their turn."""
 
-    def __init__(self, database: Database):
-        self._database = database
+    # --- reigns ----------------------------------------------------------------------------------
+
+    def lead(self, owner: str) -> Leadership | None:
+        """Become the one who works through the queue; None: another service is."""
+        return leadership.lead(self._database, owner)
 
     def begin_epoch(self, owner: str) -> int:
-        """Number of a new reign of a dispatcher; claims of earlier ones are foreign to it."""
+        """Number of a new reign of a dispatcher; earlier ones can claim nothing any more."""
         begin = DISPATCHERS.insert().values(owner=owner, started=now())
         with self._database.writing() as connection:
             return connection.execute(begin.returning(DISPATCHERS.c.epoch)).scalar_one()
 
-    def claim(self, limit: int, epoch: int) -> tuple[Claim, ...]:
-        """Take up to ``limit`` queued jobs: publications first, then in the order of asking."""
-        moment = now()
-        head = (
-            sa.select(JOBS.c.id)
-            .where(JOBS.c.state == State.QUEUED)
-            .order_by(*TURN)
-            .limit(limit)
-            .with_for_update(skip_locked=True)
-        )
-        take = (
-            JOBS.update()
-            .where(JOBS.c.id.in_(head))
-            .values(state=State.RUNNING, attempt=JOBS.c.attempt + 1, epoch=epoch)
-            .values(token=secrets.token_hex(4), started=moment)
-            .values(fraction=sa.null(), progress=sa.null(), seconds=sa.null())
-            .returning(*CLAIM_COLUMNS, *TURN)
-        )
+    def hinder(self, reason: str | None) -> None:
+        """Say why nothing is begun although there is work, or that nothing hinders any more."""
         with self._database.writing() as connection:
-            rows = connection.execute(take).all()
-            rows = sorted(rows, key=lambda row: (row.priority, row.queued, row.ordinal))
-            claims = tuple(claim_record(row) for row in rows)
-            for claim in claims:
-                log_attempt(connection, moment, "started", claim)
+            connection.execute(CONTROL.update().values(hindrance=reason))
+
+    # --- claims ----------------------------------------------------------------------------------
+
+    def claim(
+        self,
+        limit: int,
+        epoch: int,
+        *,
+        publications_only: bool = False,
+        resting: Collection[str] = (),
+    ) -> tuple[Claim, ...]:
+        """Take up to ``limit`` queued jobs: publications first, then runs by priority and turn.
+
+        Nothing for a reign that has ended; publications only while the queue is paused, or on request;
+        none of those that are ``resting``.
+        """
+        moment = now()
+        head = sa.select(JOBS.c.id).where(JOBS.c.state == State.QUEUED).order_by(*TURN).limit(limit)
+        with self._database.writing() as connection:
+            paused, has_ended = connection.execute(_standing(epoch)).one()
+            if has_ended:
+                return ()
+            if paused is not None or publications_only:
+                head = head.where(JOBS.c.priority == PUBLISH_PRIORITY)
+            if resting:
+                head = head.where(JOBS.c.id.not_in(resting))
+            rows = connection.execute(_take(head, epoch)).all()
+            if not rows:
+                return ()
+            taken = sorted(rows, key=lambda row: (row.priority, row.turn, row.ordinal))
+            claims = tuple(claim_record(row) for row in taken)
+            # In order, so that the last turn of each priority is the one that stays.
+            advance_lanes(connection, {row.priority: row.turn for row in taken})
+            log_attempts(connection, moment, "started", claims)
         return claims
+
+    def adopt(self, claim: Claim, epoch: int) -> Claim | None:
+        """Carry an attempt of an earlier reign on under this one; None: it no longer counts."""
+        with self._database.writing() as connection:
+            if connection.execute(_standing(epoch)).one().has_ended:
+                return None
+            update = JOBS.update().where(is_held(claim)).values(epoch=epoch)
+            row = connection.execute(update.returning(*CLAIM_COLUMNS)).first()
+            if row is None:
+                return None
+            log_attempt(connection, now(), "adopted", claim)
+        return claim_record(row)
 
     def claimed(self) -> tuple[Claim, ...]:
         """Every job that is running or being stopped, whoever claimed it."""
@@ -87,92 +138,181 @@ class Queue:
             text = one_row(connection, document, "sweep", sweep_id).document
             return text, tuple(Outcome(**row._mapping) for row in connection.execute(outcomes))
 
-    def forgotten(self, sweep_ids: Sequence[str]) -> set[str]:
-        """Those of these ids that no sweep has."""
-        with self._database.reading() as connection:
-            known: set[str] = set()
-            for batch in batches(sweep_ids):
-                query = sa.select(SWEEPS.c.id).where(SWEEPS.c.id.in_(batch))
-                known.update(connection.execute(query).scalars())
-        return set(sweep_ids) - known
+    # --- news of attempts ------------------------------------------------------------------------
 
     def progress(self, news: Sequence[tuple[Claim, float, float, Mapping[str, Any]]]) -> None:
         """Note how far attempts are: claim, fraction, seconds so far, the solver's own words."""
-        with self._database.writing() as connection:
-            for claim, fraction, seconds, words in news:
-                connection.execute(
-                    JOBS.update()
-                    .where(is_held(claim))
-                    .values(fraction=fraction, seconds=seconds, progress=dict(words))
-                )
+        rows = [
+            {**held_by(claim), "now_at": fraction, "spent": seconds, "said": dict(words)}
+            for claim, fraction, seconds, words in news
+        ]
+        self._note(rows, fraction="now_at", seconds="spent", progress="said")
+
+    def checkpointed(self, news: Sequence[tuple[Claim, int]]) -> None:
+        """Note the step of the last checkpoint of attempts."""
+        rows = [{**held_by(claim), "saved": step} for claim, step in news]
+        self._note(rows, checkpoint="saved")
+
+    def _note(self, rows: Sequence[Mapping[str, Any]], **columns: str) -> None:
+        """Write news of attempts that still count; ``columns`` says which word goes where."""
+        values = {
+            name: sa.bindparam(word, type_=JOBS.c[name].type) for name, word in columns.items()
+        }
+        if rows:
+            with self._database.writing() as connection:
+                connection.execute(JOBS.update().where(IS_HELD).values(values), rows)
+
+    # --- ends ------------------------------------------------------------------------------------
 
     def finish(self, claim: Claim, result: Result) -> bool:
         """Register the result of a run: a success, or the solver's verdict."""
-        return self._end(
-            claim,
-            state=State.SUCCEEDED if result.succeeded else State.FAILED,
-            cause=None if result.succeeded else Cause.VERDICT,
-            failure=result.failure,
-            reason=result.reason,
-            summary=dict(result.summary),
-            path=result.file.path,
-            size=result.file.size,
-            sha256=result.file.sha256,
-            seconds=result.seconds,
-            fraction=1.0,
-        )
+        end: dict[str, Any] = {
+            "state": State.SUCCEEDED if result.succeeded else State.FAILED,
+            "cause": None if result.succeeded else Cause.VERDICT,
+            "failure": result.failure,
+            "reason": result.reason,
+            "summary": dict(result.summary),
+            "path": result.answer.path,
+            "size": result.answer.size,
+            "sha256": result.answer.sha256,
+            "seconds": result.seconds,
+            "fraction": 1.0,
+            "checkpoint": None,
+        }
+        told = {name: end[name] for name in ("cause", "reason") if end[name] is not None}
+        return self._end(claim, end["state"], end, files=result.files, told=told)
 
-    def fail(self, claim: Claim, cause: Cause, *, failure: str, reason: str) -> bool:
-        """End a job for good without a result."""
-        crashes = JOBS.c.crashes + int(cause is Cause.CRASH)
-        words = {"cause": cause, "failure": failure, "reason": reason}
-        return self._end(claim, state=State.FAILED, crashes=crashes, **words)
+    def fail(
+        self,
+        claim: Claim,
+        cause: Cause,
+        *,
+        failure: str,
+        reason: str,
+        crash_step: int | None = None,
+        files: Sequence[Stored] = (),
+    ) -> bool:
+        """End a job without a new result, for good; ``files`` say more about it, as its log does.
 
-    def requeue(self, claim: Claim, cause: Cause, *, reason: str) -> bool:
-        """Put an attempt without result back into the queue, or to rest if nobody waits for it."""
+        A run that had a result before goes back to it. Its checkpoint stays, for a retry.
+        """
+        words = unless_result(cause=cause, failure=failure, reason=reason)
+        state = sa.type_coerce(given_up(State.FAILED), JOBS.c.state.type)
+        end = {
+            "state": state,
+            "keep": keep_of(sa.true()),
+            **words,
+            **_charged(claim, cause, crash_step),
+        }
+        told = {"cause": cause, "reason": reason}
+        return self._end(claim, State.FAILED, end, files=files, told=told)
+
+    def requeue(
+        self, claim: Claim, cause: Cause, *, reason: str, crash_step: int | None = None
+    ) -> bool:
+        """Put an attempt without result back into the queue, or to rest if nobody waits for it.
+
+        ``crash_step`` is the step of the last checkpoint of an attempt that crashed.
+        """
         moment = now()
         to_rest = sa.and_(JOBS.c.kind == Kind.RUN, sa.not_(IS_WANTED))
-        state = sa.case((to_rest, State.CANCELLED.value), else_=State.QUEUED.value)
+        state = sa.case((to_rest, given_up(State.CANCELLED)), else_=State.QUEUED.value)
         put_back = (
             JOBS.update()
             .where(is_held(claim))
             .values(state=sa.type_coerce(state, JOBS.c.state.type))
-            .values(crashes=JOBS.c.crashes + int(cause is Cause.CRASH))
+            .values(finished=sa.case((to_rest, moment), else_=sa.null()))
             .values(fraction=sa.null(), progress=sa.null(), seconds=sa.null())
+            .values(keep=keep_of(to_rest))
+            .values(_charged(claim, cause, crash_step))
             .returning(JOBS.c.state)
         )
         with self._database.writing() as connection:
             outcome = connection.execute(put_back).scalar()
-            if outcome is State.CANCELLED:
-                log_attempt(connection, moment, "cancelled", claim)
-            elif outcome is State.QUEUED:
+            if outcome is State.QUEUED:
+                hold_publications(connection, JOBS.c.id == claim.id)
+                count_attempt(connection, cause)
                 log_attempt(connection, moment, "requeued", claim, cause=cause, reason=reason)
+            elif outcome is not None:
+                log_attempt(connection, moment, "cancelled", claim)
         return outcome is not None
 
-    def publish(self, claim: Claim, files: Sequence[Stored], *, seconds: float) -> bool:
-        """Register the files of a publication, in place of earlier ones, all at once."""
+    def publish(
+        self,
+        claim: Claim,
+        files: Sequence[Stored],
+        *,
+        seconds: float,
+        rereads: Rereads | None = None,
+    ) -> bool:
+        """Register the files of a publication, in place of earlier ones, all at once.
+
+        So are the results of runs that were read again for it.
+        """
         moment = now()
-        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
+        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment, "spec": None}
         with self._database.writing() as connection:
             if not connection.execute(JOBS.update().where(is_held(claim)).values(end)).rowcount:
                 return False
-            own = {"sweep_id": claim.sweep_id}
-            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.sweep_id == claim.sweep_id))
-            connection.execute(ARTIFACTS.insert(), [{**vars(file), **own} for file in files])
+            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == claim.id))
+            register_files(connection, claim.id, files)
+            if rereads is not None:
+                replace_results(connection, moment, claim, rereads)
             names = [file.name for file in files]
             log_attempt(connection, moment, "published", claim, files=names)
+            point("publication-before-commit")
         return True
 
-    def _end(self, claim: Claim, *, state: State, **values: Any) -> bool:
+    def _end(
+        self,
+        claim: Claim,
+        state: State,
+        values: Mapping[str, Any],
+        *,
+        files: Sequence[Stored],
+        told: Mapping[str, Any],
+    ) -> bool:
         """End a held job, and queue the publications that waited for it alone."""
         moment = now()
         end = JOBS.update().where(is_held(claim), JOBS.c.state.in_(before(state)))
         with self._database.writing() as connection:
-            values |= {"state": state, "finished": moment}
-            if not connection.execute(end.values(values)).rowcount:
+            end = end.values(**values, finished=moment).returning(JOBS.c.path)
+            row = connection.execute(end).first()
+            if row is None:
                 return False
+            if row.path == values.get("path"):  # else it went back to an earlier result
+                register_files(connection, claim.id, files)
+            queue_for_film(connection, claim, moment)
             waiting = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == claim.id)
             release_publications(connection, moment, JOBS.c.sweep_id.in_(waiting))
-            told = {key: values[key] for key in ("cause", "reason") if values[key] is not None}
             log_attempt(connection, moment, state, claim, **told)
+            if "cause" in told:
+                count_attempt(connection, told["cause"])
+            point("result-before-commit")
         return True
+
+
+def _standing(epoch: int) -> sa.Select[Any]:
+    """Whether the queue is paused, and whether a younger reign has ended this one."""
+    younger = sa.exists().where(DISPATCHERS.c.epoch > epoch)
+    return sa.select(CONTROL.c.paused, younger.label("has_ended"))
+
+
+def _take(head: sa.Select[Any], epoch: int) -> sa.Update:
+    """Give each of these jobs a new attempt."""
+    return (
+        JOBS.update()
+        .where(JOBS.c.id.in_(head))
+        .values(state=State.RUNNING, attempt=JOBS.c.attempt + 1, epoch=epoch)
+        .values(token=secrets.token_hex(4), started=now())
+        .values(fraction=sa.null(), progress=sa.null(), seconds=sa.null())
+        .returning(*CLAIM_COLUMNS, JOBS.c.turn, JOBS.c.ordinal)
+    )
+
+
+def _charged(claim: Claim, cause: Cause, step: int | None) -> dict[str, Any]:
+    """What a row says of crashes after one more attempt; only a crash changes it."""
+    if cause is not Cause.CRASH:
+        return {}
+    furthest = max(step or 0, claim.crash_step or 0)
+    return {"crashes": crashes_before(claim, step) + 1, "crash_step": furthest}

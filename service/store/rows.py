@@ -10,7 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from service.jobs import ACTIVE, RUN_STATES, Claim, Kind, PointRow, RunRow, State, Stored, SweepRow
+from service.jobs import (
+    ACTIVE,
+    RUN_STATES,
+    Claim,
+    Keep,
+    KeyRow,
+    Kind,
+    MeasuredRun,
+    PointRow,
+    RunRow,
+    Scope,
+    State,
+    Stored,
+    Submission,
+    SweepRow,
+)
 from service.store.tables import JOBS, POINTS
 
 if TYPE_CHECKING:
@@ -19,7 +34,7 @@ if TYPE_CHECKING:
 
 Row = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 
-PUBLISH_PRIORITY = -10  # a finished sweep is published before more runs begin; runs have 0
+PUBLISH_PRIORITY = -1000  # a finished sweep is published before more runs begin
 
 
 @dataclass(frozen=True)
@@ -33,16 +48,24 @@ class Acceptance:
 
 
 def acceptance_of(
-    sweep: "Sweep", *, cost: Callable[["Run"], float], moment: datetime
+    asked: Submission, *, cost: Callable[["Run"], float], moment: datetime
 ) -> Acceptance:
-    """The rows of a sweep that is accepted now; ``cost`` gives core seconds."""
-    id = uuid.uuid4().hex
+    """The rows of a sweep that is accepted now; ``cost`` gives core seconds.
+
+    The turns of its runs are those in an empty queue, if all of them are new.
+    """
+    id, sweep = uuid.uuid4().hex, asked.sweep
     points, document = sweep.runs(), sweep.document()
     run_ids = [point.run.id for point in points]  # each is a digest: ask once
     jobs: dict[str, dict[str, Any]] = {}
+    turn = 0.0
+    common = {"priority": asked.priority, "keep": asked.keep, "created": moment, "queued": moment}
     for ordinal, (run_id, point) in enumerate(zip(run_ids, points, strict=True)):
         if run_id not in jobs:
-            jobs[run_id] = _run(run_id, point.run, cost(point.run), ordinal, moment)
+            seconds = cost(point.run)
+            place = {"ordinal": ordinal, "turn": turn, "cost": seconds}
+            jobs[run_id] = _run(run_id, point.run) | place | common
+            turn += seconds
     row = {
         "id": id,
         "name": sweep.name,
@@ -50,6 +73,9 @@ def acceptance_of(
         "scenario": sweep.scenario,
         "document": document,
         "digest": _digest(document, run_ids),
+        "owner": asked.owner,
+        "priority": asked.priority,
+        "keep": asked.keep,
         "planned": len(points),
         "new": 0,
         "created": moment,
@@ -71,22 +97,17 @@ def _digest(document: Mapping[str, Any], run_ids: Sequence[str]) -> str:
     return hashlib.sha256(question.encode()).hexdigest()
 
 
-def _run(id: str, run: "Run", cost: float, ordinal: int, moment: datetime) -> dict[str, Any]:
-    """Row of a run that nobody has asked for yet."""
+def _run(id: str, run: "Run") -> dict[str, Any]:
+    """Row of a run that nobody has asked for yet, without its place in the queue."""
     return {
         "id": id,
         "kind": Kind.RUN,
         "scenario": run.scenario,
         "spec": run.as_json(),
         "state": State.QUEUED,
-        "priority": 0,
-        "ordinal": ordinal,
-        "cost": cost,
         "attempt": 0,
         "epoch": 0,
         "crashes": 0,
-        "created": moment,
-        "queued": moment,
     }
 
 
@@ -98,7 +119,9 @@ def _publication(sweep_id: str, moment: datetime) -> dict[str, Any]:
         "sweep_id": sweep_id,
         "state": State.WAITING,
         "priority": PUBLISH_PRIORITY,
+        "turn": 0.0,
         "ordinal": 0,
+        "keep": Keep.NUMBERS,
         "cost": 1.0,
         "attempt": 0,
         "epoch": 0,
@@ -134,6 +157,9 @@ def sweep_record(row: Row, tallies: Sequence[Row]) -> SweepRow:
         name=row.name,
         title=row.title,
         scenario=row.scenario,
+        owner=row.owner,
+        priority=row.priority,
+        keep=row.keep,
         state=row.state,
         reason=row.reason,
         planned=row.planned,
@@ -157,7 +183,8 @@ def _eta(remaining: float, pace: float | None, *, side_by_side: int) -> float | 
 
 def claim_record(row: Row) -> Claim:
     """A claim from a row that has CLAIM_COLUMNS."""
-    return Claim(**{field: row._mapping[JOBS.c[field]] for field in Claim.__dataclass_fields__})
+    known = {field: row._mapping[JOBS.c[field]] for field in Claim.__dataclass_fields__}
+    return Claim(**{**known, "spec": known["spec"] or {}})
 
 
 def run_record(row: Row) -> RunRow:
@@ -179,3 +206,15 @@ def point_record(row: Row) -> PointRow:
 def stored_record(row: Row) -> Stored:
     """A file from a row of ARTIFACTS."""
     return Stored(name=row.name, path=row.path, size=row.size, sha256=row.sha256)
+
+
+def measured_record(row: Row) -> MeasuredRun:
+    """A run with its final state, from the columns of both."""
+    kept = None if row.path is None else stored_record(row)
+    return MeasuredRun(row.run_id, row.scenario, row.state, row.summary, kept)
+
+
+def key_record(row: Row) -> KeyRow:
+    """An API key from a row of KEYS."""
+    known = {name: getattr(row, name) for name in KeyRow.__dataclass_fields__ if name != "scopes"}
+    return KeyRow(**known, scopes=frozenset(Scope(word) for word in row.scopes.split()))

@@ -4,7 +4,7 @@ A scenario's parameters inherit ``Numerics``; its ``fill`` passes through ``fill
 ``check_numerics``, and its ``build`` hands ``**numerics(given)`` to ``Problem``.
 """
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from solver.units import Dimensionless, PerSecond, Second
@@ -74,9 +74,9 @@ Given = TypeVar("Given", bound=Numerics)
 
 def filled_numerics(given: Given) -> Given:
     """The parameters with every numerical one that was left out taken from the recipe."""
-    preset = asdict(RECIPES[given.recipe])
+    preset = vars(RECIPES[given.recipe])
     absent = {name: value for name, value in preset.items() if getattr(given, name) is None}
-    return replace(given, **absent)
+    return replace(given, **absent) if absent else given
 
 
 def check_numerics(given: Numerics) -> list[Finding]:

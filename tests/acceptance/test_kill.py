@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -15,10 +15,11 @@ from typing import Any
 import pytest
 import yaml
 
-from service.artifacts import Artifacts
+from service.artifacts import LOG, Artifacts
 from service.jobs import RunRow, State, Stored, SweepRow, SweepState
 from service.settings import Settings
 from service.store import Store
+from tests.service.cluster import family
 from tests.service.doubles import is_gone, open_store, settings_in, wait_until
 
 ROOT = Path(__file__).parents[2]
@@ -125,7 +126,11 @@ class Drill:
             files = store.artifacts(self.sweep().id)
         succeeded = [event.job_id for event in events if event.kind == "succeeded"]
         assert sorted(map(str, succeeded)) == sorted(run.id for run in runs)
-        copies = [Stored(file.name, file.name, file.size, file.sha256) for file in files]
+        copies = [
+            Stored(file.name, file.name, file.size, file.sha256)
+            for file in files
+            if file.name != LOG
+        ]
         assert len(copies) == 3
         assert all(Artifacts(self.out).is_intact(copy) for copy in copies)
         assert not [*self.settings.data.rglob("*.part")]
@@ -158,20 +163,6 @@ def sweep() -> dict[str, Any]:
 
 def all_gone(pids: list[int]) -> bool:
     return all(is_gone(pid) for pid in pids)
-
-
-def family(ancestor: int) -> list[int]:
-    """A process and its descendants."""
-    children: dict[int, list[int]] = {}
-    for entry in Path("/proc").iterdir():
-        with suppress(OSError):  # it ended while we looked
-            if entry.name.isdigit():
-                parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
-                children.setdefault(parent, []).append(int(entry.name))
-    found = [ancestor]
-    for pid in found:  # grows while it is walked
-        found.extend(children.get(pid, []))
-    return found
 
 
 def test_run_killed__is_tried_again_and_its_neighbours_are_untouched(drill: Drill) -> None:
@@ -221,7 +212,7 @@ def test_service_killed__leaves_no_process_and_the_next_one_finishes(drill: Dril
 
 def test_service_killed_while_it_publishes__no_half_file_is_seen(drill: Drill) -> None:
     drill.begin()
-    wait_until(lambda: drill.runs() and drill.sweep().state is SweepState.PUBLISHING)
+    wait_until(lambda: drill.runs() and drill.sweep().state is SweepState.PUBLISHING, seconds=240.0)
     drill.kill()
     with drill.store() as store:
         assert store.artifacts(drill.sweep().id) == ()

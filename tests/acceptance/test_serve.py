@@ -1,85 +1,32 @@
 """The real service: ``whipple serve`` as a process of its own, real workers, real kills."""
 
 import os
-import re
-import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
 import pytest
 
-from service.client import Client
 from studies import examples
 from studies.sweep_document import read_yaml
+from tests.acceptance.serving import ROOT, Service, serving
 from tests.service.api import until
 
-ROOT = Path(__file__).parents[2]
 START_SECONDS = 60.0  # deadlines, for machines that are busy with something else
 SWEEP_SECONDS = 240.0
 LEAVE_SECONDS = 10.0
-READY = re.compile(r"whipple serves (http://\S+)")
 NEVER_MAPPED = ("llvmlite", "_netcdf4", "/numba/")
 FAKE = {"WHIPPLE_TARGETS_MODULE": "tests.service.targets"}
 SMOKE = read_yaml(examples.text("smoke"), "smoke")
 
 
-@dataclass(frozen=True)
-class Service:
-    """A running ``whipple serve``."""
-
-    url: str
-    process: "subprocess.Popen[bytes]"
-
-    def client(self) -> Client:
-        return Client(self.url)
-
-    def family(self) -> list[psutil.Process]:
-        """The process and all of its children."""
-        own = psutil.Process(self.process.pid)
-        return [own, *own.children(recursive=True)]
-
-
-@contextmanager
-def serving(data: Path, **environment: str) -> Iterator[Service]:
-    """Start a service on a free port, and leave no process of it behind."""
-    said = data.with_suffix(".log")
-    with said.open("wb") as log:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "service", "serve", "--port", "0", "--data", data],
-            cwd=ROOT,
-            env={**os.environ, **environment},
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
-        )
-
-    def has_answered() -> bool:
-        return process.poll() is not None or READY.search(said.read_text()) is not None
-
-    try:
-        until(has_answered, seconds=START_SECONDS)
-        ready = READY.search(said.read_text())
-        assert ready, said.read_text()
-        yield Service(ready[1], process)
-    finally:
-        end(process)
-
-
-def end(process: "subprocess.Popen[bytes]") -> int:
-    """Ask a process to leave, and wait until it has."""
-    process.terminate()
-    try:
-        return process.wait(timeout=3 * LEAVE_SECONDS)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-        raise
+def family(service: Service) -> list[psutil.Process]:
+    """The process of a service and all of its children."""
+    assert service.process is not None
+    own = psutil.Process(service.process.pid)
+    return [own, *own.children(recursive=True)]
 
 
 def is_gone(process: psutil.Process) -> bool:
@@ -109,7 +56,7 @@ def test_main_job__goes_from_submission_to_cube_and_report(tmp_path: Path) -> No
         status = handle.wait(timeout=SWEEP_SECONDS)
         assert (status.state, status.counts["succeeded"]) == ("succeeded", 2)
         folder = handle.fetch(tmp_path / "out")
-        maps = Path(f"/proc/{service.process.pid}/maps").read_text().lower()
+        maps = Path(f"/proc/{family(service)[0].pid}/maps").read_text().lower()
     cube = xarray.open_dataset(folder / "cube.nc")
     assert (cube.hole_diameter > 0.008).all()
     assert b"<html" in (folder / "report.html").read_bytes()
@@ -122,10 +69,9 @@ def test_killed_service__finishes_what_it_accepted(tmp_path: Path) -> None:
     with serving(tmp_path / "data", **slow) as service, service.client() as client:
         id = client.submit({**SMOKE, "axes": axes}).id
         until(lambda: client.sweep(id).status().counts["succeeded"] > 0, seconds=START_SECONDS)
-        family = service.family()
-        service.process.kill()
-        service.process.wait()
-    until(lambda: all(map(is_gone, family)), seconds=LEAVE_SECONDS)
+        started = family(service)
+        service.kill()
+    until(lambda: all(map(is_gone, started)), seconds=LEAVE_SECONDS)
     with serving(tmp_path / "data", **slow) as service, service.client() as client:
         status = client.sweep(id).wait(timeout=SWEEP_SECONDS)
         assert (status.state, status.counts["succeeded"]) == ("succeeded", 7)
@@ -137,19 +83,18 @@ def test_sigterm__ends_the_service_in_time_and_leaves_no_process(tmp_path: Path)
     with serving(tmp_path / "data", **slow) as service, service.client() as client:
         id = client.submit(SMOKE).id
         until(lambda: client.sweep(id).status().counts["running"] > 0, seconds=START_SECONDS)
-        family = service.family()
+        started = family(service)
         begin = time.monotonic()
-        service.process.send_signal(signal.SIGTERM)
-        assert service.process.wait(timeout=3 * LEAVE_SECONDS) == 0
+        assert service.leave() == 0
         assert time.monotonic() - begin < LEAVE_SECONDS
-    until(lambda: all(map(is_gone, family)), seconds=LEAVE_SECONDS)
+    until(lambda: all(map(is_gone, started)), seconds=LEAVE_SECONDS)
 
 
 def test_second_service__on_the_same_data_refuses_in_one_sentence(tmp_path: Path) -> None:
     with serving(tmp_path / "data", **FAKE) as service:
         second = whipple("serve", "--port", "0", "--data", tmp_path / "data", **FAKE)
         assert second.returncode == 1
-        assert str(service.process.pid) in second.stderr
+        assert str(family(service)[0].pid) in second.stderr
         assert "Traceback" not in second.stderr
 
 

@@ -26,9 +26,9 @@ How to run them
 
     make claims first-light                    # or: python -m tests.claims first-light
     python -m tests.claims --list
-    python -m tests.claims first-light --only thesis-deck-2 --json claims.json
+    python -m tests.claims thesis-deck-hole --json claims.json
 
-Without a set, all sets run. The exit status is 0 when nothing failed, 1 when something did, and 2
+Without a name, all run. The exit status is 0 when nothing failed, 1 when something did, and 2
 when nothing answers to what was asked for: an empty selection proves nothing.
 """
 

@@ -1,6 +1,6 @@
 """The command that recomputes claims::
 
-python -m tests.claims [SET] [--quick] [--only NAME] [--json FILE] [--list]
+python -m tests.claims [NAME ...] [--quick] [--json FILE] [--list]
 """
 
 import argparse
@@ -18,7 +18,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the claims that were asked for, print their table, and return the exit status."""
     asked = _parser().parse_args(arguments)
     try:
-        claims = framework.select(asked.set, quick=asked.quick, only=asked.only)
+        claims = framework.select(asked.names, quick=asked.quick)
     except UnknownClaim as error:
         print(error, file=sys.stderr)
         return NOTHING_TO_DO
@@ -63,9 +63,10 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m tests.claims", description="Recompute what the project says about itself."
     )
-    parser.add_argument("set", nargs="?", help="a set of claims: first-light; all without one")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help="a claim, or a set of them; all without one"
+    )
     parser.add_argument("--quick", action="store_true", help="those of a few seconds only")
-    parser.add_argument("--only", action="append", default=[], metavar="NAME", help="one claim")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the verdicts there too")
     parser.add_argument("--list", action="store_true", help="name the claims and run none")
     return parser

@@ -134,16 +134,21 @@ def load(set_name: str) -> list[Claim]:
     return [replace(one, set=set_name) for one in found.values()]
 
 
-def select(
-    set_name: str | None = None, *, quick: bool = False, only: Sequence[str] = ()
-) -> list[Claim]:
-    """The claims asked for, of one set or of all; a name that nothing answers to is refused."""
-    claims = [one for name in ([set_name] if set_name else sets()) for one in load(name)]
-    known = [one.name for one in claims]
-    for name in only:
+def select(names: Sequence[str] = (), *, quick: bool = False) -> list[Claim]:
+    """The claims that were named, each by itself or by its set, or all; a name that nothing answers to is refused."""
+    claims = [one for name in sets() for one in load(name)]
+    known = {*sets(), *(one.name for one in claims)}
+    for name in names:
         if name not in known:
-            raise UnknownClaim(f"no claim is named {name!r}; there are: {known}")
-    return [one for one in claims if (one.quick or not quick) and (not only or one.name in only)]
+            raise UnknownClaim(
+                f"no claim and no set of claims is named {name!r}; the sets are {', '.join(sets())}, "
+                "and --list names the claims"
+            )
+    return [
+        one
+        for one in claims
+        if (one.quick or not quick) and (not names or {one.name, one.set} & set(names))
+    ]
 
 
 def run(one: Claim) -> Iterator[Verdict]:

@@ -108,7 +108,7 @@ def test_main__an_unknown_set_proves_nothing() -> None:
 
 def test_select__an_unknown_claim_is_refused() -> None:
     with pytest.raises(UnknownClaim, match="no-such-claim"):
-        framework.select(only=["no-such-claim"])
+        framework.select(["no-such-claim"])
 
 
 def test_run__something_other_than_a_row_fails() -> None:

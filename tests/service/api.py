@@ -47,9 +47,20 @@ class NoEngine:
     """Computes nothing; says what it is told to say."""
 
     alive: bool = True
+    hindrance: str | None = None
+    slots: int | None = 2
 
     def is_alive(self) -> bool:
         return self.alive
+
+    def leads(self) -> bool:
+        return self.slots is not None
+
+    def trouble(self) -> str | None:
+        return self.hindrance
+
+    def workers(self) -> int | None:
+        return self.slots
 
 
 @dataclass(frozen=True)
@@ -61,6 +72,10 @@ class Api:
     settings: Settings
     engine: NoEngine
 
+    def epoch(self) -> int:
+        """A new reign, of the tests."""
+        return self.store.begin_epoch("tests")
+
     def submit(self, **changes: Any) -> str:
         """Submit the sweep of the tests and return its id."""
         response = self.http.post("/v1/sweeps", json=sweep_of(**changes))
@@ -69,7 +84,7 @@ class Api:
 
     def compute(self, *, failures: int = 0, publish: bool = True) -> None:
         """Do what is in the queue: runs end well, the first few fail, publications are made."""
-        epoch = self.store.begin_epoch("tests")
+        epoch = self.epoch()
         while claims := self.store.claim(100, epoch):
             for claim in claims:
                 if claim.kind is Kind.PUBLISH:
@@ -86,9 +101,11 @@ class Api:
         return [self._stored(f"{name}/{file}", content) for file, content in FILES.items()]
 
     def result(self, name: str) -> Result:
-        numbers = {"hole_diameter": {"value": 0.0148, "uncertainty": float("nan"), "flags": []}}
+        numbers: dict[str, Any] = {
+            "hole_diameter": {"value": 0.0148, "uncertainty": None, "flags": []}
+        }
         return Result(
-            file=self._stored(f"{name}/result.json", b"{}"),
+            files=(self._stored(f"{name}/result.json", b"{}"),),
             succeeded=True,
             reason=None,
             failure=None,
@@ -130,6 +147,7 @@ def served(api: Api) -> Iterator[str]:
         until(lambda: server.started, seconds=20)
         yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
     finally:
+        api.http.app.state.live.close()  # type: ignore[attr-defined]
         server.should_exit = True
         thread.join()
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
+from service.attempt import Ticket
 from service.jobs import Stored
 from service.settings import Settings
 from service.store import Store
-from service.worker import Ticket
 from studies.sweep import Sweep
 from tests.service.targets import Run
 
@@ -96,7 +96,10 @@ class StandStill:
     free: int = 2
     submitted: list[Ticket] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
-    closed: bool = False
+    under_way: set[str] = field(default_factory=set)  # of earlier lives: what ``known`` tells
+    followed: list[str] = field(default_factory=list)
+    forgotten: list[str] = field(default_factory=list)
+    closed: list[float | None] = field(default_factory=list)  # seconds to leave; None: let go
 
     def slots(self) -> int:
         return self.free
@@ -107,8 +110,18 @@ class StandStill:
     def stop(self, keys: list[str]) -> None:
         self.stopped.extend(keys)
 
-    def close(self) -> None:
-        self.closed = True
+    def known(self) -> set[str]:
+        return set(self.under_way)
+
+    def follow(self, key: str) -> None:
+        self.followed.append(key)
+
+    def forget(self, keys: list[str]) -> None:
+        self.forgotten.extend(keys)
+        self.under_way.difference_update(keys)
+
+    def close(self, leave_seconds: float | None) -> None:
+        self.closed.append(leave_seconds)
 
 
 def settings_in(folder: Path, **given: Any) -> Settings:

@@ -1,27 +1,40 @@
 """Stands in for ``studies.run`` and ``studies.publish``: runs that behave as their parameters say.
 
 A run is ``fine`` unless told otherwise. It can also return a ``verdict``, ``abort`` the interpreter
-(the first ``crashes`` times), ``raise``, ``hang``, be ``deaf`` (hang with the interpreter blocked),
-be ``silent`` (return without a result), ``litter`` (start a process of its own, then hang) or print
-``noise``. Each leaves its process id in ``pid`` in its folder.
+(the first ``crashes`` times),
+``raise`` (also because its disk is ``stale``), ``hang``, be ``busy`` (hear nothing for a second), ``deaf``
+(hang with the interpreter blocked), ``silent`` (return without a result), ``greedy`` (take memory
+without end, or so many ``mebibytes``) or ``starved`` (the same, in a library that aborts), ``litter``
+(start a process of its own, then hang), ``orphan`` (fork, then crash), print ``noise``, ``roar`` (print
+so many ``mebibytes``), or ``soil`` the process that computes it. Each leaves its process id in
+``pid`` in its folder.
+
+With ``seconds`` it takes as long, step by step: it tells progress, writes its step into the
+checkpoint, goes on from there, and leaves when asked to.
 """
 
 import ctypes
+import errno
 import json
 import os
 import subprocess
+import sys
 import time
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from solver.errors import Interrupted
 from studies import run as real
 from studies.atomic import write_text
 from studies.results import Measured, Progress, RunResult
 
 STEPS = 10
 FOREVER = 600  # s; longer than any test waits
+MEBIBYTE = 1 << 20
+MOST = 4096  # MiB that a greedy run takes at most: a machine without limits should survive it
 
 
 @dataclass(frozen=True)
@@ -44,20 +57,28 @@ class Run:
 
 
 def execute(
-    run: Run, directory: Path, progress: Callable[[Progress], None] | None = None
+    run: Run,
+    directory: Path,
+    progress: Callable[[Progress], None] | None = None,
+    *,
+    checkpoint: Path | None = None,
+    leave: Callable[[], bool] | None = None,
+    saved: Callable[[int], object] | None = None,
+    film: bool = False,
+    say: Callable[[str], object] | None = None,
 ) -> RunResult:
     """Behave as the parameters say, and leave the result that a real run would leave."""
     (directory / "pid").write_text(str(os.getpid()))
     behaviour = str(run.parameters.get("behaviour", "fine"))
-    _BEHAVIOURS.get(behaviour, _fine)(run, directory)
     seconds = float(run.parameters.get("seconds", os.environ.get("WHIPPLE_TEST_SECONDS", 0)))
-    for step in range(STEPS if seconds else 0):
-        time.sleep(seconds / STEPS)
-        if progress is not None:
-            done = (step + 1) / STEPS
-            progress(Progress(done, 1.0, step, done, None, {"hole_diameter": 0.01 * done}))
+    clock = _Clock(seconds, checkpoint, progress, leave, saved)
+    clock.begin()
+    _BEHAVIOURS.get(behaviour, _fine)(run, directory)
+    clock.go_on()
     result = _result(run, behaviour)
     if behaviour != "silent":
+        for name in ("state.npz", "film.npz")[: 1 + film]:
+            write_text(directory / name, run.id)
         write_text(directory / "result.json", json.dumps(result.as_json()))
     return result
 
@@ -74,6 +95,45 @@ def publish(
     return {}
 
 
+@dataclass
+class _Clock:
+    """Steps that take their time, with a checkpoint after each."""
+
+    seconds: float
+    checkpoint: Path | None
+    progress: Callable[[Progress], None] | None
+    leave: Callable[[], bool] | None
+    saved: Callable[[int], object] | None
+    step: int = 0
+
+    def begin(self) -> None:
+        """Go on from the checkpoint, if there is one."""
+        if self.checkpoint is not None and self.checkpoint.is_file():
+            self.step = int(self.checkpoint.read_text())
+            self._say_saved()
+
+    def go_on(self) -> None:
+        """All steps that are left."""
+        while self.seconds and self.step < STEPS:
+            time.sleep(self.seconds / STEPS)
+            self.step += 1
+            self._keep()
+            if self.progress is not None:
+                done = self.step / STEPS
+                self.progress(Progress(done, 1.0, self.step, done, None, {"hole_diameter": done}))
+            if self.leave is not None and self.leave():
+                raise Interrupted(time=self.step / STEPS, step=self.step)
+
+    def _keep(self) -> None:
+        if self.checkpoint is not None:
+            write_text(self.checkpoint, str(self.step))
+            self._say_saved()
+
+    def _say_saved(self) -> None:
+        if self.saved is not None:
+            self.saved(self.step)
+
+
 def _result(run: Run, behaviour: str) -> RunResult:
     if behaviour == "verdict":
         reason = "density = 3e4 at particle 17"
@@ -86,8 +146,24 @@ def _result(run: Run, behaviour: str) -> RunResult:
         flags=("under_resolved",),
         numbers={"threads": float(os.environ["NUMBA_NUM_THREADS"])},
         stop="settled",
-        provenance={"seconds": 0.5},
+        provenance={"seconds": 0.5, **_surroundings()},
     )
+
+
+def _surroundings() -> dict[str, str]:
+    """What a run sees of its process, and another one could have left there."""
+    return {
+        "process": str(os.getpid()),
+        "folder": os.getcwd(),
+        "soil": os.environ.get("SOIL", "none"),
+        "filters": str(sum(one[2] is SoilWarning for one in warnings.filters)),
+        "prints": type(sys.stdout).__name__,
+        "path": str("soil" in sys.path),
+    }
+
+
+class SoilWarning(UserWarning):
+    """Nobody has heard of it."""
 
 
 def _fine(run: Run, directory: Path) -> None:
@@ -95,13 +171,17 @@ def _fine(run: Run, directory: Path) -> None:
 
 
 def _abort(run: Run, directory: Path) -> None:
-    attempts = len(list(directory.parent.iterdir()))
+    attempts = len(list(directory.parent.glob("a*")))
     if attempts <= int(run.parameters.get("crashes", FOREVER)):
         os.abort()
 
 
 def _raise(run: Run, directory: Path) -> None:
     raise RuntimeError("something that nobody foresaw")
+
+
+def _stale(run: Run, directory: Path) -> None:
+    raise OSError(errno.ESTALE, os.strerror(errno.ESTALE))
 
 
 def _hang(run: Run, directory: Path) -> None:
@@ -112,22 +192,75 @@ def _deaf(run: Run, directory: Path) -> None:
     ctypes.PyDLL(None).sleep(FOREVER)
 
 
+def _busy(run: Run, directory: Path) -> None:
+    time.sleep(1)
+
+
+def _greedy(run: Run, directory: Path) -> None:
+    try:
+        hoard = [bytearray(MEBIBYTE) for _ in range(int(run.parameters.get("mebibytes", MOST)))]
+    except MemoryError as error:
+        raise RuntimeError("a library that says it in its own words") from error
+    del hoard
+
+
+def _starved(run: Run, directory: Path) -> None:
+    reserve = ctypes.CDLL(None).malloc
+    reserve.restype = ctypes.c_void_p
+    for _ in range(MOST):
+        if reserve(ctypes.c_size_t(MEBIBYTE)) is None:
+            os.write(2, b"terminate called after throwing an instance of 'std::bad_alloc'\n")
+            os.abort()
+
+
 def _litter(run: Run, directory: Path) -> None:
     other = subprocess.Popen(["sleep", str(FOREVER)])
     write_text(directory / "litter", str(other.pid))
+    if "seconds" not in run.parameters:
+        time.sleep(FOREVER)
+
+
+def _orphan(run: Run, directory: Path) -> None:
+    if pid := os.fork():
+        write_text(directory / "litter", str(pid))
+        os.abort()
     time.sleep(FOREVER)
+
+
+def _roar(run: Run, directory: Path) -> None:
+    print("first words", flush=True)
+    for _ in range(int(run.parameters["mebibytes"])):
+        os.write(1, b"x" * (MEBIBYTE - 1) + b"\n")
+    print("last words", flush=True)
 
 
 def _noise(run: Run, directory: Path) -> None:
     print("not a JSON line", flush=True)
     os.write(1, b"nor is this\n")
+    ctypes.CDLL(None).puts(b"nor this, which a library holds back")
+
+
+def _soil(run: Run, directory: Path) -> None:
+    os.environ["SOIL"] = run.id
+    os.chdir("/tmp")
+    os.umask(0o077)
+    warnings.simplefilter("error", SoilWarning)
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115
+    sys.path.append("soil")
 
 
 _BEHAVIOURS = {
     "abort": _abort,
     "raise": _raise,
+    "stale": _stale,
     "hang": _hang,
     "deaf": _deaf,
+    "busy": _busy,
+    "greedy": _greedy,
+    "starved": _starved,
     "litter": _litter,
     "noise": _noise,
+    "orphan": _orphan,
+    "roar": _roar,
+    "soil": _soil,
 }

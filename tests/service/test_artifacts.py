@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from service.artifacts import Artifacts, describe
-from service.jobs import Claim, Kind, State, Stored
+from service.jobs import Claim, Keep, Kind, State, Stored
 from tests.service.doubles import run_id
 
 
@@ -15,7 +15,20 @@ def artifacts(tmp_path: Path) -> Artifacts:
 
 
 def claim(kind: Kind = Kind.RUN, *, id: str = run_id(7), sweep_id: str | None = None) -> Claim:
-    return Claim(id, kind, 2, 1, "c0ffee00", 0, State.RUNNING, {}, sweep_id)
+    return Claim(
+        id=id,
+        kind=kind,
+        attempt=2,
+        epoch=1,
+        token="c0ffee00",
+        crashes=0,
+        crash_step=None,
+        priority=0,
+        keep=Keep.FINAL,
+        state=State.RUNNING,
+        spec={},
+        sweep_id=sweep_id,
+    )
 
 
 def registered(artifacts: Artifacts, text: str = "{}") -> Stored:
@@ -93,10 +106,67 @@ def test_copy_out__leaves_the_old_file_when_it_fails(artifacts: Artifacts, tmp_p
     assert (folder / "result.json").read_text() == "{}"
 
 
-def test_discard__deletes_the_files_of_those_sweeps_alone(artifacts: Artifacts) -> None:
-    for number in (1, 2):
-        (artifacts.root / "sweeps" / run_id(number) / "a1-x").mkdir(parents=True)
-    (artifacts.root / "sweeps" / "not-an-id").mkdir()
-    assert sorted(artifacts.sweep_ids()) == [run_id(1), run_id(2)]
-    artifacts.discard_sweeps([run_id(1)])
-    assert artifacts.sweep_ids() == [run_id(2)]
+def test_log__of_an_attempt_is_in_its_folder(artifacts: Artifacts) -> None:
+    asked = claim()
+    log = artifacts.log_of(asked.id, asked.attempt, asked.token)
+    assert log == artifacts.attempt_directory(asked) / "log.txt"
+
+
+def test_complete_files__none_without_an_answer(artifacts: Artifacts) -> None:
+    folder = artifacts.attempt_directory(claim())
+    assert artifacts.complete_files(claim()) == ()
+    folder.mkdir(parents=True)
+    for name in ("state.npz", "log.txt", "pid", ".result.json.x.part"):
+        (folder / name).touch()
+    assert artifacts.complete_files(claim()) == ()
+    (folder / "result.json").touch()
+    found = artifacts.complete_files(claim())
+    assert [file.name for file in found] == ["result.json", "state.npz", "log.txt"]
+
+
+def test_discard_checkpoint__takes_everything_of_it_and_nothing_else(artifacts: Artifacts) -> None:
+    folder = artifacts.attempt_directory(claim())
+    folder.mkdir(parents=True)
+    for name in ("checkpoint.npz", "checkpoint.film.npz", ".checkpoint.npz.abc.part"):
+        (folder.parent / name).touch()
+    assert artifacts.checkpoint(run_id(7)).is_file()
+    artifacts.discard_checkpoint(run_id(7))
+    artifacts.discard_checkpoint(run_id(8))  # which has no folder
+    assert [*folder.parent.iterdir()] == [folder]
+
+
+def test_has_attempt__knows_the_keys_of_this_directory(artifacts: Artifacts) -> None:
+    artifacts.attempt_directory(claim()).mkdir(parents=True)
+    assert artifacts.has_attempt(claim().key)
+    assert not artifacts.has_attempt(claim(id=run_id(8)).key)
+
+
+def test_has_attempt__knows_publications_too(artifacts: Artifacts) -> None:
+    publication = claim(id=run_id(1), kind=Kind.PUBLISH, sweep_id=run_id(2))
+    assert not artifacts.has_attempt(publication.key)
+    artifacts.attempt_directory(publication).mkdir(parents=True)
+    assert artifacts.has_attempt(publication.key)
+
+
+@pytest.mark.parametrize(
+    "key", ["x", "", "a-b-c", f"{run_id(7)}-1-../../etc", f"../x-1-{run_id(7)}"]
+)
+def test_has_attempt__a_name_of_somebody_else_is_not_ours(artifacts: Artifacts, key: str) -> None:
+    assert not artifacts.has_attempt(key)
+
+
+def test_bring_to_disk__reaches_every_file_and_the_folders_above(
+    artifacts: Artifacts, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = artifacts.attempt_directory(claim())
+    folder.mkdir(parents=True)
+    (folder / "log.txt").touch()
+    reached: list[Path] = []
+
+    def sync(descriptor: int) -> None:
+        reached.append(Path(f"/proc/self/fd/{descriptor}").resolve())
+
+    monkeypatch.setattr("os.fsync", sync)
+    artifacts.bring_to_disk(folder)
+    above = [place.resolve() for place in folder.parents if place.is_relative_to(artifacts.root)]
+    assert reached == [folder.resolve() / "log.txt", folder.resolve(), *above]

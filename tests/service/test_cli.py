@@ -10,25 +10,20 @@ from typing import Any
 
 import pytest
 
-from service import cli, local
-from service.jobs import RUN_STATES, SweepRow, SweepState
+from service import local
+from service.commands import computing
+from service.jobs import RUN_STATES, Keep, SweepRow, SweepState
 from studies import examples
 from studies.recipes import ACCURACY
 from tests.service.api import FILES, Api, open_api, served
+from tests.service.command import run
 
 Run = Callable[..., int]
 
 
 @pytest.fixture
-def whipple(monkeypatch: pytest.MonkeyPatch) -> Run:
+def whipple() -> Run:
     """Run the command in this process; gives its exit status."""
-
-    def run(*words: object) -> int:
-        monkeypatch.setattr(sys, "argv", ["whipple", *map(str, words)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        return int(ended.value.code or 0)
-
     return run
 
 
@@ -134,9 +129,11 @@ def test_command__that_is_incomplete_ends_with_2(whipple: Run, words: list[str])
 @pytest.mark.parametrize(
     ("words", "word"),
     [
-        (["--host", "0.0.0.0", "--port", "0"], "host"),
+        (["--host", "0.0.0.0", "--port", "0"], "keys create"),
         (["--port", "99999"], "port"),
         (["--port", "-1"], "port"),
+        (["--engine", "tcp://127.0.0.1:8786"], "tls://"),
+        (["--engine", "tls://127.0.0.1:8786"], "tls_ca"),
     ],
 )
 def test_serve__refuses_a_place_that_it_must_not_or_cannot_take(
@@ -148,7 +145,6 @@ def test_serve__refuses_a_place_that_it_must_not_or_cannot_take(
 ) -> None:
     assert whipple("serve", *words, "--data", tmp_path / "data") == 2
     assert word in capsys.readouterr().err
-    assert not (tmp_path / "data").exists()
 
 
 def test_serve__on_a_port_that_is_taken_says_which(
@@ -164,6 +160,9 @@ ROW = {
     "name": "smoke",
     "title": "smoke",
     "scenario": "thin_plate",
+    "owner": "",
+    "priority": 0,
+    "keep": Keep.FINAL,
     "state": SweepState.SUCCEEDED,
     "reason": None,
     "planned": 2,
@@ -234,7 +233,7 @@ def test_demo__computes_both_examples_and_prints_both_times(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(local, "run_sweep", computed(succeeded=2))
-    monkeypatch.setattr(cli, "WARMUP", "pass")
+    monkeypatch.setattr(computing, "WARMUP", "pass")
     assert whipple("demo", "--out", tmp_path / "demo") == 0
     said = capsys.readouterr().out
     assert "cold" in said
@@ -246,7 +245,7 @@ def test_demo__computes_both_examples_and_prints_both_times(
 def test_warmup__that_fails_says_why(
     whipple: Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(cli, "WARMUP", "raise SystemExit('no compiler')")
+    monkeypatch.setattr(computing, "WARMUP", "raise SystemExit('no compiler')")
     assert whipple("warmup") == 1
     assert "no compiler" in capsys.readouterr().err
 

@@ -73,6 +73,16 @@ def test_sweeps__show_state_progress_and_results(api: Api) -> None:
     assert 'http-equiv="refresh"' not in done
 
 
+def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
+    api.submit()
+    assert "no run is begun" not in api.http.get("/").text.lower()
+    api.http.post("/v1/queue/pause")
+    api.store.hinder("the scheduler <is> away")
+    page = api.http.get("/").text
+    assert "The queue is paused since" in page
+    assert "the scheduler &lt;is&gt; away" in page
+
+
 def test_sweeps__show_what_a_cancelled_sweep_has(api: Api) -> None:
     id = api.submit()
     epoch = api.store.begin_epoch("tests")

@@ -1,7 +1,8 @@
 """The store under any order of events: what must hold at every moment.
 
-Sweeps share runs out of a small pool; attempts end in every way, some of them late. Whatever
-happens, an attempt counts once, nobody waits in vain, and nothing is computed for nobody.
+Sweeps share runs out of a small pool; attempts end in every way, some of them late; dispatchers take
+over from each other. Whatever happens, an attempt counts once, nobody waits in vain, nothing is
+computed for nobody, and in the end every sweep that was accepted has ended.
 """
 
 import atexit
@@ -17,18 +18,32 @@ from hypothesis.stateful import (
     Bundle,
     MultipleResults,
     RuleBasedStateMachine,
-    consumes,
     invariant,
     multiple,
     rule,
 )
 
-from service.jobs import ACTIVE, SWEEP_TERMINAL, Cause, Claim, Conflict, Kind, Result, State
-from service.store.tables import JOBS, POINTS
+from service.jobs import (
+    ACTIVE,
+    SWEEP_TERMINAL,
+    Cause,
+    Claim,
+    Conflict,
+    Keep,
+    KeyReused,
+    Kind,
+    State,
+)
+from service.store.rows import PUBLISH_PRIORITY
+from service.store.tables import JOBS, POINTS, SWEEPS
+from service.store.turns import LAST
+from tests.service.by_hand import finish_all, result
 from tests.service.doubles import open_store, run_id, settings_in, stored, sweep_of
 from tests.service.targets import Run
 
 POOL = 5  # runs that sweeps can ask for
+PRIORITY = st.integers(-2, 2)
+STEP = st.sampled_from([None, 100, 200])
 
 
 @cache
@@ -41,11 +56,10 @@ def empty_store() -> Path:
 
 
 class Rules(RuleBasedStateMachine):
-    """A store, people and a dispatcher, in any order."""
+    """A store, people and dispatchers, in any order."""
 
     sweeps: "Bundle[str]" = Bundle("sweeps")
-    claims: "Bundle[Claim]" = Bundle("claims")
-    spent: "Bundle[Claim]" = Bundle("spent")
+    claims: "Bundle[Claim]" = Bundle("claims")  # also those that count no longer
 
     def __init__(self) -> None:
         super().__init__()
@@ -53,16 +67,46 @@ class Rules(RuleBasedStateMachine):
         shutil.copytree(empty_store(), self.folder, dirs_exist_ok=True)
         self.store = open_store(settings_in(self.folder))
         self.deleted: set[str] = set()
+        self.sent: dict[str, tuple[str, str]] = {}  # idempotency key: body, sweep
+        self.held: dict[str, Claim] = {}  # attempts that count, by key
+        self.known: set[str] = set()  # runs that have had a result
+        self.epoch = self.store.begin_epoch("first")
+        self.paused = False
 
     def teardown(self) -> None:
+        self.everything_ends()
         self.store.close()
         shutil.rmtree(self.folder)
 
     # --- people
 
-    @rule(target=sweeps, wanted=st.lists(st.integers(0, POOL - 1), min_size=1, max_size=POOL))
-    def submit(self, wanted: list[int]) -> str:
-        return self.store.create_sweep(sweep_of([Run(run_id(number)) for number in wanted])).id
+    @rule(
+        target=sweeps,
+        wanted=st.lists(st.integers(0, POOL - 1), min_size=1, max_size=POOL),
+        priority=PRIORITY,
+        keep=st.sampled_from(Keep),
+    )
+    def submit(self, wanted: list[int], priority: int, keep: Keep) -> str:
+        asked = sweep_of([Run(run_id(number)) for number in wanted])
+        return self.store.create_sweep(asked, priority=priority, keep=keep).id
+
+    @rule(
+        target=sweeps,
+        key=st.sampled_from(["a", "b"]),
+        wanted=st.sampled_from([[0], [1, 2]]),
+    )
+    def submit_with_key(self, key: str, wanted: list[int]) -> MultipleResults[str]:
+        asked, body = sweep_of([Run(run_id(number)) for number in wanted]), str(wanted)
+        known, id = self.sent.get(key, (body, None))
+        try:
+            row = self.store.create_sweep(asked, idempotency=(key, body))
+        except KeyReused:
+            assert known != body
+            return multiple()
+        assert known == body
+        assert id in (None, row.id)
+        self.sent[key] = (body, row.id)
+        return multiple(row.id) if id is None else multiple()
 
     @rule(sweep=sweeps)
     def cancel(self, sweep: str) -> None:
@@ -84,37 +128,84 @@ class Rules(RuleBasedStateMachine):
             return
         self.store.delete_sweep(sweep)
         self.deleted.add(sweep)
+        self.sent = {key: known for key, known in self.sent.items() if known[1] != sweep}
 
-    # --- the dispatcher
+    @rule(sweep=sweeps, priority=PRIORITY)
+    def prioritise(self, sweep: str, priority: int) -> None:
+        if sweep in self.deleted:
+            return
+        try:
+            assert self.store.set_priority(sweep, priority).priority == priority
+        except Conflict:
+            assert self.store.sweep(sweep).is_terminal
+
+    @rule(paused=st.booleans())
+    def pause(self, paused: bool) -> None:
+        self.paused = paused
+        row = self.store.pause() if paused else self.store.resume()
+        assert (row.paused is not None) == paused
+
+    # --- dispatchers
 
     @rule(target=claims, limit=st.integers(1, 3))
     def claim(self, limit: int) -> MultipleResults[Claim]:
-        return multiple(*self.store.claim(limit, 1))
+        claims = self.store.claim(limit, self.epoch)
+        assert not self.paused or {claim.kind for claim in claims} <= {Kind.PUBLISH}
+        for claim in claims:
+            assert claim.id not in {held.id for held in self.held.values()}
+            self.held[claim.key] = claim
+        return multiple(*claims)
 
-    @rule(target=spent, claim=consumes(claims), succeeded=st.booleans())
-    def finish(self, claim: Claim, succeeded: bool) -> Claim:
+    @rule(target=claims, adopts=st.booleans())
+    def take_over(self, adopts: bool) -> MultipleResults[Claim]:
+        """Another reign: it adopts what is under way, or leaves it as it is."""
+        earlier, self.epoch = self.epoch, self.store.begin_epoch("next")
+        assert self.store.claim(9, earlier) == ()
+        if not adopts:
+            return multiple()
+        for claim in self.store.claimed():
+            assert self.store.adopt(claim, earlier) is None
+            adopted = self.store.adopt(claim, self.epoch)
+            assert adopted is not None
+            assert adopted.key in self.held
+            self.held[adopted.key] = adopted
+        return multiple(*self.held.values())
+
+    def counts(self, claim: Claim) -> bool:
+        """Whether the next word about this claim is heard; no later one is."""
+        held = self.held.get(claim.key)
+        if held is None or held.epoch != claim.epoch:
+            return False
+        del self.held[claim.key]
+        return True
+
+    @rule(claim=claims, succeeded=st.booleans())
+    def finish(self, claim: Claim, succeeded: bool) -> None:
+        counts = self.counts(claim)
         if claim.kind is Kind.PUBLISH:
-            assert self.store.publish(claim, [stored("cube.nc")], seconds=1.0)
-        else:
-            assert self.store.finish(claim, Result(stored(), succeeded, None, None, {}, 1.0))
-        return claim
+            assert self.store.publish(claim, [stored("cube.nc")], seconds=1.0) == counts
+            return
+        assert self.store.finish(claim, result(succeeded=succeeded)) == counts
+        if counts:
+            self.known.add(claim.id)
 
-    @rule(target=spent, claim=consumes(claims), cause=st.sampled_from([Cause.CRASH, Cause.ERROR]))
-    def fail(self, claim: Claim, cause: Cause) -> Claim:
-        assert self.store.fail(claim, cause, failure="", reason="")
-        return claim
+    @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.MEMORY_LIMIT]), step=STEP)
+    def fail(self, claim: Claim, cause: Cause, step: int | None) -> None:
+        counts = self.counts(claim)
+        assert self.store.fail(claim, cause, failure="", reason="", crash_step=step) == counts
 
-    @rule(target=spent, claim=consumes(claims), cause=st.sampled_from([Cause.CRASH, Cause.LOST]))
-    def requeue(self, claim: Claim, cause: Cause) -> Claim:
-        assert self.store.requeue(claim, cause, reason="")
-        return claim
+    @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.LOST]), step=STEP)
+    def requeue(self, claim: Claim, cause: Cause, step: int | None) -> None:
+        counts = self.counts(claim)
+        assert self.store.requeue(claim, cause, reason="", crash_step=step) == counts
 
-    @rule(claim=spent)
-    def end_again(self, claim: Claim) -> None:
-        assert not self.store.finish(claim, Result(stored(), True, None, None, {}, 1.0))
-        assert not self.store.fail(claim, Cause.CRASH, failure="", reason="")
-        assert not self.store.requeue(claim, Cause.LOST, reason="")
-        assert not self.store.publish(claim, [stored("late.nc")], seconds=1.0)
+    @rule(claim=claims, step=st.integers(1, 300))
+    def checkpoint(self, claim: Claim, step: int) -> None:
+        held = self.held.get(claim.key)
+        counts = held is not None and held.epoch == claim.epoch
+        before = self.checkpoint_of(claim.id)
+        self.store.checkpointed([(claim, step)])
+        assert self.checkpoint_of(claim.id) == (step if counts else before)
 
     # --- what must hold
 
@@ -132,32 +223,68 @@ class Rules(RuleBasedStateMachine):
             assert sum(row.counts.values()) == row.planned
 
     @invariant()
-    def nothing_is_computed_for_nobody(self) -> None:
-        """A run in the queue has a sweep that waits for it."""
-        waiting = [s for s in self.living() if self.publication(s) is State.WAITING]
+    def only_what_is_held_is_under_way(self) -> None:
+        """The rows that are running are the attempts that count."""
+        assert {claim.key for claim in self.store.claimed()} == set(self.held)
+
+    @invariant()
+    def nothing_is_computed_for_nobody_and_urgent_runs_come_first(self) -> None:
+        """An unfinished run has the priority of the most urgent sweep that waits; a queued one has one."""
+        publications = JOBS.alias("publications")
+        demand = (
+            sa.select(POINTS.c.run_id, sa.func.min(SWEEPS.c.priority).label("priority"))
+            .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+            .join(publications, publications.c.sweep_id == SWEEPS.c.id)
+            .where(POINTS.c.detached.is_(False), publications.c.state == State.WAITING)
+            .group_by(POINTS.c.run_id)
+        )
+        unfinished = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.priority, JOBS.c.turn).where(
+            JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(ACTIVE)
+        )
         with self.store._database.reading() as reading:
-            queued = reading.execute(
-                sa.select(JOBS.c.id).where(JOBS.c.kind == Kind.RUN, JOBS.c.state == State.QUEUED)
-            ).scalars()
-            wanted = reading.execute(
-                sa.select(POINTS.c.run_id).where(
-                    POINTS.c.sweep_id.in_(waiting), POINTS.c.detached.is_(False)
-                )
-            ).scalars()
-            assert set(queued) <= set(wanted)
+            wanted = {row.run_id: row.priority for row in reading.execute(demand)}
+            for run in reading.execute(unfinished):
+                assert run.state is not State.QUEUED or run.id in wanted
+                assert run.priority == wanted.get(run.id, run.priority)
+                assert run.turn < LAST
 
     @invariant()
     def results_are_kept(self) -> None:
-        """A run that succeeded has a file, one without a result has none."""
+        """A run that had a result has one for ever, whatever its state; no other has a file."""
+        query = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.cause, JOBS.c.path)
         with self.store._database.reading() as reading:
-            query = sa.select(JOBS.c.state, JOBS.c.cause, JOBS.c.path)
-            for state, cause, path in reading.execute(query.where(JOBS.c.kind == Kind.RUN)):
-                assert (path is not None) == (state is State.SUCCEEDED or cause is Cause.VERDICT)
+            for id, state, cause, path in reading.execute(query.where(JOBS.c.kind == Kind.RUN)):
+                assert (path is not None) == (id in self.known)
+                if state not in ACTIVE:
+                    is_result = state is State.SUCCEEDED or cause is Cause.VERDICT
+                    assert is_result == (id in self.known)
+
+    @invariant()
+    def publications_come_first(self) -> None:
+        query = sa.select(JOBS.c.priority).where(JOBS.c.kind == Kind.PUBLISH).distinct()
+        with self.store._database.reading() as reading:
+            assert set(reading.execute(query).scalars()) <= {PUBLISH_PRIORITY}
+
+    def everything_ends(self) -> None:
+        """Once the queue is worked through, every sweep has ended, and every point has its result."""
+        self.store.resume()
+        epoch = self.store.begin_epoch("last")
+        for claim in self.store.claimed():
+            assert self.store.requeue(claim, Cause.LOST, reason="the service was gone")
+        finish_all(self.store, epoch=epoch)
+        for row in self.store.sweeps(limit=1000).items:
+            assert row.is_terminal
+            assert sum(row.counts.values()) == row.planned
 
     # --- questions
 
     def living(self) -> list[str]:
         return [row.id for row in self.store.sweeps(limit=1000).items]
+
+    def checkpoint_of(self, job: str) -> int | None:
+        query = sa.select(JOBS.c.checkpoint).where(JOBS.c.id == job)
+        with self.store._database.reading() as reading:
+            return reading.execute(query).scalar()
 
     def publication(self, sweep: str) -> State:
         query = sa.select(JOBS.c.state).where(JOBS.c.sweep_id == sweep)

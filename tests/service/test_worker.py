@@ -1,222 +1,194 @@
-"""A process for each attempt: how it ends, how it is ended, and that nothing survives."""
+"""The warm process of a slot: order after order, nothing leaks from one to the next, nothing survives."""
 
 import json
 import os
 import signal
 import subprocess
 import sys
-import threading
-import time
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from service import worker
-from service.jobs import Cause, Kind
-from service.worker import Ending, Ticket, supervise
-from tests.service.doubles import is_gone, run_id, wait_until
-from tests.service.targets import Run
+from service import supervisor, worker
+from service.attempt import Ticket
+from service.jobs import Cause
+from service.supervisor import supervise
+from tests.service.attempts import (
+    LIMIT,
+    nobody,
+    seen,
+    ticket,
+    under_way,
+)
+from tests.service.doubles import is_gone, wait_until
 
 ROOT = Path(__file__).parents[2]
 
 
-def ticket(folder: Path, behaviour: str = "fine", *, limit: float = 60.0, **more: Any) -> Ticket:
-    run = Run(run_id(1), {"behaviour": behaviour, **more})
-    directory = str(folder / "a1-token")
-    targets = "tests.service.targets"
-    return Ticket("key", Kind.RUN, directory, run.as_json(), limit, targets)
+@pytest.fixture(autouse=True)
+def _no_process_is_left() -> Iterator[None]:
+    """Processes without an order end with the test that made them."""
+    yield
+    supervisor.dismiss()
 
 
-def nobody(_words: Mapping[str, Any]) -> None:
-    """Nobody listens."""
+# --- order after order ---------------------------------------------------------------------------
 
 
-def in_background(order: Ticket) -> tuple[threading.Thread, list[Ending]]:
-    endings: list[Ending] = []
-    thread = threading.Thread(target=lambda: endings.append(supervise(order, nobody)))
-    thread.start()
-    return thread, endings
+def test_process__is_the_same_for_order_after_order(tmp_path: Path) -> None:
+    processes = {
+        seen(supervise(ticket(tmp_path / str(number)), nobody))["process"] for number in range(5)
+    }
+    assert len(processes) == 1
 
 
-def pid_of(folder: Path, name: str = "pid") -> int:
-    file = folder / "a1-token" / name
-    return int(wait_until(lambda: file.is_file() and file.read_text()))
-
-
-def test_fine__its_files_come_with_size_and_digest(tmp_path: Path) -> None:
-    ending = supervise(ticket(tmp_path), nobody)
-    assert ending.cause is None
-    [file] = ending.files
-    assert file.path == str(tmp_path / "a1-token" / "result.json")
-    assert file.size == Path(file.path).stat().st_size
-    assert len(file.sha256) == 64
-    assert ending.seconds > 0
-
-
-def test_environment__one_thread_before_python_starts(tmp_path: Path) -> None:
-    [file] = supervise(ticket(tmp_path), nobody).files
-    assert json.loads(Path(file.path).read_text())["numbers"] == {"threads": 1.0}
-
-
-def test_verdict__is_a_result(tmp_path: Path) -> None:
-    ending = supervise(ticket(tmp_path, "verdict"), nobody)
-    assert ending.cause is None
-    assert json.loads(Path(ending.files[0].path).read_text())["state"] == "failed"
-
-
-@pytest.mark.parametrize(
-    ("behaviour", "cause", "failure", "reason"),
-    [
-        ("abort", Cause.CRASH, "SIGABRT", "the process died: SIGABRT"),
-        ("raise", Cause.ERROR, "RuntimeError", "something that nobody foresaw"),
-        ("silent", Cause.ERROR, "MissingFile", "the process ended without result.json"),
-    ],
-)
-def test_ending__says_why(
-    tmp_path: Path, behaviour: str, cause: Cause, failure: str, reason: str
+def test_process__is_replaced_after_so_many_orders(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ending = supervise(ticket(tmp_path, behaviour), nobody)
-    assert (ending.cause, ending.failure, ending.reason) == (cause, failure, reason)
+    monkeypatch.setattr(supervisor, "ORDERS_OF_A_CHILD", 2)
+    processes = [
+        seen(supervise(ticket(tmp_path / str(number)), nobody))["process"] for number in range(4)
+    ]
+    assert processes[0] == processes[1] != processes[2] == processes[3]
+    assert is_gone(int(processes[0]))
 
 
-def test_log__has_the_trace_and_what_others_print(tmp_path: Path) -> None:
-    supervise(ticket(tmp_path, "abort"), nobody)
-    log = tmp_path / "a1-token" / "log.txt"
-    assert "Fatal Python error: Aborted" in log.read_text()
-    ending = supervise(ticket(tmp_path, "noise"), nobody)
-    assert ending.cause is None
-    assert "nor is this" in log.read_text()
+@pytest.mark.parametrize("behaviour", ["abort", "raise", "greedy"])
+def test_process__is_replaced_after_an_accident(tmp_path: Path, behaviour: str) -> None:
+    before = seen(supervise(ticket(tmp_path / "1"), nobody))["process"]
+    supervise(replace(ticket(tmp_path / "2", behaviour), memory_limit=LIMIT), nobody)
+    after = seen(supervise(ticket(tmp_path / "3"), nobody))["process"]
+    assert before != after
+    assert is_gone(int(before))
 
 
-def test_no_space_for_its_folder__is_said(tmp_path: Path) -> None:
-    (tmp_path / "a1-token").touch()
-    ending = supervise(ticket(tmp_path), nobody)
-    assert (ending.cause, ending.failure) == (Cause.ERROR, "FileExistsError")
-
-
-def test_progress__is_told_at_most_so_often(tmp_path: Path) -> None:
-    told: list[Mapping[str, Any]] = []
-    ending = supervise(ticket(tmp_path, seconds=2.5), told.append)
-    assert 1 <= len(told) <= 1 + ending.seconds / worker.TELL_INTERVAL
-    assert 0 < told[0]["fraction"] <= 1
-    assert told[0]["seconds"] > 0
-    assert set(told[0]["measured"]) == {"hole_diameter"}
-
-
-@pytest.mark.parametrize("behaviour", ["hang", "deaf"])
-def test_time_limit__ends_it_even_if_it_does_not_listen(tmp_path: Path, behaviour: str) -> None:
-    ending = supervise(ticket(tmp_path, behaviour, limit=1.5), nobody)
-    assert (ending.cause, ending.reason) == (
-        Cause.TIME_LIMIT,
-        "stopped after the limit of 1.5 s",
-    )
-    assert is_gone(pid_of(tmp_path))
-
-
-@pytest.mark.parametrize("behaviour", ["hang", "deaf"])
-def test_stop__ends_it_within_a_second_or_so(tmp_path: Path, behaviour: str) -> None:
-    thread, endings = in_background(ticket(tmp_path, behaviour))
-    pid = pid_of(tmp_path)
-    begin = time.monotonic()
-    worker.stop(["another"])
-    worker.stop(["key"])
-    thread.join(60)
-    # Patience and two ticks are 0.7 s; the rest is for a busy machine.
-    assert time.monotonic() - begin < 5
-    assert endings[0].cause is Cause.LOST
-    assert is_gone(pid)
-
-
-def test_kill__takes_what_the_process_started_along(tmp_path: Path) -> None:
-    thread, _ = in_background(ticket(tmp_path, "litter"))
-    litter = pid_of(tmp_path, "litter")
-    worker.stop()
-    thread.join(60)
+def test_process__is_replaced_when_an_order_left_something_running(tmp_path: Path) -> None:
+    order = ticket(tmp_path / "1", "litter", seconds=0.1)
+    first = seen(supervise(order, nobody))["process"]
+    litter = int((tmp_path / "1" / "a1-token" / "litter").read_text())
     wait_until(lambda: is_gone(litter))
+    assert seen(supervise(ticket(tmp_path / "2"), nobody))["process"] != first
 
 
-def test_killed_from_outside__is_a_crash(tmp_path: Path) -> None:
-    thread, endings = in_background(ticket(tmp_path, "hang"))
-    os.kill(pid_of(tmp_path), signal.SIGKILL)
-    thread.join(60)
-    assert (endings[0].cause, endings[0].failure) == (Cause.CRASH, "SIGKILL")
+def test_process__that_dies_between_two_orders_is_replaced_unseen(tmp_path: Path) -> None:
+    first = int(seen(supervise(ticket(tmp_path / "1"), nobody))["process"])
+    os.kill(first, signal.SIGKILL)
+    ending = supervise(ticket(tmp_path / "2"), nobody)
+    assert ending.cause is None
+    assert int(seen(ending)["process"]) != first
 
 
-def test_supervisor_killed__the_process_goes_with_it(tmp_path: Path) -> None:
-    order = ticket(tmp_path, "deaf")
+def test_process__that_dies_before_it_takes_its_order_is_replaced_unseen(tmp_path: Path) -> None:
+    first = int(seen(supervise(ticket(tmp_path / "1"), nobody))["process"])
+    os.kill(first, signal.SIGSTOP)  # it cannot take the order, and dies of it
+    with under_way(ticket(tmp_path / "2")) as attempt:
+        os.kill(first, signal.SIGKILL)
+        ending = attempt.end()
+    assert ending.cause is None
+    assert int(seen(ending)["process"]) != first
+
+
+def test_process__that_cannot_start_costs_the_run_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(supervisor, "PAUSE_SECONDS", 0.0)
+    monkeypatch.setattr(supervisor, "_environment", lambda: {"PYTHONHOME": "/nowhere"})
+    ending = supervise(ticket(tmp_path), nobody)
+    assert (ending.cause, ending.failure) == (Cause.LOST, "ChildProcessError")
+
+
+def test_state__of_one_order_does_not_reach_the_next(tmp_path: Path) -> None:
+    before = seen(supervise(ticket(tmp_path / "1"), nobody))
+    supervise(ticket(tmp_path / "2", "soil"), nobody)
+    after = seen(supervise(ticket(tmp_path / "3"), nobody))
+    assert before.pop("folder") == str(tmp_path / "1" / "a1-token")
+    assert after.pop("folder") == str(tmp_path / "3" / "a1-token")
+    assert after == before  # the same process, and nothing in it has changed
+    modes = {(tmp_path / str(number) / "a1-token" / "log.txt").stat().st_mode for number in (1, 3)}
+    assert len(modes) == 1
+
+
+def test_idle_process__holds_no_folder(tmp_path: Path) -> None:
+    process = seen(supervise(ticket(tmp_path), nobody))["process"]
+    assert os.readlink(f"/proc/{process}/cwd") == "/"
+
+
+# --- life and death ------------------------------------------------------------------------------
+
+
+def start_supervisor(order: Ticket) -> "subprocess.Popen[bytes]":
+    """A supervisor in a process of its own."""
     program = (
-        "import json, sys; from service.worker import Ticket, supervise; "
-        "supervise(Ticket(**json.loads(sys.argv[1])), print)"
+        "import json, sys, time; from service.attempt import Ticket; "
+        "from service.supervisor import supervise; "
+        "supervise(Ticket(**json.loads(sys.argv[1])), print); print('over', flush=True); "
+        "time.sleep(600)"
     )
-    supervisor = subprocess.Popen(
-        [sys.executable, "-c", program, json.dumps(vars(order))], cwd=ROOT
-    )
-    try:
-        pid = pid_of(tmp_path)
-    finally:
-        supervisor.kill()
-        supervisor.wait()
+    command = [sys.executable, "-c", program, json.dumps(vars(order))]
+    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE)
+
+
+@pytest.mark.parametrize("behaviour", ["hang", "deaf"])
+def test_supervisor_killed__the_process_goes_with_it(tmp_path: Path, behaviour: str) -> None:
+    order = ticket(tmp_path, behaviour)
+    with start_supervisor(order) as process:
+        try:
+            file = Path(order.directory) / "pid"
+            pid = int(wait_until(lambda: file.is_file() and file.read_text()))
+        finally:
+            process.kill()
     wait_until(lambda: is_gone(pid))
+
+
+def test_supervisor_killed__the_idle_process_goes_with_it(tmp_path: Path) -> None:
+    with start_supervisor(ticket(tmp_path)) as process:
+        try:
+            assert process.stdout is not None
+            assert process.stdout.readline() == b"over\n"
+            pid = int((tmp_path / "a1-token" / "pid").read_text())
+            assert not is_gone(pid)
+        finally:
+            process.kill()
+    wait_until(lambda: is_gone(pid))
+
+
+def start_worker() -> "subprocess.Popen[bytes]":
+    command = [sys.executable, "-m", "service.worker"]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT)
 
 
 def test_life_line__its_end_ends_the_process(tmp_path: Path) -> None:
     order = ticket(tmp_path, "hang")
-    (tmp_path / "a1-token").mkdir()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "service.worker"], stdin=subprocess.PIPE, cwd=ROOT
-    )
-    assert process.stdin is not None
-    process.stdin.write(json.dumps(vars(order)).encode() + b"\n")
-    process.stdin.flush()
-    pid_of(tmp_path)
-    process.stdin.close()
-    assert process.wait(60) == worker.STATUS_ORPHAN
+    with start_worker() as process:
+        assert process.stdin is not None
+        process.stdin.write(json.dumps({"order": vars(order)}).encode() + b"\n")
+        process.stdin.flush()
+        wait_until((tmp_path / "a1-token" / "pid").is_file)
+        process.stdin.close()
+        assert process.wait(60) == worker.STATUS_ORPHAN
 
 
 def test_life_line__no_order_no_work() -> None:
-    process = subprocess.run(
-        [sys.executable, "-m", "service.worker"], stdin=subprocess.DEVNULL, cwd=ROOT, check=False
-    )
-    assert process.returncode == worker.STATUS_ORPHAN
+    with start_worker() as process:
+        assert process.stdin is not None
+        process.stdin.close()
+        assert process.wait(60) == worker.STATUS_ORPHAN
 
 
-def test_publish__answers_are_results_or_reasons_and_damage_is_seen(tmp_path: Path) -> None:
-    good = supervise(ticket(tmp_path), nobody).files[0]
-    lost = {"run_id": run_id(2), "state": "failed", "reason": "died", "path": None, "sha256": None}
-    outcomes = [
-        {**lost, "run_id": run_id(1), "state": "succeeded", "path": good.path}
-        | {"sha256": good.sha256},
-        lost,
-        {**lost, "run_id": run_id(3), "path": good.path, "sha256": "00" * 32},
-    ]
-    spec = {"document": {"name": "s"}, "outcomes": outcomes}
-    order = replace(ticket(tmp_path), kind=Kind.PUBLISH, spec=spec)
-    ending = supervise(order, nobody)
-    assert [file.name for file in ending.files] == ["cube.nc", "report.html", "report.json"]
-    said = json.loads(Path(ending.files[0].path).read_text())
-    assert [said[run_id(number)]["state"] for number in (1, 2, 3)] == [
-        *("succeeded", "failed", "failed")
-    ]
-    assert "lost or damaged" in said[run_id(3)]["reason"]
-
-
-def test_order__a_large_one_arrives_whole(tmp_path: Path) -> None:
-    outcome = {"state": "cancelled", "reason": "x" * 100, "path": None, "sha256": None}
-    outcomes = [{**outcome, "run_id": run_id(number)} for number in range(10_000)]
-    spec = {"document": {"name": "s"}, "outcomes": outcomes}
-    ending = supervise(replace(ticket(tmp_path), kind=Kind.PUBLISH, spec=spec), nobody)
-    assert len(json.loads(Path(ending.files[0].path).read_text())) == 10_000
+def test_dismissed__an_idle_process_ends(tmp_path: Path) -> None:
+    process = int(seen(supervise(ticket(tmp_path), nobody))["process"])
+    supervisor.dismiss()
+    assert is_gone(process)
 
 
 def test_parent_side__loads_neither_web_nor_database_nor_solver() -> None:
     program = (
-        "import sys, service.worker; "
+        "import sys, service.supervisor; "
         "print([m for m in ('fastapi', 'sqlalchemy', 'distributed', 'numpy') if m in sys.modules])"
     )
-    answer = subprocess.run(
+    said = subprocess.run(
         [sys.executable, "-c", program], cwd=ROOT, check=True, capture_output=True, text=True
     )
-    assert answer.stdout.strip() == "[]"
+    assert said.stdout.strip() == "[]"

@@ -110,6 +110,62 @@ def test_resume__of_another_run_begins_from_the_start(tmp_path: Path) -> None:
     assert without_provenance(tmp_path / "resumed") == without_provenance(tmp_path / "whole")
 
 
+def test_saved__is_told_each_checkpoint_that_is_written_or_gone_on_from(tmp_path: Path) -> None:
+    run, file = asked("elastic_bar"), tmp_path / "checkpoint"
+    told: list[int] = []
+    for steps in (10, 20):
+        with pytest.raises(Interrupted):
+            compute(
+                run,
+                tmp_path,
+                threads=1,
+                checkpoint=file,
+                leave=after(steps),
+                saved=told.append,
+            )
+    assert told == [10, 10, 30]
+    compute(run, tmp_path, threads=1, checkpoint=file, saved=told.append)
+    assert told == [10, 10, 30, 30]
+
+
+def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_written(
+    tmp_path: Path,
+) -> None:
+    file, told = tmp_path / "checkpoint", list[int]()
+    file.write_text("damaged")
+    compute(asked("elastic_bar"), tmp_path, threads=1, checkpoint=file, saved=told.append)
+    nowhere = tmp_path / "nowhere" / "checkpoint"
+    with pytest.raises(Interrupted):
+        compute(
+            asked("elastic_bar"),
+            tmp_path,
+            threads=1,
+            checkpoint=nowhere,
+            leave=after(5),
+            saved=told.append,
+        )
+    assert told == []
+
+
+def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: Path) -> None:
+    run, lines = asked("elastic_bar"), list[str]()
+    result = compute(run, tmp_path, threads=1, say=lines.append)
+    assert run.id in lines[0]
+    assert f"  speed = {run.parameters['speed']}" in lines
+    observed = [line for line in lines if line.startswith("t = ")]
+    assert len(observed) == len(next(iter(result.measurements.values())).history["time"])
+    assert f"succeeded: {result.stop}" in lines
+    assert {f"  {name} = {number:.6g}" for name, number in result.numbers.items()} <= set(lines)
+
+
+def test_log__of_a_run_that_goes_on_says_where(tmp_path: Path) -> None:
+    run, lines, file = asked("elastic_bar"), list[str](), tmp_path / "checkpoint"
+    with pytest.raises(Interrupted):
+        compute(run, tmp_path, threads=1, checkpoint=file, leave=after(10))
+    result = compute(run, tmp_path, threads=1, checkpoint=file, say=lines.append)
+    assert result.provenance["checkpoint"] in lines
+
+
 def test_observer__recalls_what_it_remembered(scenario: str) -> None:
     one, other = observer_of(asked(scenario)), observer_of(asked(scenario))
     simulate_a_little(one)

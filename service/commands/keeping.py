@@ -1,0 +1,220 @@
+"""What is done where database and files are: keys, doctor, remeasure, backup."""
+
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.commands.options import (
+    FINE,
+    SOME_FAILED,
+    WRONG,
+    Data,
+    DatabaseUrl,
+    KeyFile,
+    client_of,
+    settings_of,
+)
+from studies.errors import Finding, InvalidInput
+
+if TYPE_CHECKING:
+    from datetime import timedelta
+
+    from service.jobs import KeyRow, Scope
+
+
+app = typer.Typer()
+keys = typer.Typer(no_args_is_help=True)
+app.add_typer(keys, name="keys", help="API keys: who may ask a service that listens elsewhere.")
+
+SPAN = re.compile(r"(\d{1,6})([dhm])")
+UNITS = {"d": "days", "h": "hours", "m": "minutes"}
+Every = Annotated[
+    bool, typer.Option("--every-file", help="Look at the digest of every file, not of a sample.")
+]
+
+
+# --- keys -----------------------------------------------------------------------------------------
+
+
+@keys.command("create")
+def create_key(
+    name: Annotated[str, typer.Argument(help="Whose key it is: the owner of what is submitted.")],
+    scope: Annotated[
+        list[str] | None,
+        typer.Option(help="read, submit (the default) or admin; each allows what is before it."),
+    ] = None,
+    expires: Annotated[
+        str | None, typer.Option(help="After so long it is of no use: 90d, 12h, 30m; else never.")
+    ] = None,
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Make a key, and print its secret: once, it is not stored."""
+    from datetime import UTC, datetime
+
+    from service.console import print_key
+    from service.unattended import open_store
+
+    scopes, span = _scopes(scope or ["submit"]), _span(expires)
+    until = None if span is None else datetime.now(UTC) + span
+    with open_store(settings_of(data=data, database_url=database_url), make=True) as store:
+        row, secret = store.create_key(_name(name), scopes, until)
+    print(secret)
+    print_key(row, file=sys.stderr)
+    print("keep it: it is not told again", file=sys.stderr)
+
+
+@keys.command("list")
+def list_keys(data: Data = None, database_url: DatabaseUrl = None) -> None:
+    """Show all keys, without their secrets."""
+    from service.console import print_key
+    from service.unattended import open_store
+
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        known = store.keys()
+    for row in known:
+        print_key(row)
+
+
+@keys.command("revoke")
+def revoke_key(
+    key: Annotated[
+        str, typer.Argument(metavar="KEY", help="Id or begin of a key, as `list` shows it.")
+    ],
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Make a key useless, from the next request on."""
+    from service.console import print_key
+    from service.unattended import open_store
+
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        print_key(store.revoke_key(_meant(key, store.keys()).id))
+
+
+# --- doctor ---------------------------------------------------------------------------------------
+
+
+@app.command()
+def doctor(every_file: Every = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
+    """Look whether all is as it should be, and say what to do where it is not. Ends with 1 if something is wrong."""
+    from service.console import print_check
+    from service.doctor import Verdict, examine
+
+    settings = settings_of(data=data, database_url=database_url)
+    wrong = 0
+    for check in examine(settings, every_file=every_file):
+        print_check(check)
+        wrong += check.verdict is Verdict.WRONG
+    raise typer.Exit(WRONG if wrong else FINE)
+
+
+# --- backup ---------------------------------------------------------------------------------------
+
+
+@app.command()
+def backup(
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="Folder; an earlier backup is brought up to date.")
+    ],
+    data: Data = None,
+) -> None:
+    """Copy database and files (SQLite) while the service runs. OUT then is a data directory."""
+    from service.backup import back_up
+    from service.console import print_backup
+    from service.unattended import open_store
+
+    settings = settings_of(data=data)
+    with open_store(settings) as store:
+        done = back_up(settings, out, store)
+    print_backup(done)
+    raise typer.Exit(WRONG if done.lost else FINE)
+
+
+# --- remeasure ------------------------------------------------------------------------------------
+
+
+@app.command()
+def remeasure(
+    ids: Annotated[
+        list[str] | None, typer.Argument(metavar="[ID]...", help="Sweeps; else all.")
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only say what would be read again.")
+    ] = False,
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+    url: Annotated[
+        str | None, typer.Option(help="Ask the service there instead, about the sweeps named.")
+    ] = None,
+    key_file: KeyFile = None,
+) -> None:
+    """Read measurements whose definition has changed off the stored final states. Nothing is solved."""
+    from service.unattended import open_store
+
+    if url is not None:
+        if dry_run or not ids or data or database_url:
+            cure = "name sweeps, and leave out --dry-run, --data and --database-url"
+            raise InvalidInput([Finding("--url", url, "an order for sweeps of that service", cure)])
+        _remeasure_there(ids, url, key_file)
+        return
+    settings = settings_of(data=data, database_url=database_url)
+    with open_store(settings) as store:
+        from service.commands.remeasuring import remeasure_here
+
+        raise typer.Exit(
+            SOME_FAILED if not remeasure_here(settings, store, ids, dry_run=dry_run) else FINE
+        )
+
+
+def _remeasure_there(ids: list[str], url: str, key_file: Path | None) -> None:
+    from service.console import print_plan
+
+    with client_of(url, key_file) as client:
+        for id in ids:
+            said = client.sweep(id).remeasure()
+            print_plan(id, said, said["not_kept_runs"])
+
+
+# --- small things ---------------------------------------------------------------------------------
+
+
+def _scopes(words: list[str]) -> "list[Scope]":
+    from service.jobs import Scope
+
+    unknown = [word for word in words if word not in list(Scope)]
+    if unknown:
+        limit = " or ".join(Scope)
+        raise InvalidInput([Finding("--scope", unknown[0], limit, "write one of these")])
+    return [Scope(word) for word in words]
+
+
+def _name(name: str) -> str:
+    """The name of a key; raises InvalidInput for one that cannot be told from none."""
+    if not name.strip() or not name.isprintable():
+        raise InvalidInput([Finding("NAME", repr(name), "a name that can be read", "write one")])
+    return name.strip()
+
+
+def _span(text: str | None) -> "timedelta | None":
+    from datetime import timedelta
+
+    if text is None:
+        return None
+    match = SPAN.fullmatch(text)
+    if match is None or not int(match[1]):
+        raise InvalidInput([Finding("--expires", text, "a time span", "write it like 90d or 12h")])
+    return timedelta(**{UNITS[match[2]]: int(match[1])})
+
+
+def _meant(given: str, known: "tuple[KeyRow, ...]") -> "KeyRow":
+    """The one key that is meant; raises InvalidInput."""
+    found = [row for row in known if given in (row.id, row.prefix)]
+    if len(found) != 1:
+        cure = "look with `whipple keys list`"
+        limit = "the id of a key" if not found else "the id, because several begin like that"
+        raise InvalidInput([Finding("KEY", given, limit, cure)])
+    return found[0]

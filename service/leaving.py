@@ -1,0 +1,113 @@
+"""Ctrl-C and SIGTERM as a wish that a loop obeys.
+
+Python's own way, an exception out of nowhere, can be lost: raised while a finalizer or a callback of
+the garbage collector runs, it is printed and forgotten, and the program goes on. (The scheduler has
+such a callback in this process, and a busy machine collects often.) So the handler only notes what
+was asked, and whoever waits is woken. Nothing between the two can swallow it.
+"""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing import resource_tracker
+from queue import Empty, SimpleQueue
+from types import FrameType
+from typing import NoReturn
+
+ASKS = (signal.SIGINT, signal.SIGTERM)
+SLICE = 0.25  # s; a signal that comes just before a wait begins does not end it, so none is longer
+KILLED_BY = 128  # a shell's exit status of a process that a signal ended: this and its number
+
+
+class Leaving:
+    """Whether somebody asked this process to leave."""
+
+    def __init__(self) -> None:
+        # Its ``put`` may interrupt a ``get`` of the same thread; that of an Event would wait for ever.
+        self._wishes: SimpleQueue[signal.Signals] = SimpleQueue()
+        self._first: signal.Signals | None = None
+        self.alarm: SimpleQueue[bool] = SimpleQueue()  # true: asked; false: left
+
+    def ask(self, number: int, frame: FrameType | None = None) -> None:
+        """Note the wish; a signal handler."""
+        self._wishes.put(signal.Signals(number))
+        self.alarm.put(True)
+
+    def asked(self, *, wait: float = 0.0) -> signal.Signals | None:
+        """The first wish to leave, if there is one within so many seconds."""
+        end = time.monotonic() + wait
+        while self._first is None:
+            left = end - time.monotonic()
+            try:
+                self._first = self._wishes.get(timeout=min(max(left, 0.0), SLICE))
+            except Empty:
+                if left <= 0.0:
+                    break
+        return self._first
+
+    def obey(self, *, wait: float = 0.0) -> None:
+        """Wait so many seconds, unless asked to leave: then raise what ends a program, here and now."""
+        wish = self.asked(wait=wait)
+        if wish is not None:
+            _leave(wish)
+
+
+@contextmanager
+def heeding(*, gone_within: float | None = None) -> Iterator[Leaving]:
+    """Turn Ctrl-C and SIGTERM into wishes within the block.
+
+    A signal that is ignored (``nohup``, a job in the background) stays so. Only the main thread can
+    hear: in another one nobody asks, and its program stops it as it always did. With ``gone_within``
+    the process ends so many seconds after the first wish, with status 0, if the block has not been
+    left by then: for programs that may be killed at any moment, as the service may.
+    """
+    leaving = Leaving()
+    if threading.current_thread() is not threading.main_thread():
+        yield leaving
+        return
+    before = {one: signal.getsignal(one) for one in ASKS}
+    heard = [one for one in ASKS if before[one] not in (signal.SIG_IGN, None)]
+    if gone_within is not None:
+        watch = threading.Thread(target=_see_to_it, args=(leaving.alarm, gone_within), daemon=True)
+        watch.start()
+    for one in heard:
+        signal.signal(one, leaving.ask)
+    try:
+        yield leaving
+    finally:
+        leaving.alarm.put(False)
+        for one in heard:
+            signal.signal(one, before[one])
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """What is started in this block, threads and processes, is not reached by Ctrl-C of a terminal."""
+    resource_tracker.ensure_running()  # started later, by ``multiprocessing``, it would lift the block
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _see_to_it(alarm: "SimpleQueue[bool]", seconds: float) -> None:
+    """Wait for the first wish; then, at most so long, for the end of the block."""
+    if not alarm.get():
+        return
+    end = time.monotonic() + seconds
+    with suppress(Empty):
+        while alarm.get(timeout=max(0.0, end - time.monotonic())):
+            pass  # asked again
+        return
+    os.write(2, b"not all was closed in time; the rest is found at the next start\n")
+    os._exit(0)
+
+
+def _leave(wish: signal.Signals) -> NoReturn:
+    if wish is signal.SIGINT:
+        raise KeyboardInterrupt
+    raise SystemExit(KILLED_BY + wish)

@@ -1,0 +1,214 @@
+"""Files in the data directory that no longer count, and why; found without deleting anything.
+
+What counts is the folder of a job's last attempt, and whatever a row points to. A run or sweep that
+the store does not know is a stranger: the directory belongs to another database, or is newer than a
+backup that was restored. Strangers are only told of.
+"""
+
+import re
+import time
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import TypeVar
+
+from service.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
+from service.jobs import KEPT_BY, TERMINAL, Attempt, State, Stored, SweepRow
+from service.store import Store
+
+ATTEMPT = re.compile(r"a(\d+)-[0-9a-f]+")
+SHARD = re.compile("[0-9a-f]{2}")
+FILES_ON_A_PAGE = 1000
+SWEEPS_ON_A_PAGE = 500
+
+Item = TypeVar("Item")
+PART_OF_ALL = 50  # folders that are looked at together
+
+Registered = Mapping[str, Set[Path]]  # files that rows point to, by run
+
+
+class Why(StrEnum):
+    """Why something is left over."""
+
+    LOST = "an attempt that does not count"
+    PART = "half-written"
+    SPENT = "a checkpoint of a run that has a result"
+    RESTING = "a checkpoint of a run that ended without a result"
+    DROPPED = "no longer kept"
+    DELETED = "of a sweep that was deleted"
+    FORGOTTEN = "of a run that no sweep has had for long"
+    STRANGER = "of a run or sweep that the database does not know"
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """A file or folder that does not count."""
+
+    path: Path
+    why: Why
+
+    def age(self) -> float:
+        """Seconds since something was written there: for patience, no decision about a run."""
+        try:
+            newest = max(one.stat().st_mtime for one in (self.path, *self.path.glob("*")))
+        except OSError:  # it goes while we look
+            return 0.0
+        return time.time() - newest
+
+
+@dataclass(frozen=True)
+class Counted:
+    """What counts of a run."""
+
+    attempt: Attempt  # the last
+    registered: Set[Path]  # files that rows point to
+    kept: Set[str]  # names of KEPT_BY that a sweep keeps
+
+
+class Leftovers:
+    """Looks through the folders of runs and sweeps."""
+
+    def __init__(self, store: Store, artifacts: Artifacts):
+        self._store = store
+        self._artifacts = artifacts
+
+    def shards(self) -> list[Path]:
+        """The folders that runs are spread over."""
+        return _folders(self._artifacts.root / RUNS, SHARD)
+
+    def sweep_ids(self) -> list[str]:
+        """Sweeps that have a folder."""
+        return [folder.name for folder in _folders(self._artifacts.root / SWEEPS, ID)]
+
+    def of_shard(self, shard: Path) -> Iterator[Leftover]:
+        """What is left over of the runs in one shard."""
+        for folders in _in_parts(_folders(shard, ID)):
+            yield from self._of_runs(folders)
+
+    def _of_runs(self, folders: Sequence[Path]) -> Iterator[Leftover]:
+        """What is left over of neighbours in the order of ids: a few statements for all of them."""
+        ids = [folder.name for folder in folders]
+        known, registered = self._store.known_attempts(ids), self._registered(ids)
+        kept = self._store.kept_names(ids)
+        forgotten = self._store.forgotten_runs([id for id in ids if id not in known])
+        for folder in folders:
+            id = folder.name
+            if id in known:
+                counts = Counted(known[id], registered[id], kept.get(id, frozenset()))
+                yield from _of_run(folder, counts)
+            else:
+                yield Leftover(folder, Why.FORGOTTEN if id in forgotten else Why.STRANGER)
+
+    def of_sweeps(self, ids: Sequence[str]) -> Iterator[Leftover]:
+        """What is left over of these sweeps."""
+        deleted = self._store.forgotten(ids)
+        for id in ids:
+            folder = self._artifacts.sweep_folder(id)
+            if id in deleted:
+                yield Leftover(folder, Why.DELETED)
+            else:
+                yield from self._of_sweep(id, _attempts(folder))
+
+    def parts(self) -> Iterator[Iterator[Leftover]]:
+        """What is left over of everything, in parts that take a moment each."""
+        for ids in _in_parts(self.sweep_ids()):
+            yield self.of_sweeps(ids)
+        for shard in self.shards():
+            for folders in _in_parts(_folders(shard, ID)):
+                yield self._of_runs(folders)
+
+    def strange_sweeps(self) -> Iterator[Leftover]:
+        """Folders of sweeps that the store never had; looks at every sweep."""
+        found = self.sweep_ids()
+        known = {row.id for row in self._all_sweeps()} | self._store.forgotten(found)
+        return (
+            Leftover(self._artifacts.sweep_folder(id), Why.STRANGER)
+            for id in found
+            if id not in known
+        )
+
+    def _all_sweeps(self) -> Iterator[SweepRow]:
+        cursor: str | None = None
+        while True:
+            page = self._store.sweeps(cursor=cursor, limit=SWEEPS_ON_A_PAGE)
+            yield from page.items
+            cursor = page.next_cursor
+            if cursor is None:
+                return
+
+    def _of_sweep(self, id: str, attempts: Sequence[Path]) -> Iterator[Leftover]:
+        """Publications that were replaced; the youngest never is, and may be under way."""
+        if len(attempts) < 2:
+            return
+        counted = {self._artifacts.path(file).parent for file in self._store.artifacts(id)}
+        for attempt in attempts[:-1]:
+            if counted and attempt not in counted:
+                yield Leftover(attempt, Why.LOST)
+
+    def _registered(self, ids: Sequence[str]) -> Registered:
+        """What rows point to of these runs, which are neighbours in the order of ids."""
+        found: dict[str, set[Path]] = {id: set() for id in ids}
+        for id, file in self._store.files_between(ids[0], ids[-1]):
+            if id in found:
+                found[id].add(self._artifacts.root / file.path)
+        return found
+
+
+def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
+    """Every registered file of the jobs from ``id`` on, in their order, page by page."""
+    after = (id, "")
+    while page := store.files(after=after, limit=FILES_ON_A_PAGE):
+        yield from page
+        last, file = page[-1]
+        after = (last, file.name)
+
+
+def _of_run(folder: Path, counts: Counted) -> Iterator[Leftover]:
+    """What is left over of one run."""
+    attempt, registered = counts.attempt, counts.registered
+    last = name_of_attempt(attempt.attempt, attempt.token) if attempt.token else ""
+    has_ended = attempt.state in TERMINAL
+    for one in _attempts(folder):
+        if one.name == last:
+            if has_ended:
+                yield from _of_attempt(one, counts)
+        elif not any(file.is_relative_to(one) for file in registered):
+            yield Leftover(one, Why.LOST)
+    for file in folder.glob(f".{CHECKPOINT}{PART}"):
+        yield Leftover(file, Why.PART)
+    if has_ended:
+        why = Why.SPENT if attempt.state is State.SUCCEEDED else Why.RESTING
+        for file in folder.glob(f"{CHECKPOINT}*"):
+            yield Leftover(file, why)
+
+
+def _of_attempt(folder: Path, counts: Counted) -> Iterator[Leftover]:
+    """What is left over in the folder that counts, once nobody writes there.
+
+    A file that a sweep keeps counts though no row points to it: older versions registered none.
+    """
+    for file in folder.glob(PART):
+        yield Leftover(file, Why.PART)
+    for name in KEPT_BY:
+        is_counted = name in counts.kept or folder / name in counts.registered
+        if not is_counted and (folder / name).exists():
+            yield Leftover(folder / name, Why.DROPPED)
+
+
+def _in_parts(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
+    """The same, so many at a time."""
+    return (items[begin : begin + PART_OF_ALL] for begin in range(0, len(items), PART_OF_ALL))
+
+
+def _attempts(folder: Path) -> list[Path]:
+    """The folders of attempts, the youngest last."""
+    found = ((ATTEMPT.fullmatch(entry.name), entry) for entry in folder.glob("a*"))
+    return [entry for match, entry in sorted((int(m[1]), e) for m, e in found if m)]
+
+
+def _folders(parent: Path, name: re.Pattern[str]) -> list[Path]:
+    """The entries with names of one kind, in order."""
+    if not parent.is_dir():
+        return []
+    return sorted(entry for entry in parent.iterdir() if name.fullmatch(entry.name))

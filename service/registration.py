@@ -1,0 +1,111 @@
+"""What an attempt left becomes a row: its result, another try, or its failure."""
+
+import logging
+from dataclasses import replace
+
+from service.artifacts import LOG, Artifacts
+from service.attempt import Ending, legible
+from service.faults import point
+from service.findings import Found
+from service.jobs import Cause, Claim, Stored, crashes_before, may_try_again
+from service.rests import Rests
+from service.space import Space, is_want_of_space
+from service.store import Store
+
+log = logging.getLogger(__name__)
+
+
+class Registrar:
+    """Brings ended attempts into their rows; after it, an attempt is over whatever happens."""
+
+    def __init__(self, store: Store, artifacts: Artifacts, space: Space):
+        self.rests = Rests()
+        self._store = store
+        self._artifacts = artifacts
+        self._space = space
+
+    def settle(self, claim: Claim, found: Found) -> None:
+        """One ended attempt; raises StoreUnavailable when it has to be tried again later."""
+        ending = found.ending
+        if ending.cause is None:
+            counts = self._register(claim, found)
+        else:
+            ending = self._excused(ending)
+            counts = self._give_up(claim, ending, found.files)
+        log.log(
+            logging.INFO if counts else logging.WARNING,
+            "%s %s: %s",
+            claim.kind,
+            claim.key,
+            (ending.reason or "done") if counts else "too late, it no longer counts",
+            extra={"run": claim.key, "sweep": claim.sweep_id},
+        )
+
+    def abandon(self, claim: Claim, error: Exception) -> None:
+        """Fail an attempt whose end cannot be brought into its row, however often it is tried."""
+        reason = legible(f"its end cannot be brought into the database: {error}")
+        self._store.fail(claim, Cause.ERROR, failure=type(error).__name__, reason=reason)
+        self.rests.end(claim)
+
+    def _register(self, claim: Claim, found: Found) -> bool:
+        self.rests.end(claim)
+        if found.result is None:
+            point("publication-before-registration")
+            seconds = found.ending.seconds
+            counts = self._store.publish(claim, found.files, seconds=seconds, rereads=found.rereads)
+            point("publication-after-commit")
+            return counts
+        point("result-before-registration")
+        counts = self._store.finish(claim, found.result)
+        point("result-after-commit")
+        return self._end_with_result(claim, counts)
+
+    def _give_up(self, claim: Claim, ending: Ending, files: tuple[Stored, ...]) -> bool:
+        """An attempt without result: another try if the budget of its cause allows, else a failure."""
+        assert ending.cause is not None
+        cause, step = ending.cause, ending.checkpoint
+        if may_try_again(cause, crashes_before(claim, step)):
+            counts = self._store.requeue(claim, cause, reason=ending.reason, crash_step=step)
+            self._rest(claim, ending, counts)
+            return counts
+        self.rests.end(claim)
+        written = self._artifacts.attempt_directory(claim) / LOG
+        return self._store.fail(
+            claim,
+            cause,
+            failure=ending.failure,
+            reason=f"{ending.reason} (log: {self._artifacts.relative(written)})",
+            crash_step=step,
+            files=files,
+        )
+
+    def _rest(self, claim: Claim, ending: Ending, counts: bool) -> None:
+        """Let it rest if it was lost again and again."""
+        if ending.cause is not Cause.LOST or not counts:
+            self.rests.end(claim)
+            return
+        seconds = self.rests.lose(claim, ending.checkpoint)
+        if seconds:
+            words = {"run": claim.key, "sweep": claim.sweep_id}
+            log.warning("%s was lost again; it rests for %.0f s", claim.key, seconds, extra=words)
+
+    def _end_with_result(self, claim: Claim, counts: bool) -> bool:
+        """Nobody goes on from the checkpoint of a run that has a result; what stays, care removes."""
+        if counts:
+            try:
+                self._artifacts.discard_checkpoint(claim.id)
+            except OSError as error:
+                log.warning("the checkpoint of %s stays for now: %s", claim.key, error)
+        return counts
+
+    def _excused(self, ending: Ending) -> Ending:
+        """An attempt that ended for want of disk space.
+
+        While there is none, that says nothing about its run: it was lost. If there is some again, it
+        may be the run that never fits, which counts as a crash.
+        """
+        if not is_want_of_space(ending, self._space):
+            return ending
+        self._space.rest()
+        cause = Cause.LOST if self._space.is_used_up() else Cause.CRASH
+        return replace(ending, cause=cause, reason=f"the disk was full: {ending.reason}")

@@ -1,0 +1,150 @@
+"""What the care of the data directory asks of the rows: which files still count."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence, Set
+from datetime import datetime
+from typing import Any
+
+import sqlalchemy as sa
+
+from service.jobs import KEPT_BY, TERMINAL, Attempt, Keep, Kind, Stored, at_least
+from service.store.connection import Part
+from service.store.queries import batches, log_event, now
+from service.store.rows import stored_record
+from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
+
+AFTER_HEX = "g"  # comes after every id that begins as what it is added to
+BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]
+
+
+class Care(Part):
+    """Files that may go, and those that nobody knows."""
+
+    def discardable(self, limit: int, shard: str = "") -> tuple[tuple[str, Stored], ...]:
+        """Registered files that no sweep keeps, each with its run; see ``drop``.
+
+        ``shard``: only of runs whose ids begin so; to look at all of them takes long.
+        """
+        in_shard = ARTIFACTS.c.job_id.between(shard, shard + AFTER_HEX)
+        return self._files(sa.select(ARTIFACTS).where(in_shard, _IS_DROPPED).limit(limit))
+
+    def drop(self, files: Iterable[tuple[str, Stored]]) -> tuple[tuple[str, Stored], ...]:
+        """Forget those of these files that no sweep keeps now; return them, they may go."""
+        dropped = []
+        with self._database.writing() as connection:
+            for job_id, file in files:
+                here = (ARTIFACTS.c.job_id == job_id) & (ARTIFACTS.c.name == file.name)
+                if connection.execute(ARTIFACTS.delete().where(here, _IS_DROPPED)).rowcount:
+                    connection.execute(_keep_less(job_id, file.name))
+                    dropped.append((job_id, file))
+        return tuple(dropped)
+
+    def kept_names(self, run_ids: Iterable[str]) -> Mapping[str, Set[str]]:
+        """Files that a sweep keeps now of each of these runs, among those that not every one does."""
+        query = sa.select(POINTS.c.run_id, SWEEPS.c.keep).distinct()
+        query = query.join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+        kept: dict[str, set[str]] = defaultdict(set)
+        with self._database.reading() as connection:
+            for batch in batches(run_ids):
+                for row in connection.execute(query.where(POINTS.c.run_id.in_(batch))):
+                    kept[row.run_id] |= {n for n, k in KEPT_BY.items() if row.keep in at_least(k)}
+        return kept
+
+    def forget_files(self, job_id: str, names: Iterable[str]) -> None:
+        """Files that are no longer there."""
+        gone = ARTIFACTS.delete().where(ARTIFACTS.c.job_id == job_id)
+        with self._database.writing() as connection:
+            for name in names:
+                connection.execute(gone.where(ARTIFACTS.c.name == name))
+                if name in KEPT_BY:
+                    connection.execute(_keep_less(job_id, name))
+
+    def forget_runs(self, before: datetime, limit: int) -> int:
+        """Forget runs that have ended, and that no sweep has since a moment; how many these were.
+
+        Their folders are left over then: see ``forgotten_runs``.
+        """
+        unused = (
+            sa.select(JOBS.c.id)
+            .where(JOBS.c.abandoned < before, JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL))
+            .where(sa.not_(sa.exists().where(POINTS.c.run_id == JOBS.c.id)))
+        )
+        with self._database.reading() as connection:
+            found = connection.scalars(unused.limit(limit)).all()
+        if not found:
+            return 0
+        moment = now()
+        with self._database.writing() as connection:
+            gone = connection.scalars(unused.where(JOBS.c.id.in_(found))).all()
+            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(gone)))
+            connection.execute(JOBS.delete().where(JOBS.c.id.in_(gone)))
+            for id in gone:
+                log_event(connection, moment, "forgotten", job_id=id)
+        return len(gone)
+
+    def files(
+        self, *, after: tuple[str, str] = ("", ""), limit: int = 1000
+    ) -> tuple[tuple[str, Stored], ...]:
+        """Every registered file, by job and name; ``after`` is the last one of the page before."""
+        query = sa.select(ARTIFACTS).where(sa.tuple_(*BY_JOB) > sa.tuple_(*after))
+        return self._files(query.limit(limit))
+
+    def files_between(self, first: str, last: str) -> tuple[tuple[str, Stored], ...]:
+        """The registered files of the jobs between two ids, both included."""
+        return self._files(sa.select(ARTIFACTS).where(ARTIFACTS.c.job_id.between(first, last)))
+
+    def known_attempts(self, job_ids: Iterable[str]) -> Mapping[str, Attempt]:
+        """The last attempt of each of these jobs; those that are unknown are left out."""
+        query = sa.select(JOBS.c.id, JOBS.c.attempt, JOBS.c.token, JOBS.c.state)
+        with self._database.reading() as connection:
+            return {
+                row.id: Attempt(row.attempt, row.token, row.state)
+                for batch in batches(job_ids)
+                for row in connection.execute(query.where(JOBS.c.id.in_(batch)))
+            }
+
+    def forgotten(self, sweep_ids: Sequence[str]) -> set[str]:
+        """Those of these sweeps that were deleted here; one that this store never had is not."""
+        return self._named_in("deleted", EVENTS.c.sweep_id, sweep_ids)
+
+    def forgotten_runs(self, ids: Sequence[str]) -> set[str]:
+        """Those of these runs that were forgotten here; they may have come again since."""
+        return self._named_in("forgotten", EVENTS.c.job_id, ids)
+
+    def _named_in(self, kind: str, column: sa.Column[Any], ids: Sequence[str]) -> set[str]:
+        """Those of these ids that a column of the events of one kind names."""
+        query = sa.select(column).where(EVENTS.c.kind == kind)
+        with self._database.reading() as connection:
+            return {
+                id
+                for batch in batches(ids)
+                for id in connection.scalars(query.where(column.in_(batch)))
+            }
+
+    def _files(self, query: sa.Select[tuple[object, ...]]) -> tuple[tuple[str, Stored], ...]:
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(*BY_JOB)).all()
+        return tuple((row.job_id, stored_record(row)) for row in rows)
+
+
+def _keeps(name: str, keep: Keep) -> sa.ColumnElement[bool]:
+    return (ARTIFACTS.c.name == name) & SWEEPS.c.keep.in_(at_least(keep))
+
+
+# A registered file of a run that has ended, and that no sweep keeps.
+_IS_DROPPED = sa.and_(
+    ARTIFACTS.c.name.in_(KEPT_BY),
+    sa.exists().where(JOBS.c.id == ARTIFACTS.c.job_id, JOBS.c.state.in_(TERMINAL)),
+    sa.not_(
+        sa.exists()
+        .where(POINTS.c.run_id == ARTIFACTS.c.job_id, SWEEPS.c.id == POINTS.c.sweep_id)
+        .where(sa.or_(*(_keeps(name, keep) for name, keep in KEPT_BY.items())))
+    ),
+)
+
+
+def _keep_less(run_id: str, name: str) -> sa.Update:
+    """A run that lost a file keeps what there is without it; who wants more has it made again."""
+    less = list(Keep)[list(Keep).index(KEPT_BY[name]) - 1]
+    run = JOBS.update().where(JOBS.c.id == run_id, JOBS.c.keep.in_(at_least(KEPT_BY[name])))
+    return run.values(keep=less)

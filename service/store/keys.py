@@ -1,0 +1,96 @@
+"""API keys: the secret is told once and never stored, only its SHA-256."""
+
+import hashlib
+import hmac
+import secrets
+import uuid
+from collections.abc import Iterable
+from contextlib import suppress
+from datetime import datetime, timedelta
+
+import sqlalchemy as sa
+
+from service.jobs import KeyRow, NotFound, Scope, StoreUnavailable
+from service.store.connection import Part
+from service.store.queries import now, one_row
+from service.store.rows import key_record
+from service.store.tables import KEYS
+
+MARK = "whp_"  # by which people, and scanners of public text, know a secret of this service
+PREFIX_LENGTH = len(MARK) + 8
+SECRET_BYTES = 32
+USED_EVERY = timedelta(minutes=1)  # how exactly the last use is known
+
+
+class Keys(Part):
+    """Who may ask what, elsewhere than on the loopback."""
+
+    def create_key(
+        self, name: str, scopes: Iterable[Scope], expires: datetime | None = None
+    ) -> tuple[KeyRow, str]:
+        """A new key, and its secret, which is never told again."""
+        secret = MARK + secrets.token_urlsafe(SECRET_BYTES)
+        row = {
+            "id": uuid.uuid4().hex,
+            "name": name,
+            "prefix": secret[:PREFIX_LENGTH],
+            "sha256": _digest(secret),
+            "scopes": " ".join(sorted(scopes)),
+            "created": now(),
+            "expires": expires,
+        }
+        insert = KEYS.insert().values(row).returning(KEYS)
+        with self._database.writing() as connection:
+            return key_record(connection.execute(insert).one()), secret
+
+    def find_key(self, secret: str) -> KeyRow | None:
+        """The key with this secret, if it can be used now; notes, to a minute, that it was."""
+        if not (secret.isascii() and secret.isprintable()):
+            return None
+        digest, moment = _digest(secret), now()
+        query = sa.select(KEYS).where(KEYS.c.prefix == secret[:PREFIX_LENGTH], _is_usable(moment))
+        with self._database.reading() as connection:
+            rows = connection.execute(query).all()
+        found = [key_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)]
+        if not found:
+            return None
+        [key] = found
+        if key.used is None or abs(moment - key.used) > USED_EVERY:
+            with suppress(StoreUnavailable):  # it is a note for people
+                self._set(key.id, used=moment)
+        return key
+
+    def has_keys(self) -> bool:
+        """Whether there is a key that can be used now."""
+        query = sa.select(sa.exists(sa.select(KEYS.c.id).where(_is_usable(now()))))
+        with self._database.reading() as connection:
+            return bool(connection.execute(query).scalar())
+
+    def keys(self) -> tuple[KeyRow, ...]:
+        """All keys, those of no more use too, oldest first."""
+        query = sa.select(KEYS).order_by(KEYS.c.created, KEYS.c.id)
+        with self._database.reading() as connection:
+            return tuple(key_record(row) for row in connection.execute(query))
+
+    def revoke_key(self, id: str) -> KeyRow:
+        """Make a key useless from now on; raises NotFound."""
+        query = sa.select(KEYS).where(KEYS.c.id == id)
+        with self._database.reading() as connection:
+            known = key_record(one_row(connection, query, "key", id))
+        return known if known.revoked is not None else self._set(id, revoked=now())
+
+    def _set(self, id: str, **values: datetime) -> KeyRow:
+        update = KEYS.update().where(KEYS.c.id == id).values(values).returning(KEYS)
+        with self._database.writing() as connection:
+            row = connection.execute(update).first()
+        if row is None:
+            raise NotFound("key", id)
+        return key_record(row)
+
+
+def _digest(secret: str) -> str:
+    return hashlib.sha256(secret.encode()).hexdigest()
+
+
+def _is_usable(moment: datetime) -> sa.ColumnElement[bool]:
+    return KEYS.c.revoked.is_(None) & sa.or_(KEYS.c.expires.is_(None), KEYS.c.expires > moment)

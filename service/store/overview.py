@@ -1,0 +1,79 @@
+"""The queue as a whole: what stands where, who works through it, what it cost."""
+
+from collections.abc import Mapping, Sequence
+
+import sqlalchemy as sa
+
+from service.jobs import TERMINAL, Cause, Kind, QueueRow, State, Tally
+from service.store import leadership
+from service.store.connection import Part
+from service.store.tables import CAUSES, CONTROL, DISPATCHERS, JOBS
+
+
+class Overview(Part):
+    """Each question is one read transaction, of a few statements whatever the size."""
+
+    def queue(self) -> QueueRow:
+        """The queue at this moment."""
+        oldest = sa.select(sa.func.min(JOBS.c.queued)).where(
+            JOBS.c.state == State.QUEUED, JOBS.c.kind == Kind.RUN
+        )
+        youngest = sa.select(sa.func.coalesce(sa.func.max(DISPATCHERS.c.epoch), 0))
+        query = sa.select(
+            *(CONTROL.c.paused, CONTROL.c.hindrance),
+            *(oldest.scalar_subquery().label("oldest"), youngest.scalar_subquery().label("epoch")),
+        )
+        with self._database.reading() as connection:
+            row = connection.execute(query).one()
+            return QueueRow(
+                paused=row.paused,
+                hindrance=row.hindrance,
+                states=_states(connection),
+                oldest_queued=row.oldest,
+                epoch=row.epoch,
+                leader=leadership.leader(self._database, connection),
+            )
+
+    def states(self) -> Mapping[State, int]:
+        """Jobs per state in the whole store."""
+        with self._database.reading() as connection:
+            return _states(connection)
+
+    def tally(self, edges: Sequence[float]) -> tuple[Tally, ...]:
+        """Jobs by kind, state and place of their measured seconds among ``edges``."""
+        bucket = sum(
+            (sa.case((JOBS.c.seconds > edge, 1), else_=0) for edge in edges), sa.literal(0)
+        )
+        known = sa.case((JOBS.c.seconds.is_(None), sa.null()), else_=bucket)
+        jobs = sa.select(
+            JOBS.c.kind, JOBS.c.state, JOBS.c.seconds, known.label("bucket")
+        ).subquery()
+        groups = (jobs.c.kind, jobs.c.state, jobs.c.bucket)
+        seconds = sa.func.coalesce(sa.func.sum(jobs.c.seconds), 0.0)
+        query = sa.select(*groups, sa.func.count().label("jobs"), seconds.label("seconds"))
+        with self._database.reading() as connection:
+            rows = connection.execute(query.group_by(*groups))
+            return tuple(Tally(**row._mapping) for row in rows)
+
+    def attempts_by_cause(self) -> Mapping[Cause, int]:
+        """Attempts that did not succeed, since the store was made."""
+        with self._database.reading() as connection:
+            known = {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}
+        return {cause: known.get(cause, 0) for cause in Cause}
+
+    def pace(self, scenario: str | None = None) -> float | None:
+        """Measured seconds for each estimated core second, over all results; None if none."""
+        query = sa.select(sa.func.sum(JOBS.c.seconds), sa.func.sum(JOBS.c.cost)).where(
+            JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL), JOBS.c.path.is_not(None)
+        )
+        query = query.where(JOBS.c.seconds.is_not(None))  # unknown after a try in vain to do better
+        if scenario is not None:
+            query = query.where(JOBS.c.scenario == scenario)
+        with self._database.reading() as connection:
+            seconds, cost = connection.execute(query).one()
+        return seconds / cost if cost else None
+
+
+def _states(connection: sa.Connection) -> Mapping[State, int]:
+    query = sa.select(JOBS.c.state, sa.func.count().label("jobs")).group_by(JOBS.c.state)
+    return {row.state: row.jobs for row in connection.execute(query)}

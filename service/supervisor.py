@@ -1,0 +1,384 @@
+"""The supervisor: gives an attempt to a warm process, listens to it, and ends it when it must end.
+
+Called in a worker of the engine. ``service.worker`` is the process, and says which words the two
+exchange. A worker with one thread has one such process: it takes order after order and is replaced
+after a crash, an error, a cancel, a limit, or ``ORDERS_OF_A_CHILD``. It dies with us: its stdin ends,
+and the system kills it with the thread that started it, even if compiled code blocks all of its own.
+
+The answer is files in the attempt's folder. Whatever happens touches this attempt alone.
+"""
+
+import errno
+import json
+import math
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from service import attempt_log
+from service.artifacts import LOG, OF_A_RUN, describe
+from service.attempt import Ending, Ticket
+from service.jobs import ANSWER, Cause, Kind, Stored
+from service.rereads import REREADS
+from service.worker import STATUS_MEMORY
+
+Words = Mapping[str, Any]
+Tell = Callable[[Words], None]
+
+# What each kind of job must leave behind, and what it may.
+FILES = {Kind.RUN: (ANSWER,), Kind.PUBLISH: ("cube.nc", "report.html", "report.json")}
+MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (REREADS, LOG)}
+
+ORDERS_OF_A_CHILD = 100  # imports take a second or so: a hundredth of that each
+TRIES = 3  # processes that may die before they take an order
+TICK = 0.1  # s, how often stop and limits are looked at
+PATIENCE = 0.5  # s, between the word "stop" and the kill
+LEAVE_SECONDS = 8.0  # between the word "leave" and the word "stop"
+TELL_INTERVAL = 1.0  # s, between two pieces of progress
+PAUSE_SECONDS = 20.0  # of a worker on which nothing works: others take what there is to do
+ILL = frozenset({errno.EIO, errno.ESTALE, errno.EROFS, errno.ENOTCONN, errno.EHOSTDOWN})  # a mount
+
+# A process that dies with this share of its memory limit in use is taken to have died of it, and so is one whose
+# last words in the log (so many bytes) are among these: libraries of other languages abort where Python raises.
+AT_THE_LIMIT = 0.9
+LAST_WORDS = 4096
+WANT_OF_MEMORY = (b"MemoryError", b"bad_alloc", b"ut of memory", b"Cannot allocate memory")
+
+# One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported.
+SINGLE_THREAD = dict.fromkeys(
+    ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
+)
+
+_SUPERVISORS: dict[str, "Supervisor"] = {}  # at work in this process, by key of their ticket
+_IDLE: list["Child"] = []  # processes without an order
+
+
+def supervise(ticket: Ticket, tell: Tell) -> Ending:
+    """Compute one attempt in a process of its own, and say how it ended."""
+    supervisor = _SUPERVISORS[ticket.key] = Supervisor(ticket, tell)
+    try:
+        return supervisor.run()
+    except OSError as error:  # no folder, no process: it is the worker that is ill, not the run
+        return supervisor.pause(type(error).__name__, str(error))
+    finally:
+        del _SUPERVISORS[ticket.key]
+
+
+def stop(keys: list[str] | None = None) -> None:
+    """Stop these attempts, or all, if they run in this process."""
+    for supervisor in _chosen(keys):
+        supervisor.stop()
+
+
+def leave(keys: list[str] | None = None, seconds: float = LEAVE_SECONDS) -> None:
+    """The same, but let them write a checkpoint; one that has not left in time is stopped."""
+    for supervisor in _chosen(keys):
+        supervisor.leave(seconds)
+
+
+def dismiss() -> None:
+    """End the processes that have no order."""
+    while _IDLE:
+        _IDLE.pop().dismiss()
+
+
+def _chosen(keys: list[str] | None) -> list["Supervisor"]:
+    at_work = list(_SUPERVISORS.items())
+    return [supervisor for key, supervisor in at_work if keys is None or key in keys]
+
+
+class Supervisor:
+    """One attempt: its order, what is heard of it, and why it is ended."""
+
+    def __init__(self, ticket: Ticket, tell: Tell):
+        self._ticket = ticket
+        self._tell = tell
+        self._directory = Path(ticket.directory)
+        self._begin = time.monotonic()
+        self._told = self._begin - TELL_INTERVAL
+        self._looked = self._begin  # at the log
+        self._progress: Words | None = None
+        self._checkpoint: int | None = None
+        self._taken = False  # the order: from here on a death is the run's own
+        self._most_data = 0  # bytes that the process was seen to hold
+        self._stop_at = self._leave_at = math.inf  # monotonic; set from other threads
+        self._cut: Cause | None = None  # why we ended it, if we did
+
+    def stop(self) -> None:
+        """Ask for the end; ``run`` sees to it."""
+        self._stop_at = -math.inf
+
+    def leave(self, seconds: float) -> None:
+        """Ask for a checkpoint and the end, within so many seconds."""
+        now = time.monotonic()
+        self._leave_at, self._stop_at = now, min(self._stop_at, now + seconds)
+
+    def run(self) -> Ending:
+        """From the order to the end."""
+        self._directory.mkdir(exist_ok=True)  # without its parents: they are there if the disk is
+        if (
+            not self._missing()
+        ):  # done before; the worker that held the answer died, and Dask asks again
+            return self._collect()
+        for _ in range(TRIES):
+            child = _hire()
+            try:
+                child.take(self._ticket)
+                end = self._watch(child)
+                attempt_log.cut(self._directory / LOG)
+            except BaseException:
+                child.end()
+                raise
+            if end is not None:
+                self._let_go(child, end)
+                return self._judge(end)
+            status = child.end()
+            if self._taken or self._cut:
+                return self._judge_dead(status)
+        raise ChildProcessError("a process cannot be started; the log of the worker says why")
+
+    def pause(self, failure: str, reason: str) -> Ending:
+        """How an attempt ends where nothing works; told late, so that this worker gets little to do."""
+        ending = self.ending(Cause.LOST, failure, f"its worker cannot compute: {reason}")
+        end = time.monotonic() + PAUSE_SECONDS
+        while time.monotonic() < end and min(self._stop_at, self._leave_at) == math.inf:
+            time.sleep(TICK)
+        return ending
+
+    def ending(
+        self,
+        cause: Cause | None,
+        failure: str = "",
+        reason: str = "",
+        files: tuple[Stored, ...] = (),
+    ) -> Ending:
+        """An ending, now."""
+        seconds = time.monotonic() - self._begin
+        return Ending(cause, failure, reason, files, seconds, self._checkpoint)
+
+    # --- while it is under way -------------------------------------------------------------------
+
+    def _watch(self, child: "Child") -> Words | None:
+        """The words that end the order; None when there are none to come."""
+        limit, kill_at = self._begin + self._ticket.seconds_limit, math.inf
+        while True:
+            is_alive = child.is_alive()
+            for words in child.hear(TICK if is_alive else 0.0):
+                if self._is_end(words):
+                    return words
+            now = time.monotonic()
+            if (not is_alive and not child.has_more()) or now > kill_at:
+                return None
+            self._weigh(child)
+            self._mind_log(now)
+            if self._leave_at < now:
+                self._leave_at = math.inf
+                child.say({"leave": True})
+            if self._cut is None and now > min(limit, self._stop_at):
+                self._cut = Cause.LOST if now > self._stop_at else Cause.TIME_LIMIT
+                child.say({"stop": True})
+                kill_at = now + PATIENCE
+
+    def _is_end(self, words: Words) -> bool:
+        """Take in what the process says, and pass on what others should hear of."""
+        if "taken" in words:
+            self._taken = True
+        elif "progress" in words:
+            self._progress = words["progress"]
+            if time.monotonic() - self._told >= TELL_INTERVAL:
+                self._pass_on()
+        elif "checkpoint" in words:
+            self._checkpoint = words["checkpoint"]
+            self._pass_on()
+        return "spent" in words
+
+    def _pass_on(self) -> None:
+        if self._progress is None:
+            return
+        self._told = time.monotonic()
+        told = {**self._progress, "seconds": self._told - self._begin}
+        if self._checkpoint is not None:
+            told["checkpoint"] = self._checkpoint
+        self._tell(told)
+
+    def _weigh(self, child: "Child") -> None:
+        if self._ticket.memory_limit is not None:
+            self._most_data = max(self._most_data, child.data())
+
+    def _mind_log(self, now: float) -> None:
+        if now - self._looked >= TELL_INTERVAL:
+            self._looked = now
+            attempt_log.cut(self._directory / LOG)
+
+    # --- how it ended ----------------------------------------------------------------------------
+
+    def _let_go(self, child: "Child", end: Words) -> None:
+        """Keep the process for the next order, unless something may be wrong with it."""
+        is_fit = ("done" in end or "left" in end) and not end["spent"] and self._cut is None
+        if is_fit and child.orders < ORDERS_OF_A_CHILD:
+            _IDLE.append(child)
+        else:
+            child.end()
+
+    def _judge(self, end: Words) -> Ending:
+        """From the last words."""
+        if "done" in end:  # also if it was about to be stopped
+            missing = self._missing()
+            if not missing:
+                return self._collect()
+            reason = f"the process ended without {', '.join(missing)}"
+            return self.ending(Cause.ERROR, "MissingFile", reason)
+        if "left" in end:
+            return self.ending(Cause.LOST, "Left", "left on request, after a checkpoint")
+        error = end["error"]
+        if error["memory"]:
+            return self._out_of_memory(error["failure"], error["reason"])
+        if error["errno"] in ILL:
+            return self.pause(error["failure"], error["reason"])
+        return self.ending(Cause.ERROR, error["failure"], error["reason"])
+
+    def _judge_dead(self, status: int) -> Ending:
+        """Without last words: we ended it, or it died."""
+        if self._cut is Cause.LOST:
+            return self.ending(Cause.LOST, "Stopped", "stopped on request")
+        if self._cut is Cause.TIME_LIMIT:
+            limit = f"stopped after the limit of {self._ticket.seconds_limit:g} s"
+            return self.ending(Cause.TIME_LIMIT, "TimeLimit", limit)
+        name = signal.Signals(-status).name if status < 0 else f"status {status}"
+        if status == STATUS_MEMORY or self._died_of_its_limit():
+            return self._out_of_memory(name, "the process died")
+        return self.ending(Cause.CRASH, name, f"the process died: {name}")
+
+    def _died_of_its_limit(self) -> bool:
+        limit = self._ticket.memory_limit
+        if limit is None:
+            return False
+        last = attempt_log.last_bytes(self._directory / LOG, LAST_WORDS)
+        return self._most_data > AT_THE_LIMIT * limit or any(one in last for one in WANT_OF_MEMORY)
+
+    def _out_of_memory(self, failure: str, reason: str) -> Ending:
+        limit = self._ticket.memory_limit
+        allowed = "" if limit is None else f"; a run may use {limit / 1e9:.3g} GB"
+        return self.ending(
+            Cause.MEMORY_LIMIT, failure, f"out of memory: {reason or failure}{allowed}"
+        )
+
+    def _missing(self) -> list[str]:
+        """Files that the attempt must leave, and has not."""
+        names = FILES[self._ticket.kind]
+        return [name for name in names if not (self._directory / name).is_file()]
+
+    def _collect(self) -> Ending:
+        """The files of an attempt that succeeded."""
+        kind = self._ticket.kind
+        files = [self._directory / name for name in (*FILES[kind], *MORE_FILES[kind])]
+        return self.ending(None, files=tuple(describe(file) for file in files if file.is_file()))
+
+
+class Child:
+    """A process that takes orders."""
+
+    def __init__(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "service.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            cwd="/",
+            env=_environment(),
+            start_new_session=True,
+            bufsize=0,
+        )
+        self.orders = 0  # taken so far
+        self._rest = b""  # begin of a line
+        assert self._process.stdout is not None
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._process.stdout, selectors.EVENT_READ)
+
+    def take(self, ticket: Ticket) -> None:
+        """Give it an order."""
+        self.orders += 1
+        self.say({"order": asdict(ticket)})
+
+    def say(self, words: Words) -> None:
+        """Write a line to it, a long one piece by piece."""
+        assert self._process.stdin is not None
+        line = memoryview(json.dumps(words).encode() + b"\n")
+        with suppress(BrokenPipeError):  # it is gone; whoever asks for its end will see
+            while line:
+                line = line[self._process.stdin.write(line) or 0 :]
+
+    def hear(self, seconds: float) -> list[Words]:
+        """What it says within so many seconds, as soon as it says something."""
+        if self.is_silent:
+            time.sleep(seconds)
+            return []
+        if not self._selector.select(seconds):
+            return []
+        assert self._process.stdout is not None
+        chunk = os.read(self._process.stdout.fileno(), 1 << 16)
+        if not chunk:
+            self._selector.unregister(self._process.stdout)
+        *lines, self._rest = (self._rest + chunk).split(b"\n")
+        return [json.loads(line) for line in lines]
+
+    def has_more(self) -> bool:
+        """Whether there is something to hear now; what it forked may keep its stdout open."""
+        return bool(self._selector.select(0.0))
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether its stdout has ended."""
+        return not self._selector.get_map()
+
+    def is_alive(self) -> bool:
+        """Whether it has not ended; one that has is not waited for, so that its id stays taken."""
+        flags = os.WEXITED | os.WNOHANG | os.WNOWAIT
+        return os.waitid(os.P_PID, self._process.pid, flags) is None
+
+    def data(self) -> int:
+        """Bytes of data that it holds, as the limit counts them; 0 if nobody says."""
+        try:
+            pages = Path(f"/proc/{self._process.pid}/statm").read_text().split()[5]
+        except (OSError, IndexError):
+            return 0
+        return int(pages) * os.sysconf("SC_PAGE_SIZE")
+
+    def dismiss(self) -> None:
+        """Let it go; it has no order and will leave at once."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        self.end()
+
+    def end(self) -> int:
+        """End it, and everything that it started; its status."""
+        with suppress(ProcessLookupError):  # nothing is left
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._selector.close()
+        with self._process:
+            return self._process.wait()
+
+
+def _hire() -> Child:
+    """A process that waits for an order, or a new one."""
+    while True:
+        try:
+            child = _IDLE.pop()
+        except IndexError:
+            return Child()
+        if child.is_alive():
+            return child
+        child.end()
+
+
+def _environment() -> dict[str, str]:
+    """Ours, one thread, the same modules, and a trace in the log when the interpreter dies."""
+    path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path)
+    return {**os.environ, **SINGLE_THREAD, "PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"}

@@ -1,0 +1,66 @@
+"""From a claimed row to the order that goes to the engine."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from service.artifacts import Artifacts
+from service.attempt import Ticket
+from service.jobs import Claim, Kind, Outcome, State
+from service.remeasuring import plan_of
+from service.settings import Settings
+from service.store import Store
+
+
+class Tickets:
+    """Writes tickets: where an attempt works, on what, and within which limits."""
+
+    def __init__(self, settings: Settings, store: Store, artifacts: Artifacts):
+        self._settings = settings
+        self._store = store
+        self._artifacts = artifacts
+        self._memory_limit = settings.memory_of_a_run
+
+    def write(self, claim: Claim) -> Ticket:
+        """The order for one attempt, below a folder that is there: a worker who misses it lacks the disk."""
+        directory = self._artifacts.attempt_directory(claim)
+        directory.parent.mkdir(parents=True, exist_ok=True)
+        is_run = claim.kind is Kind.RUN
+        return Ticket(
+            key=claim.key,
+            kind=claim.kind,
+            directory=str(directory),
+            spec=claim.spec if is_run else self._publication(claim),
+            seconds_limit=self._settings.run_seconds_limit,
+            targets=self._settings.targets_module,
+            keep=claim.keep,
+            checkpoint=str(self._artifacts.checkpoint(claim.id)) if is_run else None,
+            memory_limit=self._memory_limit,
+        )
+
+    def _publication(self, claim: Claim) -> Mapping[str, Any]:
+        """What cube and report are made of."""
+        assert claim.sweep_id is not None
+        document, outcomes = self._store.question(claim.sweep_id)
+        root = self._artifacts.root
+        order = {"document": document, "outcomes": [_outcome(one, root) for one in outcomes]}
+        return order | {"again": self._states(claim.sweep_id) if claim.spec else {}}
+
+    def _states(self, sweep_id: str) -> dict[str, dict[str, str]]:
+        """Final states that are to be read again before the sweep is published, by run."""
+        return {
+            run_id: {"path": str(self._artifacts.path(state)), "sha256": state.sha256}
+            for run_id, state in plan_of(self._store, sweep_id).read.items()
+        }
+
+
+def _outcome(outcome: Outcome, root: Path) -> dict[str, Any]:
+    """How a run ended, for the process that publishes."""
+    has_result = outcome.path is not None and outcome.state in (State.SUCCEEDED, State.FAILED)
+    return {
+        "run_id": outcome.run_id,
+        "state": outcome.state,
+        "reason": outcome.reason,
+        "path": str(root / outcome.path) if has_result and outcome.path else None,
+        "sha256": outcome.sha256,
+    }

@@ -1,0 +1,117 @@
+"""What a drill kills, and at which moment."""
+
+import random
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+from service.artifacts import ANSWER, Artifacts
+from service.jobs import Claim, Kind, State
+from service.store import Store
+from tests.service.doubles import is_gone
+
+FIRST, LAST = (
+    0.05,
+    1.3,
+)  # begin and end of the kills, in events for each run: a run has two at least
+
+
+class Victim(StrEnum):
+    """A process of the four kinds that there are."""
+
+    RUN = "run"  # the warm process that computes it, or publishes
+    WORKER = "worker"
+    SCHEDULER = "scheduler"  # one of its own; else it lives in the service
+    SERVICE = "service"
+
+
+class Moment(StrEnum):
+    """What is seen from outside when the blow falls."""
+
+    ANY = "at random"
+    CLAIMED = "claimed"  # a row says running, and no process has begun
+    COMPUTING = "computing"
+    CHECKPOINTED = "checkpointed"
+    WRITTEN = "written"  # an answer is complete, and no row names it
+    PUBLISHING = "publishing"
+
+
+# Where a process of its own can be hit.
+OF_A_PROCESS = (Moment.ANY, Moment.COMPUTING, Moment.CHECKPOINTED, Moment.PUBLISHING)
+
+
+@dataclass(frozen=True)
+class Blow:
+    """One kill -9."""
+
+    due: int  # number of the event in the store, not before it
+    victim: Victim
+    moment: Moment
+
+
+def blows(seed: int, victims: Mapping[Victim, int], runs: int) -> list[Blow]:
+    """Kills in a random order at random events; every kind of moment has its turn."""
+    chance = random.Random(seed)
+    chosen = [victim for victim, count in victims.items() for _ in range(count)]
+    chance.shuffle(chosen)
+    dues = sorted(int(chance.uniform(FIRST, LAST) * runs) for _ in chosen)
+    met: Counter[Victim] = Counter()
+    found = []
+    for due, victim in zip(dues, chosen, strict=True):
+        moments = OF_A_PROCESS if victim in (Victim.RUN, Victim.WORKER) else tuple(Moment)
+        found.append(Blow(due, victim, moments[met[victim] % len(moments)]))
+        met[victim] += 1
+    return found
+
+
+@dataclass(frozen=True)
+class Target:
+    """An attempt under way, and the process that works at it, if one does."""
+
+    claim: Claim
+    pid: int | None
+    moments: frozenset[Moment]
+
+
+class Field:
+    """What the store and the files say of the attempts under way."""
+
+    def __init__(self, store: Store, artifacts: Artifacts):
+        self._store = store
+        self._artifacts = artifacts
+
+    def targets(self, moment: Moment) -> list[Target]:
+        """Attempts at a moment."""
+        found = [self._target(claim) for claim in self._store.claimed()]
+        return [one for one in found if moment in one.moments]
+
+    def _target(self, claim: Claim) -> Target:
+        folder = self._artifacts.attempt_directory(claim)
+        pid = _pid(folder / "pid")
+        moments = {Moment.ANY}
+        if claim.state is State.RUNNING and claim.kind is Kind.PUBLISH:
+            moments.add(Moment.PUBLISHING)
+        elif claim.state is State.RUNNING:
+            has_answer = (folder / ANSWER).is_file()
+            moments |= {Moment.WRITTEN} if has_answer else set()
+            moments |= {Moment.CLAIMED} if pid is None else {Moment.COMPUTING}
+            if pid is not None and self._artifacts.checkpoint(claim.id).is_file():
+                moments.add(Moment.CHECKPOINTED)
+        return Target(claim, pid, frozenset(moments))
+
+
+def _pid(file: Path) -> int | None:
+    """The process that a file names, while it lives."""
+    try:
+        pid = int(file.read_text())
+    except (OSError, ValueError):
+        return None
+    return None if is_gone(pid) else pid
+
+
+def in_words(done: Sequence[Blow]) -> str:
+    """How many of each kind."""
+    victims = Counter(str(blow.victim) for blow in done)
+    return ", ".join(f"{name} {count}" for name, count in sorted(victims.items()))

@@ -1,0 +1,88 @@
+"""Runs in which each step needs the one before: whoever resumes wrongly gets another number.
+
+Stands in for ``studies.run`` and ``studies.publish``. Cube and report are the real ones; a run takes
+``WHIPPLE_TEST_SECONDS``, keeps a checkpoint after each of its steps and leaves its process id in ``pid``.
+"""
+
+import json
+import os
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from solver.errors import Interrupted
+from studies import publish as real
+from studies.atomic import write_text
+from studies.results import Measured, Progress, RunResult
+from tests.service.targets import Run
+
+__all__ = ["Run", "execute", "publish"]
+
+STEPS = 10
+GROWTH = 3.9  # of the logistic map: chaotic, so that every bit of every step counts
+
+
+def execute(
+    run: Run,
+    directory: Path,
+    progress: Callable[[Progress], None] | None = None,
+    *,
+    checkpoint: Path | None = None,
+    leave: Callable[[], bool] | None = None,
+    saved: Callable[[int], object] | None = None,
+    film: bool = False,
+    say: Callable[[str], object] | None = None,
+) -> RunResult:
+    """A chain of numbers from the run's id to its hole."""
+    (directory / "pid").write_text(str(os.getpid()))
+    begun, value = _begin(run, checkpoint)
+    step = begun
+    if say is not None:
+        say(f"begins at step {step}")
+    pause = float(os.environ.get("WHIPPLE_TEST_SECONDS", 0)) / STEPS
+    while step < STEPS:
+        time.sleep(pause)
+        step, value = step + 1, GROWTH * value * (1 - value)
+        if checkpoint is not None:
+            write_text(checkpoint, json.dumps([run.id, step, value]))
+        if saved is not None:
+            saved(step)
+        if progress is not None:
+            progress(Progress(step / STEPS, 1.0, step, step / STEPS, None, {}))
+        if leave is not None and leave():
+            raise Interrupted(time=step / STEPS, step=step)
+    result = _result(run, value, checkpoint=f"on from step {begun}" if begun else "")
+    for name in ("state.npz", "film.npz")[: 1 + film]:
+        write_text(directory / name, f"{run.id} {value!r}")
+    write_text(directory / "result.json", json.dumps(result.as_json()))
+    return result
+
+
+def publish(
+    document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]], directory: Path
+) -> dict[str, str]:
+    """Cube and report."""
+    (directory / "pid").write_text(str(os.getpid()))
+    return real.publish(document, outcomes, directory)
+
+
+def _begin(run: Run, checkpoint: Path | None) -> tuple[int, float]:
+    """Where the last attempt was."""
+    if checkpoint is None or not checkpoint.is_file():
+        return 0, (int(run.id[:12], 16) + 1) / 2.0**49
+    whose, step, value = json.loads(checkpoint.read_text())
+    assert whose == run.id
+    return step, value
+
+
+def _result(run: Run, value: float, **provenance: str) -> RunResult:
+    hole = Measured(0.01 * value, 1e-4, {}, (), {"time": [0.0], "value": [0.01 * value]}, 1)
+    return RunResult(
+        run.id,
+        "succeeded",
+        measurements={"hole_diameter": hole},
+        numbers={},
+        stop="settled",
+        provenance={"seconds": 0.5, **provenance},
+    )

@@ -1,0 +1,223 @@
+"""The kill drill: sweeps are given to a service, processes are killed, and everything is looked at afterwards."""
+
+import random
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from service.artifacts import Artifacts
+from service.jobs import StoreUnavailable
+from service.store import Store
+from tests.acceptance.blows import Blow, Field, Moment, Target, Victim
+from tests.acceptance.herd import Herd, herded, parent_of, slay
+from tests.acceptance.serving import Service
+from tests.service.cluster import Cluster, Process, running
+from tests.service.doubles import is_gone, wait_until
+
+WORKERS = 2
+FASTEST = 5.0  # km/s more than the slowest
+MOMENT_SECONDS = 120.0  # deadlines
+END_SECONDS = 1800.0
+
+
+@dataclass(frozen=True)
+class Work:
+    """Sweeps over speed and thickness; each shares all but one thickness with the one before."""
+
+    speeds: int
+    sweeps: int
+    thicknesses: int = 2
+    resolution: float = 4
+    targets: str = "tests.acceptance.chained"
+    run_seconds: float = 0.4  # of targets that only wait
+
+    @property
+    def runs(self) -> int:
+        """Different ones."""
+        return self.speeds * (self.sweeps + self.thicknesses - 1)
+
+    def documents(self) -> list[dict[str, Any]]:
+        return [self._document(number) for number in range(self.sweeps)]
+
+    def environment(self) -> dict[str, str]:
+        """Of a service that computes it."""
+        return {
+            "WHIPPLE_TARGETS_MODULE": self.targets,
+            "WHIPPLE_TEST_SECONDS": str(self.run_seconds),
+            "WHIPPLE_WORKERS": str(WORKERS),
+            "WHIPPLE_DISK_RESERVE": "0",
+        }
+
+    def _document(self, number: int) -> dict[str, Any]:
+        step = min(0.1, FASTEST / self.speeds)
+        speeds = [f"{3 + place * step:.6g} km/s" for place in range(self.speeds)]
+        places = range(number, number + self.thicknesses)
+        thicknesses = [f"{2 + place / 20:.2f} mm" for place in places]
+        return {
+            "name": f"drill-{number}",
+            "scenario": "thin_plate",
+            "fixed": {
+                "projectile": "copper-ofhc",
+                "target": "copper-ofhc",
+                "projectile_diameter": "8 mm",
+            },
+            "axes": {"speed": speeds, "plate_thickness": thicknesses},
+            "resolution": self.resolution,
+        }
+
+
+@dataclass
+class Drill:
+    """A service, where it computes, and what was done to it."""
+
+    work: Work
+    folder: Path
+    service: Service
+    herd: Herd
+    store: Store
+    chance: random.Random
+    cluster: Cluster | None = None
+    done: list[Blow] = field(default_factory=list)
+    hit: Counter[str] = field(default_factory=Counter)  # by job: processes of it that were killed
+
+    def __post_init__(self) -> None:
+        self.artifacts = Artifacts(self.service.data)
+        self.field = Field(self.store, self.artifacts)
+
+    def submit(self) -> list[str]:
+        """Give every sweep to the service, the first ones more urgently."""
+        documents = enumerate(self.work.documents())
+        return [self.service.submit(document, priority=number) for number, document in documents]
+
+    def strike(self, blow: Blow) -> None:
+        """Wait for the moment, and kill."""
+        self._wait(lambda: self.store.last_event() >= blow.due)
+        needs_process = blow.victim in (Victim.RUN, Victim.WORKER)
+        target = self._wait(lambda: self._choose(blow.moment, needs_process=needs_process))
+        if blow.victim is Victim.RUN:
+            self.hit[target.claim.id] += 1
+            slay(target.pid)
+        elif blow.victim is Victim.WORKER:
+            slay(parent_of(target.pid) or target.pid)
+        elif blow.victim is Victim.SCHEDULER:
+            self._scheduler().kill()
+        else:
+            self.service.kill()
+            self.service.start()
+        self.done.append(blow)
+
+    def wait_for_the_end(self, ids: list[str]) -> None:
+        """Until every sweep is published."""
+        self._wait(lambda: self._all_ended(ids), seconds=END_SECONDS)
+
+    def leave(self) -> set[int]:
+        """Stop everything in order; the processes that are left all the same."""
+        self.service.wait_until_listening()
+        assert self.service.leave() == 0, self.service.said()
+        if self.cluster is not None:
+            self.cluster.end()
+        with suppress(AssertionError):
+            wait_until(self.herd.is_empty)
+        return self.herd.pids()
+
+    # --- inside ----------------------------------------------------------------------------------
+
+    def _wait(self, condition: Callable[[], Any], *, seconds: float = MOMENT_SECONDS) -> Any:
+        """Wait, and meanwhile start again what is started again where people work."""
+
+        def met() -> Any:
+            self._mend()
+            with suppress(StoreUnavailable):
+                return condition()
+
+        try:
+            return wait_until(met, seconds=seconds)
+        except AssertionError as error:
+            states = dict(self.store.states())
+            raise AssertionError(f"{error}; {states}; {self.service.said()}") from error
+
+    def _mend(self) -> None:
+        """What systemd does for a cluster. The service must not need it but after a kill."""
+        assert self.service.is_alive(), self.service.said()
+        if self.cluster is None:
+            return
+        if not _lives(self._scheduler()):
+            self.cluster.start_scheduler()
+        if not any(_lives(one) for one in self._of("workers")):
+            self.cluster.start_workers(WORKERS, **self.work.environment())
+
+    def _choose(self, moment: Moment, *, needs_process: bool) -> Target | None:
+        """An attempt at this moment; a run that was hit before is spared: its third death is a failure."""
+        if self._has_ended():
+            raise AssertionError(f"the work is done, and nothing was {moment}")
+        found = self.field.targets(moment)
+        if needs_process:
+            found = [one for one in found if one.pid and not self.hit[one.claim.id]]
+        return self.chance.choice(found) if found else None
+
+    def _has_ended(self) -> bool:
+        return not any(count for state, count in self.store.states().items() if not _is_end(state))
+
+    def _all_ended(self, ids: list[str]) -> bool:
+        return all(self.store.sweep(id).is_terminal for id in ids)
+
+    def _of(self, name: str) -> list[Process]:
+        assert self.cluster is not None
+        return [one for one in self.cluster.processes if one.name.startswith(name)]
+
+    def _scheduler(self) -> Process:
+        return self._of("scheduler")[-1]
+
+
+def _is_end(state: Any) -> bool:
+    return str(state) in ("succeeded", "failed", "cancelled")
+
+
+def _lives(process: Process) -> bool:
+    return process.process.poll() is None and not is_gone(process.process.pid)
+
+
+@contextmanager
+def drill(
+    work: Work,
+    folder: Path,
+    *,
+    seed: int = 0,
+    database_url: str | None = None,
+    external: bool = False,
+    **more: Any,
+) -> Iterator[Drill]:
+    """A service that can be drilled, on SQLite or a database, with workers of its own or a cluster's.
+
+    ``more`` words for the service: see ``serving.Service``.
+    """
+    with ExitStack() as ends:
+        herd = ends.enter_context(herded())
+        environment = work.environment()
+        cluster = None
+        if database_url is not None:
+            environment["WHIPPLE_DATABASE_URL"] = database_url
+        if external:
+            cluster = ends.enter_context(running(folder / "cluster", 0))
+            cluster.start_workers(WORKERS, **environment)
+            environment |= _engine(cluster)
+        service = Service(folder / "data", environment, **more)
+        ends.callback(service.kill)
+        service.start()
+        service.wait_until_listening()
+        url = database_url or f"sqlite:///{service.data.absolute() / 'whipple.db'}"
+        store = ends.enter_context(closing(Store.open(url, migrate=False)))
+        yield Drill(work, folder, service, herd, store, random.Random(seed), cluster)
+
+
+def _engine(cluster: Cluster) -> Mapping[str, str]:
+    remote = cluster.remote()
+    return {
+        "WHIPPLE_ENGINE": remote.address,
+        "WHIPPLE_TLS_CA": str(remote.ca),
+        "WHIPPLE_TLS_CERT": str(remote.certificate),
+        "WHIPPLE_TLS_KEY": str(remote.key),
+    }

@@ -1,0 +1,90 @@
+"""All processes that descend from what a block started, however they were orphaned, and no other."""
+
+import os
+import signal
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from tests.service.doubles import is_gone, wait_until
+
+MARK = "DRILL_OF"  # in the environment of every process that the block starts
+WORKER = b"service.worker"  # in the command of a warm process
+
+
+class Herd:
+    """The processes that carry a mark in the environment they were started with."""
+
+    def __init__(self, mark: str):
+        self._mark = f"{MARK}={mark}".encode()
+
+    def pids(self) -> set[int]:
+        """Those that live now; one that has ended and was not waited for has no environment."""
+        return {int(entry.name) for entry in Path("/proc").glob("[0-9]*") if self._has(entry)}
+
+    def warm(self) -> list[int]:
+        """Of these, the warm processes of slots."""
+        return [pid for pid in sorted(self.pids()) if WORKER in command(pid).split(b"\0")]
+
+    def workers(self) -> list[int]:
+        """Of these, the workers of Dask that have a warm process."""
+        parents = {parent_of(pid) for pid in self.warm()}
+        return sorted(parents & self.pids())
+
+    def is_empty(self) -> bool:
+        """Whether nothing is left."""
+        return not self.pids()
+
+    def end(self) -> None:
+        """Kill what is left."""
+        for pid in self.pids():
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        wait_until(self.is_empty)
+
+    def _has(self, entry: Path) -> bool:
+        try:
+            return self._mark in (entry / "environ").read_bytes().split(b"\0")
+        except OSError:  # it ended while we looked, or is somebody else's
+            return False
+
+
+def command(pid: int) -> bytes:
+    """The words a process was started with, each ended by a zero byte."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return b""
+
+
+def parent_of(pid: int) -> int:
+    """The parent of a process; 0 if it is gone."""
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    except OSError:
+        return 0
+
+
+def slay(pid: int) -> None:
+    """Kill -9 a process, and wait until it has ended."""
+    with suppress(ProcessLookupError):
+        os.kill(pid, signal.SIGKILL)
+    wait_until(lambda: is_gone(pid))
+
+
+@contextmanager
+def herded() -> Iterator[Herd]:
+    """Mark what is started in the block; nothing of it outlives the block."""
+    mark = uuid.uuid4().hex
+    before = os.environ.get(MARK)
+    os.environ[MARK] = mark
+    herd = Herd(mark)
+    try:
+        yield herd
+    finally:
+        if before is None:
+            del os.environ[MARK]
+        else:
+            os.environ[MARK] = before
+        herd.end()

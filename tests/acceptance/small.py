@@ -1,0 +1,64 @@
+"""A service without interface and without Dask: real store, real dispatcher, and runs computed in between.
+
+``python -m tests.acceptance.small DATA RUNS`` submits a sweep, with one key each time, and works until it is done.
+Starts in a second, for tests that let it die at every point.
+"""
+
+import os
+import sys
+from collections.abc import Mapping
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+from service.artifacts import OF_A_RUN, describe
+from service.attempt import Ended, Ending, Inbox, Ticket
+from service.directory import holding
+from service.dispatcher import Dispatcher
+from service.jobs import Kind
+from service.worker import perform
+from tests.service.doubles import StandStill, open_store, settings_in, sweep_of
+from tests.service.targets import Run
+
+KEY = ("the-only-one", "11" * 32)
+PUBLISHED = ("cube.nc", "report.html", "report.json")
+
+
+class Inline(StandStill):
+    """An engine that computes at once."""
+
+    def __init__(self, inbox: Inbox):
+        super().__init__(free=1)
+        self._inbox = inbox
+
+    def submit(self, ticket: Ticket) -> None:
+        folder = Path(ticket.directory)
+        folder.mkdir(parents=True)
+        perform(_order(ticket), _nobody, _nobody, lambda: False)
+        names = OF_A_RUN if ticket.kind is Kind.RUN else PUBLISHED
+        files = tuple(describe(folder / name) for name in names if (folder / name).is_file())
+        self._inbox.put(Ended(ticket.key, Ending(None, "", "", files, 0.1)))
+
+
+def _order(ticket: Ticket) -> Mapping[str, Any]:
+    return {**vars(ticket), "memory_limit": None}
+
+
+def _nobody(_words: object) -> None:
+    """Nobody listens."""
+
+
+def main() -> None:
+    """Until the sweep is done, or until we die."""
+    os.environ["NUMBA_NUM_THREADS"] = "1"
+    settings = settings_in(Path(sys.argv[1]), disk_reserve=0)
+    runs = [Run(f"{number:032x}", {"seconds": 0.01}) for number in range(int(sys.argv[2]))]
+    with holding(settings), closing(open_store(settings)) as store:
+        accepted = store.create_sweep(sweep_of(runs), idempotency=KEY)
+        dispatcher = Dispatcher(settings, store, open_engine=Inline)
+        while not store.sweep(accepted.id).is_terminal:
+            dispatcher.turn()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,118 @@
+"""``make bench``: what the queue costs beside the work that it gives out.
+
+Figures are of this machine at this moment: read them when nothing else is at work. The aims are those of the design.
+"""
+
+import multiprocessing
+import statistics
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import httpx
+
+from tests.acceptance import inspection
+from tests.acceptance.drill import WORKERS, Drill, Work, drill
+from tests.benchmarks.burning import burn
+from tests.service.databases import postgresql_server
+from tests.service.doubles import wait_until
+
+OVERHEAD_AIM = 0.15  # s a run
+POOL_AIM = 1.15  # of the same work in a pool of processes
+SHORT, LONG = 200, 200  # runs
+LARGE = 10_000  # runs of a sweep that is accepted
+STARTS = 3
+END_SECONDS = 1800.0
+
+
+def main() -> None:
+    """Print the figures."""
+    start = statistics.median(_start() for _ in range(STARTS))
+    print(f"from the command to /readyz: {start:.2f} s (median of {STARTS})")
+    print(f"overhead of a run on a warm engine: {_overhead():.3f} s (aim {OVERHEAD_AIM} s)")
+    for name in ("sqlite", "postgresql"):
+        print(f"accepting {LARGE} runs, {name}: {_accept(name):.2f} s")
+    pool, queue = _pool(), _queue()
+    words = f"{LONG} runs of a second, {WORKERS} at once: pool {pool:.1f} s, queue {queue:.1f} s"
+    print(f"{words}: {queue / pool:.3f} times as long (aim {POOL_AIM})")
+
+
+def _start() -> float:
+    """Seconds from the command to an answer that all is ready."""
+    with TemporaryDirectory() as folder:
+        begin = time.perf_counter()
+        with drill(Work(1, 1), Path(folder)) as here:
+            here.service.wait_until_ready()
+            return time.perf_counter() - begin
+
+
+def _overhead() -> float:
+    """Seconds of a slot that a run costs which does nothing."""
+    with _computed(Work(SHORT // 2, 1, run_seconds=0.0)) as here:
+        return _seconds_of_runs(here) * WORKERS / SHORT
+
+
+def _queue() -> float:
+    """Seconds from the first run's begin to the last one's end."""
+    with _computed(Work(LONG // 2, 1, targets="tests.benchmarks.burning")) as here:
+        return _seconds_of_runs(here)
+
+
+def _pool() -> float:
+    """Seconds of the same work in a bare pool of warm processes."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
+        for one in as_completed([pool.submit(burn, 1) for _ in range(WORKERS)]):
+            one.result()
+        begin = time.perf_counter()
+        for one in as_completed([pool.submit(burn) for _ in range(LONG)]):
+            one.result()
+        return time.perf_counter() - begin
+
+
+def _accept(database: str) -> float:
+    """Seconds until a sweep is accepted, over HTTP."""
+    with ExitStack() as ends:
+        folder = Path(ends.enter_context(TemporaryDirectory()))
+        url = None
+        if database == "postgresql":
+            url = ends.enter_context(ends.enter_context(postgresql_server()).database())
+        here = ends.enter_context(
+            drill(Work(LARGE // 10, 1, thicknesses=10), folder, database_url=url)
+        )
+        httpx.post(f"{here.service.url}/v1/queue/pause").raise_for_status()
+        begin = time.perf_counter()
+        [id] = here.submit()
+        seconds = time.perf_counter() - begin
+        assert here.store.sweep(id).new == LARGE
+        return seconds
+
+
+@contextmanager
+def _computed(work: Work) -> Iterator[Drill]:
+    """A sweep that is done, and the service that computed it."""
+    with TemporaryDirectory() as folder, drill(work, Path(folder)) as here:
+        here.service.wait_until_ready()
+        [id] = here.submit()
+        wait_until(lambda: here.store.sweep(id).is_terminal, seconds=END_SECONDS)
+        yield here
+
+
+def _seconds_of_runs(here: Drill) -> float:
+    """From the first result to the last, as if the first had taken as long as the others."""
+    [row] = here.store.sweeps().items
+    runs = set(inspection.runs(here.store, [row.id]))
+    times = [
+        event.time
+        for event in inspection.events(here.store)
+        if event.kind == "succeeded" and event.job_id in runs
+    ]
+    gaps = len(times) - WORKERS
+    return (times[-1] - times[WORKERS - 1]).total_seconds() * len(times) / gaps
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+"""What several claims of the queue do: sweeps that nobody disturbs, and rows about stores and cubes."""
+
+import functools
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from tests.acceptance import inspection
+from tests.acceptance.drill import Drill, Work, drill
+from tests.claims import Row
+
+SEED = int(os.environ.get("WHIPPLE_SEED", "20261121"))
+
+_KEPT = ExitStack()  # folders of this program
+
+
+def rows_of_store(here: Drill, ids: list[str]) -> Iterator[Row]:
+    """Each run has its result, once, and the files that its row says."""
+    wanted = here.work.runs
+    once = inspection.registered_once(here.store, ids)
+    yield Row("runs with exactly one registered result", wanted, len(once), len(once) == wanted)
+    damaged = inspection.damaged(here.store, here.artifacts)
+    files = len(inspection.files(here.store))
+    yield Row(f"damaged ones of {files} registered files", 0, len(damaged), not damaged)
+    halves = inspection.half_files(here.store, here.artifacts)
+    yield Row("half files in folders that count", 0, len(halves), not halves)
+    begun = sum(run.attempt for run in inspection.runs(here.store, ids).values())
+    yield Row("attempts begun", "", begun, None)
+    resumed = len(inspection.resumed(here.store, here.artifacts, ids))
+    yield Row("runs that went on from a checkpoint", "", resumed, None)
+
+
+def rows_of_cubes(expected: Sequence[Path], got: Sequence[Path]) -> Iterator[Row]:
+    """Every variable has the bits that were expected, but for the wall clock."""
+    pairs = list(zip(expected, got, strict=True))
+    odd = [name for one, other in pairs for name in inspection.differences(one, other)]
+    compared = sum(map(inspection.count_variables, got))
+    said = ", ".join(sorted(set(odd))) or "none"
+    yield Row(f"of {compared} variables in {len(got)} cubes, other bits", "none", said, not odd)
+
+
+@functools.cache
+def undisturbed(work: Work) -> tuple[Path, ...]:
+    """The cubes of the same sweeps, computed by a service that nobody disturbs; kept until the program ends."""
+    place = Path(_KEPT.enter_context(tempfile.TemporaryDirectory(prefix="whipple-undisturbed-")))
+    quiet = replace(work, run_seconds=0.0)
+    with drill(quiet, place) as here:
+        ids = here.submit()
+        here.wait_for_the_end(ids)
+        cubes = fetch(here, ids, place / "cubes")
+        assert not here.leave()
+    return cubes
+
+
+def fetch(here: Drill, ids: list[str], place: Path) -> tuple[Path, ...]:
+    """The cubes, as a person gets them: their digests are checked on the way."""
+    here.service.wait_until_listening()
+    with here.service.client() as client:
+        return tuple(client.sweep(id).fetch(place / id) / "cube.nc" for id in ids)
+
+
+@contextmanager
+def folder() -> Iterator[Path]:
+    """Room for a drill."""
+    with tempfile.TemporaryDirectory(prefix="whipple-drill-") as name:
+        yield Path(name)

@@ -1,0 +1,213 @@
+"""What goes wrong around a service or within a run: the named state, and neighbours that notice nothing."""
+
+import os
+import sqlite3
+import subprocess
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from service.jobs import Cause
+from tests.acceptance import inspection, outage
+from tests.acceptance.blows import Moment
+from tests.acceptance.drill import Drill, Work, drill
+from tests.claims import Row, claim
+from tests.claims.queue._common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
+from tests.service.doubles import wait_until
+
+WORK = Work(speeds=6, sweeps=1, run_seconds=1.0)
+TROUBLED = replace(WORK, targets="tests.acceptance.troubled", run_seconds=0.2)
+LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "20"}
+CAUSES = {3000.0: Cause.MEMORY_LIMIT, 3100.0: Cause.TIME_LIMIT, 3200.0: Cause.CRASH}  # by speed
+DISK = 64 << 20  # bytes of a file system of its own
+DAY = 86_400
+PATIENCE = 120.0  # s
+
+
+@claim(
+    "troubles-of-runs",
+    says="a run that allocates without end, never ends, or crashes the interpreter has the named end, and no neighbour",
+)
+def troubles_of_runs() -> Iterator[Row]:
+    [quiet] = undisturbed(WORK)
+    with folder() as place, drill(TROUBLED, place) as here:
+        restart(here, LIMITS)
+        ids = here.submit()
+        here.wait_for_the_end(ids)
+        points = here.store.sweep_runs(ids[0]).items
+        for speed, cause in CAUSES.items():
+            runs = [point.run for point in points if point.coordinates["speed"] == speed]
+            got = {str(run.cause) for run in runs}
+            said = f"{speed:g} m/s: {', '.join(sorted({run.reason or '' for run in runs}))}"
+            yield Row(said, {str(cause)}, got, got == {str(cause)})
+        fine = [point.run for point in points if point.coordinates["speed"] not in CAUSES]
+        once = sum(run.attempt == 1 and run.crashes == 0 and run.cause is None for run in fine)
+        yield Row("neighbours done at the first attempt", len(fine), once, once == len(fine))
+        [cube] = fetch(here, ids, place / "cubes")
+        yield _same_holes(quiet, cube)
+        yield from _rows_of_the_end(here)
+
+
+@claim(
+    "trouble-locked", says="a database that another program locks: refused in words, nothing lost"
+)
+def trouble_locked() -> Iterator[Row]:
+    with folder() as place, drill(WORK, place) as here:
+        ids = here.submit()
+        wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
+        with closing(sqlite3.connect(here.service.data / "whipple.db")) as other:
+            other.execute("BEGIN IMMEDIATE")
+            yield _status("a look at the sweep meanwhile", 200, here.service.get("/v1/sweeps"))
+            yield _status("a submission meanwhile", 503, here.service.post(another(here.work)))
+            yield _status("readiness meanwhile", 503, here.service.get("/readyz"))
+            other.rollback()
+        yield from _all_is_well(here, ids, place)
+
+
+@claim(
+    "trouble-away",
+    says="a PostgreSQL server that crashes and comes back: refused in words, nothing lost",
+)
+def trouble_away() -> Iterator[Row]:
+    with (
+        outage.postgresql() as database,
+        folder() as place,
+        drill(WORK, place, database_url=database.url) as here,
+    ):
+        ids = here.submit()
+        wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
+        database.stop()
+        yield _status("a look at the sweeps meanwhile", 503, here.service.get("/v1/sweeps"))
+        yield _status("a submission meanwhile", 503, here.service.post(another(here.work)))
+        yield _status("readiness meanwhile", 503, here.service.get("/readyz"))
+        yield _status("life meanwhile", 200, here.service.get("/livez"))
+        database.start()
+        yield from _all_is_well(here, ids, place)
+
+
+@claim(
+    "trouble-disk",
+    says="a disk that is full: nothing is begun, nothing is lost, and it goes on when there is room",
+)
+def trouble_disk() -> Iterator[Row]:
+    with folder() as place, _small_disk(place / "data"), drill(WORK, place) as here:
+        ids = here.submit()
+        wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
+        filler = here.artifacts.root / "filler"
+        _fill(filler)
+        yield _status("readiness meanwhile", 503, here.service.get("/readyz"))
+        yield _status("a submission meanwhile", 503, here.service.post(another(here.work)))
+        yield _status("a look at the sweeps meanwhile", 200, here.service.get("/v1/sweeps"))
+        filler.unlink()
+        yield from _all_is_well(here, ids, place)
+
+
+@claim(
+    "trouble-clock",
+    says="a clock that is set back by a day, and forward again: nothing is lost, nothing stops",
+)
+def trouble_clock() -> Iterator[Row]:
+    with folder() as place:
+        clock = place / "clock"
+        clock.write_text("0")
+        program = ("-m", "tests.acceptance.clock", str(clock))
+        with drill(WORK, place, program=program) as here:
+            ids = here.submit()
+            for shift in (-DAY, DAY):
+                wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
+                clock.write_text(str(shift))
+                _wait_for_news(here)
+            here.wait_for_the_end(ids)
+            times = [event.time for event in inspection.events(here.store)]
+            jump = (max(times) - min(times)).total_seconds()
+            yield Row("the clock was set (s)", f"{DAY} and more", jump, jump > DAY)
+            yield from _all_is_well(here, ids, place)
+
+
+# --- what all of them do -------------------------------------------------------------------------
+
+
+def restart(here: Drill, environment: Mapping[str, str]) -> None:
+    """Start the service with other settings."""
+    here.service.kill()
+    here.service.start(**environment)
+    here.service.wait_until_listening()
+
+
+def another(work: Work) -> dict[str, object]:
+    """A sweep that nobody asked for yet."""
+    [document] = replace(work, resolution=work.resolution + 1).documents()
+    return document
+
+
+def _all_is_well(here: Drill, ids: list[str], place: Path) -> Iterator[Row]:
+    """What was accepted is done, at the first attempt, and what was refused is not there."""
+    here.wait_for_the_end(ids)
+    known = [row.id for row in here.store.sweeps().items]
+    yield Row("sweeps that were accepted", len(ids), len(known), sorted(known) == sorted(ids))
+    runs = inspection.runs(here.store, ids).values()
+    charged = sum(run.crashes for run in runs)
+    yield Row("crashes that runs are charged with", 0, charged, charged == 0)
+    yield from rows_of_store(here, ids)
+    yield from rows_of_cubes(undisturbed(WORK), fetch(here, ids, place / "cubes"))
+    yield from _rows_of_the_end(here)
+
+
+def _rows_of_the_end(here: Drill) -> Iterator[Row]:
+    left = here.leave()
+    yield Row("processes left", 0, len(left), not left)
+
+
+def _status(what: str, expected: int, got: int | None) -> Row:
+    return Row(f"{what}: status", expected, got, got == expected)
+
+
+def _same_holes(quiet: Path, got: Path) -> Row:
+    """The neighbours' numbers."""
+    with xr.open_dataset(quiet) as one, xr.open_dataset(got) as other:
+        speeds = [speed for speed in one.speed.values if round(float(speed), 3) not in CAUSES]
+        pair = [cube.hole_diameter.sel(speed=speeds).values for cube in (one, other)]
+        states = other.run_state.values
+    same = np.array_equal(*pair) and not np.isnan(pair[0]).any()
+    return Row(
+        f"neighbours' holes, bit for bit (states {sorted(set(states.ravel().tolist()))})",
+        True,
+        same,
+        same,
+    )
+
+
+@contextmanager
+def _small_disk(data: Path) -> Iterator[None]:
+    """A file system of its own for the data; raises PermissionError where that is not allowed."""
+    data.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "none", str(data)]
+    if os.getuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode:
+        raise PermissionError(
+            "no file system can be mounted here: it needs root, and a container that allows it"
+        )
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", str(data)], check=True)
+
+
+def _wait_for_news(here: Drill) -> None:
+    """Until something has happened."""
+    seen = here.store.last_event()
+    wait_until(lambda: here.store.last_event() > seen, seconds=PATIENCE)
+
+
+def _fill(file: Path) -> None:
+    """Take all the room there is."""
+    with file.open("wb", buffering=0) as full:
+        for size in (1 << 20, 1 << 12, 1):
+            try:
+                while True:
+                    full.write(b"\0" * size)
+            except OSError:
+                continue

@@ -1,0 +1,86 @@
+"""Attempts in warm processes of this one: orders, and what is seen of them."""
+
+import json
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from service import supervisor
+from service.attempt import Ending, Ticket
+from service.jobs import Kind
+from service.supervisor import supervise
+from tests.service.doubles import run_id, wait_until
+from tests.service.targets import MEBIBYTE, Run
+
+LIMIT = 1024 * MEBIBYTE  # of memory; imports of the tests' targets take a tenth of it
+
+
+def ticket(folder: Path, behaviour: str = "fine", *, limit: float = 120.0, **more: Any) -> Ticket:
+    run = Run(run_id(1), {"behaviour": behaviour, **more})
+    folder.mkdir(parents=True, exist_ok=True)
+    directory = str(folder / "a1-token")
+    targets = "tests.service.targets"
+    return Ticket(directory, Kind.RUN, directory, run.as_json(), limit, targets)
+
+
+def kept(folder: Path, **more: Any) -> Ticket:
+    """A run of many steps that keeps a checkpoint."""
+    return replace(ticket(folder, **more), checkpoint=str(folder / "checkpoint"))
+
+
+def nobody(_words: Mapping[str, Any]) -> None:
+    """Nobody listens."""
+
+
+class Attempt:
+    """An attempt under way in a thread."""
+
+    def __init__(self, order: Ticket):
+        self.order = order
+        self.told: list[Mapping[str, Any]] = []
+        self._endings: list[Ending] = []
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        self._endings.append(supervise(self.order, self.told.append))
+
+    def end(self) -> Ending:
+        """How it ended, as soon as it has."""
+        self._thread.join(120)
+        return self._endings[0]
+
+    def pid(self, name: str = "pid") -> int:
+        """The process, or another one that wrote its id into a file of that name."""
+        file = Path(self.order.directory) / name
+        return int(wait_until(lambda: file.is_file() and file.read_text()))
+
+
+@contextmanager
+def under_way(order: Ticket) -> Iterator[Attempt]:
+    """An attempt that is stopped at the latest when the block ends."""
+    attempt = Attempt(order)
+    try:
+        yield attempt
+    finally:
+        supervisor.stop([order.key])
+        attempt.end()
+
+
+def answer(ending: Ending) -> dict[str, Any]:
+    """What result.json says."""
+    plain: dict[str, Any] = json.loads(Path(ending.files[0].path).read_text())
+    return plain
+
+
+def seen(ending: Ending) -> dict[str, Any]:
+    """What a run saw of its process."""
+    provenance: dict[str, Any] = answer(ending)["provenance"]
+    return provenance
+
+
+def log_of(order: Ticket) -> str:
+    return (Path(order.directory) / "log.txt").read_text()

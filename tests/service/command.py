@@ -1,0 +1,18 @@
+"""The command ``whipple`` in this process, and what it prints."""
+
+import sys
+from unittest.mock import patch
+
+import pytest
+
+from service import cli
+
+
+def run(*words: object) -> int:
+    """Run the command; its exit status."""
+    with (
+        patch.object(sys, "argv", ["whipple", *map(str, words)]),
+        pytest.raises(SystemExit) as ended,
+    ):
+        cli.main()
+    return int(ended.value.code or 0)

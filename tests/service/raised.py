@@ -1,0 +1,27 @@
+"""A measurement whose definition has changed: another text, another version."""
+
+import math
+from dataclasses import replace
+from typing import Any
+
+from studies import measurements
+from studies.measurements import Reading
+
+MEASUREMENT, VERSION, VALUE = "hole_diameter", 2, 0.0123
+FAULT = "WHIPPLE_TEST_FAULT"  # name of a file: a process of ``raised_targets`` dies once
+
+
+def raise_the_version() -> None:
+    """Change the definition, in this process."""
+    plain = measurements.load
+
+    def load(name: str) -> measurements.Measurement:
+        one = plain(name)
+        return replace(one, version=VERSION, read=_read) if name == MEASUREMENT else one
+
+    measurements.load = load
+
+
+def _read(seen: Any) -> Reading:
+    assert math.isfinite(seen.cell)
+    return Reading(VALUE, {"resolution": seen.cell})

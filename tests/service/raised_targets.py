@@ -1,0 +1,31 @@
+"""Stands in for ``studies.run`` and ``studies.publish`` in a child: the real ones, after a definition has changed.
+
+Importing it changes the definition (``tests.service.raised``), so no test imports it. Nothing is solved
+any more: a run that is asked for all the same fails, and says so.
+"""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from studies.publish import publish as publish_really
+from studies.run import Run
+from tests.service.raised import FAULT, raise_the_version
+
+__all__ = ["Run", "execute", "publish"]
+
+raise_the_version()
+
+
+def execute(run: Run, *_: Any, **__: Any) -> None:
+    """Nothing may be solved."""
+    raise AssertionError(f"{run.id} was solved")
+
+
+def publish(document: Any, outcomes: Any, directory: Path) -> dict[str, str]:
+    """The real one; the first time it dies before it, where the environment names a file for that."""
+    mark = os.environ.get(FAULT)
+    if mark and not Path(mark).exists():
+        Path(mark).touch()
+        os.abort()
+    return publish_really(document, outcomes, directory)

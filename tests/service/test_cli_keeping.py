@@ -1,0 +1,141 @@
+"""The commands that work on database and files: keys, doctor, and what they refuse."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from service.directory import holding
+from service.jobs import Scope
+from service.settings import Settings
+from service.store import Store
+from tests.service.command import run
+
+Capsys = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A data directory that is not there yet, and which every command means."""
+    monkeypatch.setenv("WHIPPLE_DATA", str(tmp_path / "data"))
+    monkeypatch.delenv("WHIPPLE_DATABASE_URL", raising=False)
+    return tmp_path / "data"
+
+
+@pytest.fixture
+def store(data: Path) -> Iterator[Store]:
+    """A store in that directory."""
+    data.mkdir()
+    with closing(Store.open(Settings(data=data).url)) as opened:
+        yield opened
+
+
+def created(capsys: Capsys, *words: object) -> str:
+    """The secret of a key that the command made."""
+    assert run("keys", "create", *words) == 0
+    return capsys.readouterr().out.strip()
+
+
+def test_first_key__is_made_before_the_service_ever_ran(data: Path, capsys: Capsys) -> None:
+    secret = created(capsys, "anna")
+    with closing(Store.open(Settings(data=data).url)) as store:
+        found = store.find_key(secret)
+        assert found is not None
+        assert (found.name, found.expires) == ("anna", None)
+        assert found.scopes == {Scope.SUBMIT}
+
+
+def test_key__is_made_while_a_service_works_in_the_directory(
+    data: Path, store: Store, capsys: Capsys
+) -> None:
+    with holding(Settings(data=data)):
+        secret = created(capsys, "anna", "--scope", "admin", "--expires", "90d")
+    found = store.find_key(secret)
+    assert found is not None
+    assert found.scopes == {Scope.ADMIN}
+    assert found.expires is not None
+    assert (found.expires - found.created).days in (89, 90)
+
+
+def test_secret__is_told_once(store: Store, capsys: Capsys) -> None:
+    secret = created(capsys, "anna")
+    assert run("keys", "list") == 0
+    said = capsys.readouterr().out
+    assert "anna: submit, for ever, never used" in said
+    assert secret not in said
+    assert store.keys()[0].prefix in said
+
+
+def test_key__that_is_revoked_is_of_no_use(store: Store, capsys: Capsys) -> None:
+    secret, other = created(capsys, "anna"), created(capsys, "bert")
+    assert run("keys", "revoke", store.keys()[0].prefix) == 0
+    assert "revoked" in capsys.readouterr().out
+    assert store.find_key(secret) is None
+    assert store.find_key(other) is not None
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("create",),
+        ("create", " "),
+        ("create", "a\x07b"),
+        ("create", "anna", "--scope", "root"),
+        ("create", "anna", "--expires", "soon"),
+        ("create", "anna", "--expires", "0d"),
+        ("revoke", "nobody"),
+    ],
+)
+@pytest.mark.usefixtures("store")
+def test_keys__refuse_what_they_do_not_know(words: tuple[str, ...], capsys: Capsys) -> None:
+    assert run("keys", *words) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [("keys", "list"), ("remeasure",), ("backup", "out")])
+def test_command__without_a_database_says_how_to_name_one(
+    data: Path, words: tuple[str, ...], capsys: Capsys
+) -> None:
+    assert run(*words) == 1
+    assert "WHIPPLE_DATA" in capsys.readouterr().err
+    assert not data.exists()
+
+
+def test_command__of_another_version_leaves_the_database_alone(
+    data: Path, store: Store, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from service.jobs import Schema
+
+    monkeypatch.setattr(Store, "schema", staticmethod(lambda _url: Schema("0001", "0002")))
+    assert run("keys", "create", "anna") == 1
+    assert "tables of version 0001" in capsys.readouterr().err
+    assert store.keys() == ()
+
+
+def test_doctor__ends_with_0_where_nothing_is_wrong(store: Store, capsys: Capsys) -> None:
+    assert run("doctor") == 0
+    said = capsys.readouterr().out
+    assert "FINE     database: tables of version" in said
+    assert store.keys() == ()
+
+
+def test_doctor__ends_with_1_and_a_cure_where_something_is_wrong(
+    data: Path, store: Store, capsys: Capsys
+) -> None:
+    from tests.service.by_hand import finish_all
+    from tests.service.doubles import sweep_of
+
+    with closing(Store.open(Settings(data=data).url, cost=lambda run: 1.0)) as opened:
+        opened.create_sweep(sweep_of(1))
+        finish_all(opened)
+    assert run("doctor", "--every-file") == 1
+    said = capsys.readouterr().out
+    assert "WRONG    files:" in said
+    assert "-> bring them back from a backup" in said
+
+
+def test_remeasure__with_nothing_outdated_says_so(store: Store, capsys: Capsys) -> None:
+    assert run("remeasure") == 0
+    assert capsys.readouterr().out == "nothing is to be read again\n"
+    assert run("remeasure", "0" * 32) == 1

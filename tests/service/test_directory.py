@@ -1,0 +1,80 @@
+"""Who works in a data directory, and who is refused."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from service.directory import DataInUse, holding
+from service.settings import Settings
+
+ROOT = Path(__file__).parents[2]
+HOLD = (
+    "import sys; from pathlib import Path; from service.directory import holding; "
+    "from service.settings import Settings\n"
+    "with holding(Settings(data=Path(sys.argv[1]))): print('held', flush=True); sys.stdin.read()"
+)
+
+
+@contextmanager
+def held_elsewhere(folder: Path) -> Iterator["subprocess.Popen[str]"]:
+    """A process that works in the folder."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(folder)],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "held\n"
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_second__is_refused_and_told_by_whom(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path)
+    with (
+        held_elsewhere(tmp_path) as process,
+        pytest.raises(DataInUse, match=f"process {process.pid}; stop it, or choose another"),
+        holding(settings),
+    ):
+        pass  # never reached
+
+
+def test_second__in_the_same_process_is_refused_too(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path)
+    second = holding(settings)
+    with holding(settings), pytest.raises(DataInUse, match=str(os.getpid())), second:
+        pass  # never reached
+
+
+def test_killed__leaves_it_free(tmp_path: Path) -> None:
+    with held_elsewhere(tmp_path) as process:
+        process.kill()
+        process.wait()
+        with holding(Settings(data=tmp_path)) as folder:
+            assert folder == tmp_path
+
+
+def test_refusal__comes_before_the_database_is_touched(tmp_path: Path) -> None:
+    from service.local import run_sweep
+    from tests.service.test_local import document, settings_of
+
+    settings = settings_of(tmp_path)
+    with held_elsewhere(settings.data), pytest.raises(DataInUse):
+        run_sweep(document(), tmp_path, settings=settings)
+    assert [entry.name for entry in settings.data.iterdir()] == ["whipple.lock"]
+
+
+def test_postgresql__several_services_share_a_directory(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path, database_url="postgresql+psycopg://nobody@localhost/none")
+    with holding(settings), holding(settings):
+        assert not (tmp_path / "whipple.lock").exists()

@@ -1,0 +1,210 @@
+"""Ctrl-C and SIGTERM are never lost, wherever in the program they arrive."""
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from service.leaving import ASKS, KILLED_BY, heeding, undisturbed
+
+ROOT = Path(__file__).parents[2]
+WAKE_SECONDS = 30.0  # far more than a busy machine needs, far less than the test waits
+
+
+def interrupt() -> None:
+    """Ctrl-C, to this process, here and now."""
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0)  # an opportunity to run the handler
+
+
+class Finalizer:
+    """Something that is interrupted while it goes."""
+
+    def __del__(self) -> None:
+        interrupt()
+
+
+def by_finalizer() -> None:
+    Finalizer()
+
+
+def by_collector() -> None:
+    def collecting(_phase: str, _details: object) -> None:
+        gc.callbacks.remove(collecting)
+        interrupt()
+
+    gc.callbacks.append(collecting)
+    gc.collect()
+
+
+@pytest.fixture(autouse=True)
+def _as_before() -> Iterator[None]:
+    before = {one: signal.getsignal(one) for one in ASKS}
+    yield
+    assert {one: signal.getsignal(one) for one in ASKS} == before
+
+
+@pytest.mark.parametrize("deliver", [interrupt, by_finalizer, by_collector])
+def test_wish__is_noted_wherever_it_arrives(deliver: Callable[[], None]) -> None:
+    with heeding() as leaving:
+        deliver()
+        assert leaving.asked() is signal.SIGINT
+
+
+@pytest.mark.parametrize("deliver", ["by_finalizer", "by_collector"])
+def test_pythons_own_way__loses_it_there(deliver: str) -> None:
+    """The reason why there are wishes: this program is interrupted, and goes on to its end."""
+    program = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        f"from tests.service import test_leaving; test_leaving.{deliver}(); print('went on')"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (answer.returncode, answer.stdout) == (0, "went on\n")
+    assert "KeyboardInterrupt" in answer.stderr
+
+
+def test_wish__wakes_whoever_waits() -> None:
+    begin = time.monotonic()
+    with heeding() as leaving:
+        waiting = threading.Event()
+
+        def later() -> None:
+            waiting.wait()
+            interrupt()
+
+        other = threading.Thread(target=later)
+        other.start()
+        waiting.set()
+        assert leaving.asked(wait=10 * WAKE_SECONDS) is signal.SIGINT
+        other.join()
+    assert time.monotonic() - begin < WAKE_SECONDS
+
+
+def test_wish__stays_until_it_is_obeyed() -> None:
+    with heeding() as leaving:
+        assert leaving.asked() is None
+        os.kill(os.getpid(), signal.SIGTERM)
+        interrupt()
+        assert leaving.asked() is leaving.asked() is signal.SIGTERM
+
+
+def test_obey__raises_what_ends_a_program() -> None:
+    with heeding() as leaving:
+        leaving.obey()
+        interrupt()
+        with pytest.raises(KeyboardInterrupt):
+            leaving.obey(wait=WAKE_SECONDS)
+    with heeding() as leaving:
+        os.kill(os.getpid(), signal.SIGTERM)
+        with pytest.raises(SystemExit) as ended:
+            leaving.obey(wait=WAKE_SECONDS)
+    assert ended.value.code == KILLED_BY + signal.SIGTERM
+
+
+HANGS = (
+    "import sys, time, threading; from service.leaving import heeding\n"
+    "with heeding(gone_within={seconds}) as leaving:\n"
+    "    print('ready', flush=True)\n"
+    "    leaving.asked(wait=600)\n"
+    "    {then}\n"
+    "print('left')\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "then", "said"), [(0.2, "threading.Event().wait()", ""), (600, "pass", "left\n")]
+)
+def test_gone_within__ends_a_process_that_hangs_and_no_other(
+    seconds: float, then: str, said: str
+) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", HANGS.format(seconds=seconds, then=then)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    process.terminate()
+    assert process.communicate()[0] == said
+    assert process.returncode == 0
+
+
+def test_ignored__stays_ignored() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with heeding() as leaving:
+            interrupt()
+            assert leaving.asked() is None
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_another_thread__changes_nothing() -> None:
+    seen = []
+
+    def elsewhere() -> None:
+        with heeding() as leaving:
+            seen.append((leaving.asked(), signal.getsignal(signal.SIGINT)))
+
+    other = threading.Thread(target=elsewhere)
+    other.start()
+    other.join()
+    assert seen == [(None, signal.getsignal(signal.SIGINT))]
+
+
+def test_undisturbed__a_process_started_there_survives_an_interrupt() -> None:
+    waits = [sys.executable, "-c", "print('ready', flush=True); print(input())"]
+    with undisturbed():
+        process = subprocess.Popen(waits, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signal.SIGINT)
+    assert process.communicate("still here\n")[0] == "still here\n"
+    assert process.returncode == 0
+
+
+SPAWN = (
+    "import multiprocessing, threading\n"
+    "from pathlib import Path\n"
+    "from service.leaving import undisturbed\n"
+    "def spawn():\n"
+    "    process = multiprocessing.get_context('spawn').Process()\n"
+    "    process.start()\n"
+    "    print(Path(f'/proc/{process.pid}/status').read_text())\n"
+    "if __name__ == '__main__':\n"
+    "    with undisturbed():\n"
+    "        thread = threading.Thread(target=spawn)\n"
+    "        thread.start()\n"
+    "    thread.join()\n"
+)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks /proc")
+def test_undisturbed__a_process_of_multiprocessing_from_its_first_moment() -> None:
+    answer = subprocess.run(
+        [sys.executable, "-c", SPAWN], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    blocked = int(answer.stdout.split("SigBlk:")[1].split()[0], 16)
+    assert blocked & 1 << signal.SIGINT - 1
+
+
+def test_undisturbed__only_within_the_block() -> None:
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    with undisturbed():
+        assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before
