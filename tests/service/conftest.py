@@ -11,7 +11,6 @@ from service.store import Store
 from tests.service.databases import Postgresql, postgresql_server
 from tests.service.doubles import DEADLINE
 
-
 collect_ignore = ["raised_targets.py"]  # importing it changes a definition
 
 
