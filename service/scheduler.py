@@ -18,11 +18,12 @@ from typing import Any
 import dask
 import distributed
 
-from service import slot
+from service import slot, steady
 
 CONNECT_SECONDS = 5.0  # for a scheduler to be reached
 ANSWER_SECONDS = 5.0  # for it to answer, and for a worker to hear a word
 CLOSE_SECONDS = 10.0  # for a worker to go
+NO_CHECK_TIME = 0x200000  # X509_V_FLAG_NO_CHECK_TIME of OpenSSL, which Python has no name for
 
 CONFIGURATION = {
     "distributed.scheduler.allowed-failures": 0,  # the row owns retries
@@ -112,18 +113,37 @@ class Connection(distributed.Client):
             raise ConnectionError(silence) from None
 
 
+class Ageless(distributed.Security):
+    """Certificates that live in the memory of our processes only, so that their dates protect nobody.
+
+    Dask's own would be refused by every worker that starts after the clock was set back, or after a year.
+    """
+
+    def get_connection_args(self, role: str) -> dict[str, Any]:
+        return _at_any_time(super().get_connection_args(role))
+
+    def get_listen_args(self, role: str) -> dict[str, Any]:
+        return _at_any_time(super().get_listen_args(role))
+
+
+def _at_any_time(arguments: dict[str, Any]) -> dict[str, Any]:
+    arguments["ssl_context"].verify_flags |= NO_CHECK_TIME
+    return arguments
+
+
 class Embedded:
     """Scheduler and workers of our own, on this machine; they end with us."""
 
     def __init__(self, workers: int, scratch: Path):
         slot.spare_the_main_module()
+        steady.keep_time()
         with dask.config.set(CONFIGURATION):
             self.cluster = distributed.LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
                 processes=True,
                 protocol="tls://",
-                security=distributed.Security.temporary(),
+                security=Ageless.temporary(),
                 scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
                 memory_limit=None,  # the supervisor is small, and Dask does not see its child
                 local_directory=str(scratch),
@@ -151,6 +171,7 @@ class Remote:
 
     def connect(self) -> Connection:
         """A connection; raises OSError."""
+        steady.keep_time()
         self.greet()
         return Connection(self.address, security=self._security(), timeout=CONNECT_SECONDS)
 

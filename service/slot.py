@@ -11,7 +11,7 @@ from importlib import metadata
 from multiprocessing import spawn
 from typing import Any
 
-from service import supervisor
+from service import steady, supervisor
 from service.attempt import Ending, Ticket
 from service.version import version
 from solver import PHYSICS_VERSION
@@ -48,6 +48,7 @@ _WORKERS: list[Any] = []  # of this process: one, unless a test starts more
 
 def dask_setup(worker: Any) -> None:
     """Called in a worker before it tells the scheduler of itself."""
+    steady.keep_time()
     _WORKERS.append(worker)
     worker.startup_information[SOFTWARE] = _describe
     worker.state.total_resources[OFFER] = worker.state.available_resources[OFFER] = 1.0

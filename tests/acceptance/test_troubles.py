@@ -1,4 +1,4 @@
-"""What goes wrong around a service or in a run; disks, locks and clocks are claims of the queue."""
+"""What goes wrong around a service or in a run; disks and locks, which take longer, are claims of the queue."""
 
 import pytest
 
@@ -14,3 +14,8 @@ def test_runs_in_trouble__have_the_named_end_and_no_neighbour_notices() -> None:
 @pytest.mark.slow
 def test_database_away__is_waited_for() -> None:
     upholds(troubles.trouble_away)
+
+
+@pytest.mark.slow
+def test_clock_set_back__changes_nothing() -> None:
+    upholds(troubles.trouble_clock)

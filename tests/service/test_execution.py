@@ -6,10 +6,14 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from datetime import datetime, timedelta, timezone, tzinfo
 from pathlib import Path
 from queue import SimpleQueue
+from types import SimpleNamespace
+from typing import Self
 
 import pytest
+from distributed import security
 
 from service.attempt import Inbox
 from service.execution import Engine
@@ -156,3 +160,18 @@ def _resource_tracker() -> int | None:
 
     pid: int | None = resource_tracker._resource_tracker._pid  # type: ignore[attr-defined]
     return pid
+
+
+@pytest.mark.parametrize("days", [1, -400])
+def test_clock_that_was_set_since_the_certificates_were_made__keeps_no_worker_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, days: int
+) -> None:
+    class Then(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> Self:
+            return super().now(tz) + timedelta(days=days)
+
+    made = SimpleNamespace(datetime=Then, timedelta=timedelta, timezone=timezone)
+    monkeypatch.setattr(security, "datetime", made)
+    with embedded(tmp_path, workers=1) as service:
+        wait_until(lambda: service.engine.slots() == 1)

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from service.jobs import Cause
+from studies.atomic import write_text
 from tests.acceptance import inspection, outage
 from tests.acceptance.blows import Moment
 from tests.acceptance.drill import Drill, Work, drill
@@ -113,13 +114,13 @@ def trouble_disk() -> Iterator[Row]:
 def trouble_clock() -> Iterator[Row]:
     with folder() as place:
         clock = place / "clock"
-        clock.write_text("0")
+        write_text(clock, "0")
         program = ("-m", "tests.acceptance.clock", str(clock))
         with drill(WORK, place, program=program) as here:
             ids = here.submit()
             for shift in (-DAY, DAY):
                 wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
-                clock.write_text(str(shift))
+                write_text(clock, str(shift))  # in one piece: somebody always reads it
                 _wait_for_news(here)
             here.wait_for_the_end(ids)
             times = [event.time for event in inspection.events(here.store)]
