@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import xarray as xr
 
-from studies.compare import places_of
 from studies.convergence import FORMAL_ORDER
 from studies.figures import Figure, Panel, Series, ratio_scale
+from studies.places import places_of
 from studies.points import Refined, points_of, refined, refinements_of
 from studies.sweep import RESOLUTION
 from studies.view import MOST_PANELS, Scale, View, main_quantities, named_value, spread, view_of

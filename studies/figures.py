@@ -13,8 +13,10 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from studies.compare import Comparison, Place, Sighting
+from studies.compare import Comparison
+from studies.places import Place
 from studies.quantities import readable
+from studies.sightings import Sighting
 from studies.variables import STATES
 from studies.view import Scale, Slice, View, flag_words, main_quantities, view_of
 

@@ -1,31 +1,15 @@
-"""Figures as Plotly JSON: how points, lines and bands are drawn, in the units people read.
+"""Figures as Plotly JSON: panels with their axes, and the traces in them.
 
 The specification is plain objects, so that a page draws it with the vendored
-``plotly-basic.min.js`` and no Python library of plotting is loaded. Colours are those of Okabe and
-Ito (2008), told apart with any colour vision; every law has a mark of its own as well, so that a
-page printed in grey still reads.
+``plotly-basic.min.js`` and no Python library of plotting is loaded.
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from studies.figures import Figure, Panel, Series
 from studies.formats import display_of, with_unit
-from studies.view import Scale
-
-Trace = dict[str, Any]
-
-# Okabe and Ito (2008), without black (the simulation) and yellow (too pale on paper).
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-SYMBOLS = ("square", "triangle-up", "diamond", "triangle-down", "star-diamond", "hexagon")
-# Five steps of cividis, which grows evenly in lightness: for lines that follow one number.
-RAMP = ("#00204d", "#414d6b", "#7c7b78", "#b8a853", "#e3cb3a")
-INK = "#1a1a1a"
-GREY = "#8a8a8a"
-RULE = "#e4e4e4"
-OBSERVED = "#a3003c"
+from studies.traces import GREY, INK, MISSING, RULE, Trace, scaled, styles_of, traces_of
 
 WIDTH = 1000  # px: the text width of the page
 PANEL_HEIGHT = 380
@@ -41,36 +25,14 @@ TICK_APART = 0.1  # of the width: numbers that are nearer run into each other
 HEADROOM = 0.06  # above the highest point, of the whole height
 
 
-@dataclass(frozen=True)
-class Style:
-    """How the series of one label look."""
-
-    colour: str
-    symbol: str
-
-
-MISSING = "run without a value"
-OWN_STYLES = {
-    "simulation": Style(INK, "circle"),
-    "resolution": Style(INK, "circle"),
-    "mean over offsets": Style(INK, "circle"),
-    "run at one offset": Style(COLOURS[0], "circle-open"),
-    "value and error bar": Style(GREY, "square"),
-    "extrapolated": Style(COLOURS[1], "star"),
-    "curve of the order used": Style(COLOURS[1], "circle"),
-    "observed": Style(OBSERVED, "diamond-open"),
-    MISSING: Style(GREY, "x-thin"),
-}
-
-
 def plot(figure: Figure) -> dict[str, Any]:
     """The Plotly specification of a figure: ``data`` and ``layout``."""
-    styles = _styles(figure)
+    styles = styles_of(figure)
     traces: list[Trace] = []
     shown: set[str] = set()
     for number, panel in enumerate(figure.panels, start=1):
         for series in panel.series:
-            for trace in _traces(series, styles[series.label], figure):
+            for trace in traces_of(series, styles[series.label], figure):
                 traces.append(_placed(trace, number, shown))
     return {"data": traces, "layout": _layout(figure, entries=len(shown))}
 
@@ -80,37 +42,6 @@ def _rank(label: str) -> int:
     first = ("simulation", "resolution", "mean over offsets")
     ranks = {**dict.fromkeys(first, 1), "observed": 2, "run at one offset": 2, MISSING: 1000}
     return ranks.get(label, 100)
-
-
-def _styles(figure: Figure) -> dict[str, Style]:
-    """A colour and a mark for each label, the same in every panel."""
-    labels = list(dict.fromkeys(series.label for panel in figure.panels for series in panel.series))
-    coloured = [label for label in labels if label not in OWN_STYLES]
-    if any(series.kind == "history" for panel in figure.panels for series in panel.series):
-        return {
-            label: Style(_on_ramp(place, len(labels)), "circle")
-            for place, label in enumerate(labels)
-        }
-    styles = {
-        label: Style(COLOURS[place % len(COLOURS)], SYMBOLS[place % len(SYMBOLS)])
-        for place, label in enumerate(coloured)
-    }
-    return {**styles, **OWN_STYLES}
-
-
-def _on_ramp(place: int, count: int) -> str:
-    """A colour of the ramp, mixed between its steps."""
-    at = (len(RAMP) - 1) * place / max(1, count - 1)
-    low = min(int(at), len(RAMP) - 2)
-    pairs = zip(_channels(RAMP[low]), _channels(RAMP[low + 1]), strict=True)
-    return "#" + "".join(f"{round(a + (b - a) * (at - low)):02x}" for a, b in pairs)
-
-
-def _channels(colour: str) -> list[int]:
-    return [int(colour[place : place + 2], 16) for place in (1, 3, 5)]
-
-
-# ---- traces --------------------------------------------------------------------------------------
 
 
 def _placed(trace: Trace, panel: int, shown: set[str]) -> Trace:
@@ -127,247 +58,6 @@ def _placed(trace: Trace, panel: int, shown: set[str]) -> Trace:
         "showlegend": bool(first),
         "legendrank": _rank(trace["legendgroup"]),
     }
-
-
-def _traces(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    shape = SHAPES[series.kind]
-    for trace in shape(series, style, figure):
-        yield {"type": "scatter", "name": series.label, "legendgroup": series.label, **trace}
-
-
-def _simulation(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    flagged = series.flagged or (False,) * len(series.x)
-    mode = "lines+markers" if series.connected else "markers"
-    yield _legend_entry(style, mode)
-    yield {
-        "mode": mode,
-        "x": _scaled(series.x, figure.x),
-        "y": _scaled(series.y, figure.y),
-        "error_y": _bars(series, style, figure),
-        "line": {"color": style.colour, "width": 1.6},
-        "marker": {
-            "color": style.colour,
-            "size": 7,
-            "symbol": [f"{style.symbol}-open" if flag else style.symbol for flag in flagged],
-            "line": {"width": 1.6, "color": style.colour},
-        },
-    }
-
-
-def _observation(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    yield {
-        "named": True,
-        "mode": "markers",
-        "x": _scaled(series.x, figure.x),
-        "y": _scaled(series.y, figure.y),
-        "text": list(series.notes),
-        "error_y": _bars(series, style, figure),
-        "marker": {
-            "color": style.colour,
-            "size": 9,
-            "symbol": style.symbol,
-            "line": {"width": 2, "color": style.colour},
-        },
-    }
-
-
-def _missing(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    yield {
-        "named": True,
-        "mode": "markers",
-        "x": _scaled(series.x, figure.x),
-        "y": [0.0] * len(series.x),
-        "text": list(series.notes),
-        "hovertemplate": "%{x}: %{text}<extra></extra>",
-        "cliponaxis": False,
-        "marker": {
-            "color": style.colour,
-            "size": 9,
-            "symbol": style.symbol,
-            "line": {"width": 2, "color": style.colour},
-        },
-    }
-
-
-def _law(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    """Solid inside the range, dotted outside, and a mark at each answer."""
-    x, y = _scaled(series.x, figure.x), _scaled(series.y, figure.y)
-    yield _legend_entry(style, "lines+markers" if series.connected else "markers")
-    if series.connected:
-        yield from _strokes(x, y, series.in_range, style)
-    yield {
-        "mode": "markers",
-        "x": x,
-        "y": y,
-        "marker": {
-            "color": style.colour,
-            "size": 6,
-            "symbol": [
-                style.symbol if inside else f"{style.symbol}-open" for inside in series.in_range
-            ],
-            "line": {"width": 1.2, "color": style.colour},
-        },
-    }
-
-
-def _legend_entry(style: Style, mode: str) -> Trace:
-    """A trace without points: how the label looks inside its range."""
-    return {
-        "named": True,
-        "mode": mode,
-        "x": [None],
-        "y": [None],
-        "line": {"color": style.colour, "width": 2.0},
-        "marker": {"color": style.colour, "size": 7, "symbol": style.symbol},
-        "hoverinfo": "skip",
-    }
-
-
-def _strokes(
-    x: Sequence[Any], y: Sequence[Any], inside: Sequence[bool], style: Style
-) -> Iterator[Trace]:
-    """Solid between two points inside the range, dotted elsewhere."""
-    for solid in (True, False):
-        xs, ys = _segments(x, y, inside, solid)
-        if xs:
-            line = {
-                "color": style.colour,
-                "width": 2.0 if solid else 1.4,
-                "dash": "solid" if solid else "dot",
-            }
-            yield {"mode": "lines", "x": xs, "y": ys, "line": line, "hoverinfo": "skip"}
-
-
-def _segments(
-    x: Sequence[Any], y: Sequence[Any], inside: Sequence[bool], solid: bool
-) -> tuple[list[Any], list[Any]]:
-    xs: list[Any] = []
-    ys: list[Any] = []
-    for place in range(len(x) - 1):
-        known = y[place] is not None and y[place + 1] is not None
-        if known and (inside[place] and inside[place + 1]) == solid:
-            xs += [x[place], x[place + 1], None]
-            ys += [y[place], y[place + 1], None]
-    return xs, ys
-
-
-def _band(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    """A shaded area with its edges; bars where a line through the points means nothing."""
-    x = _scaled(series.x, figure.x)
-    low, high = _scaled(series.low, figure.y), _scaled(series.high, figure.y)
-    known = [place for place in range(len(x)) if low[place] is not None and high[place] is not None]
-    if not series.connected or len(known) < 2:
-        yield _posts(x, low, high, known, style)
-        return
-    yield {
-        "named": True,
-        "mode": "lines",
-        "x": [x[place] for place in known] + [x[place] for place in reversed(known)],
-        "y": [low[place] for place in known] + [high[place] for place in reversed(known)],
-        "fill": "toself",
-        "fillcolor": _pale(style.colour),
-        "line": {"width": 0, "color": style.colour},
-        "hoverinfo": "skip",
-    }
-    for edge in (low, high):
-        yield from _strokes(x, edge, series.in_range, style)
-
-
-def _posts(
-    x: Sequence[Any], low: Sequence[Any], high: Sequence[Any], known: Iterable[int], style: Style
-) -> Trace:
-    xs = [one for place in known for one in (x[place], x[place], None)]
-    ys = [one for place in known for one in (low[place], high[place], None)]
-    return {
-        "named": True,
-        "mode": "lines",
-        "x": xs,
-        "y": ys,
-        "line": {"color": style.colour, "width": 5},
-        "opacity": 0.5,
-    }
-
-
-def _pale(colour: str) -> str:
-    return f"rgba({','.join(str(channel) for channel in _channels(colour))},0.2)"
-
-
-def _history(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    yield {
-        "named": True,
-        "mode": "lines",
-        "x": _scaled(series.x, figure.x),
-        "y": _scaled(series.y, figure.y),
-        "line": {"color": style.colour, "width": 1.8},
-    }
-
-
-def _run(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    """Small open marks, so that the mean and its bar stay in sight."""
-    yield {
-        "named": True,
-        "mode": "markers",
-        "x": _scaled(series.x, figure.x),
-        "y": _scaled(series.y, figure.y),
-        "marker": {"color": style.colour, "size": 6, "symbol": style.symbol},
-    }
-
-
-def _limit(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    yield {
-        "named": True,
-        "mode": "markers",
-        "x": _scaled(series.x, figure.x),
-        "y": _scaled(series.y, figure.y),
-        "cliponaxis": False,
-        "marker": {"color": style.colour, "size": 12, "symbol": style.symbol},
-    }
-
-
-def _trend(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    yield {
-        "named": True,
-        "mode": "lines",
-        "x": _scaled(series.x, figure.x),
-        "y": _scaled(series.y, figure.y),
-        "line": {"color": style.colour, "width": 1.4, "dash": "dot"},
-        "hoverinfo": "skip",
-    }
-
-
-def _bars(series: Series, style: Style, figure: Figure) -> dict[str, Any]:
-    lengths = [
-        0.0 if length is None else length for length in _scaled(series.uncertainty, figure.y)
-    ]
-    return {
-        "type": "data",
-        "array": lengths,
-        "color": style.colour,
-        "thickness": 1.2,
-        "width": 3,
-        "visible": bool(lengths),
-    }
-
-
-SHAPES: Mapping[str, Any] = {
-    "simulation": _simulation,
-    "quantity": _simulation,
-    "law": _law,
-    "band": _band,
-    "observation": _observation,
-    "missing": _missing,
-    "history": _history,
-    "level": _simulation,
-    "run": _run,
-    "limit": _limit,
-    "trend": _trend,
-}
-
-
-def _scaled(values: Sequence[Any], scale: Scale) -> list[Any]:
-    """Values in the display unit; words and gaps as they are."""
-    factor = display_of(scale.unit).factor
-    return [value * factor if isinstance(value, float | int) else value for value in values]
 
 
 # ---- layout --------------------------------------------------------------------------------------
@@ -481,7 +171,7 @@ def _range(limits: tuple[float, float] | None) -> dict[str, Any]:
 
 def _x_range(figure: Figure) -> tuple[float, float] | None:
     known = [
-        x for panel in figure.panels for series in panel.series for x in _scaled(series.x, figure.x)
+        x for panel in figure.panels for series in panel.series for x in scaled(series.x, figure.x)
     ]
     numbers = [x for x in known if isinstance(x, float)]
     if not numbers or figure.x.unit is None:

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.compare import Comparison, axes_of, places_of, plain
+from studies.compare import Comparison
 from studies.convergence import ASSUMED_ORDER, ORDERS, SAFETY, SAFETY_OF_TWO, VERDICTS
 from studies.convergence_figure import convergence_figures
 from studies.figures import figures
 from studies.page import page
+from studies.places import axes_of, places_of, plain
 from studies.points import Refined, points_of, refined, refinements_of
 from studies.sweep import OFFSET, RESOLUTION
 from studies.variables import NUMBERS, STATES

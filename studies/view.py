@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
-from studies.compare import Place, axes_of, places_of
+from studies.places import Place, axes_of, places_of
 from studies.points import UNSETTLED, simulated
 from studies.quantities import readable
 from studies.variables import VERDICT_WORDS

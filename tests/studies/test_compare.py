@@ -8,7 +8,8 @@ import pytest
 import xarray as xr
 
 from studies import cube
-from studies.compare import ONLY_SIMULATION, Comparison, Residual, bring_to, compare, statistics
+from studies.compare import ONLY_SIMULATION, Comparison, Residual, compare, statistics
+from studies.sightings import bring_to
 from tests.studies import fakes
 
 
