@@ -15,7 +15,7 @@ import xarray as xr
 
 from studies.formats import display_of, of_share, printed_in
 from studies.places import Place, places_of
-from studies.points import points_of, refinements_of, simulated
+from studies.points import points_of, refined, refinements_of, simulated
 from studies.sightings import Sighting, sightings_of
 
 Reference = Literal["simulation", "observation"]
@@ -68,6 +68,9 @@ class Residual:
     reference: Reference
     everywhere: Statistics  # where the subject answers
     in_range: Statistics | None  # inside the law's range; None for the simulation
+    converged: tuple[int, int] | None = (
+        None  # points that are, of how many; None where nobody refined
+    )
 
 
 @dataclass(frozen=True)
@@ -77,16 +80,12 @@ class Comparison:
     statement: str
     residuals: tuple[Residual, ...]
     sightings: tuple[Sighting, ...]
-    refined: bool = False  # whether the simulation is converged over resolutions or offsets
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for the report's twin."""
         return {
             "statement": self.statement,
-            "residuals": [
-                {**asdict(one), "sentence": sentence(one, refined=self.refined)}
-                for one in self.residuals
-            ],
+            "residuals": [{**asdict(one), "sentence": sentence(one)} for one in self.residuals],
             "observations": [asdict(sighting) for sighting in self.sightings],
         }
 
@@ -100,11 +99,11 @@ def compare(cube: xr.Dataset) -> Comparison:
         *_against_simulation(dataset, quantities),
         *_against_observations(dataset, sightings),
     ]
+    settled = {name: _converged(cube, name) for name in quantities}
     return Comparison(
         statement=WITH_OBSERVATIONS if sightings else ONLY_SIMULATION,
-        residuals=tuple(residuals),
+        residuals=tuple(replace(one, converged=settled[one.quantity]) for one in residuals),
         sightings=sightings,
-        refined=bool(refinements_of(cube)),
     )
 
 
@@ -184,6 +183,14 @@ def _against_simulation(dataset: xr.Dataset, quantities: Sequence[str]) -> Itera
             yield from _of_laws(dataset, name, laws, inside, reference)
 
 
+def _converged(cube: xr.Dataset, name: str) -> tuple[int, int] | None:
+    """Points at which a measured variable is converging, of those that have a value."""
+    if not refinements_of(cube):
+        return None
+    verdicts = [one.verdict for one in refined(cube, name) if math.isfinite(one.value)]
+    return verdicts.count("converging"), len(verdicts)
+
+
 @dataclass(frozen=True)
 class _Reference:
     """What laws are compared with: arrays (points,)."""
@@ -258,18 +265,16 @@ def _joint(sightings: Sequence[Sighting]) -> np.ndarray:
 # ---- words ---------------------------------------------------------------------------------------
 
 
-def sentence(residual: Residual, *, refined: bool) -> str:
-    """A residual in words: how far, of how many points, and how many inside the error bar.
-
-    ``refined``: the simulation is converged over resolutions or offsets, and its error bar says so.
-    """
+def sentence(residual: Residual) -> str:
+    """A residual in words: how far, of how many points, and how many inside the error bar."""
     words = residual.quantity.replace("_", " ")
     subject = residual.title if residual.subject != "simulation" else "the simulation"
     variant = residual.subject.partition("/")[2]
     subject += f" ({variant})" if variant else ""
     subject = subject[:1].upper() + subject[1:]
-    simulation = "the converged simulation" if refined else "the simulation"
-    reference = "what was observed" if residual.reference == "observation" else simulation
+    reference = "what was observed"
+    if residual.reference == "simulation":
+        reference = _simulation(residual.converged)
     everywhere, inside = residual.everywhere, residual.in_range
     if not everywhere.n:
         return f"{subject}: no point to compare."
@@ -286,6 +291,16 @@ def sentence(residual: Residual, *, refined: bool) -> str:
         f"{subject}, inside its stated range ({share} points), gives a {words} "
         f"{_apart(inside, reference, residual.unit)}."
     )
+
+
+def _simulation(converged: tuple[int, int] | None) -> str:
+    """The simulation, and how far it may be called converged."""
+    if converged is None:
+        return "the simulation"
+    settled, points = converged
+    if settled == points:
+        return "the converged simulation"
+    return f"the simulation (converged at {settled or 'none'} of {points} points)"
 
 
 def _apart(found: Statistics, reference: str, unit: str, bar: str = "the error bar") -> str:

@@ -256,13 +256,22 @@ def test_scatter_over_offsets__widens_the_error_bar_of_a_law() -> None:
     assert float(narrow) != float(wide)
 
 
-def test_sentence__names_the_converged_simulation_and_its_error_bar() -> None:
+def test_sentence__says_how_far_the_simulation_is_converged() -> None:
     said = compare(built()).as_json()["residuals"]
     sentences = {one["subject"]: one["sentence"] for one in said}
-    assert "than the converged simulation; inside the error bar (median ±" in sentences["maiden_c"]
+    expected = "than the simulation (converged at 3 of 6 points); inside the error bar (median ±"
+    assert expected in sentences["maiden_c"]
     assert "no point inside its stated range" in sentences["strength_ln/Y = 240 MPa"]
     (found,) = [one for one in said if one["subject"] == "maiden_al"]
     assert f"({found['in_range']['n']} of {found['everywhere']['n']} points)" in found["sentence"]
+
+
+def test_sentence__names_the_converged_simulation_where_every_point_is() -> None:
+    axes = (Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3,)))
+    dataset = built(Sweep(axes, refinements=fakes.refinements()))
+    said = compare(dataset).as_json()["residuals"]
+    (found,) = [one["sentence"] for one in said if one["subject"] == "maiden_c"]
+    assert "than the converged simulation; inside the error bar" in found
 
 
 def test_observation__is_met_by_converged_values() -> None:
