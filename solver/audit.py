@@ -62,6 +62,7 @@ class Audit:
     internal: float  # J, on the grid
     outflow_mass: float  # of the initial mass
     taken_energy: float  # by damping, contact and walls, of the initial energy
+    contact_energy: float  # the part of it that contact took
     outflow_energy: float  # of the initial energy
     hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass
     largest_speed: float  # m/s
@@ -90,6 +91,7 @@ def audit(
     ledger: Ledger,
     impulse: np.ndarray,
     taken: float = 0.0,
+    taken_by_contact: float = 0.0,
 ) -> Audit:
     """Balance the present state, the ledger and the impulse of the faces against the start."""
     living = np.flatnonzero(particles.alive)
@@ -107,6 +109,7 @@ def audit(
         internal=now.internal,
         outflow_mass=ledger.mass / start.mass,
         taken_energy=taken / start_energy if start_energy else 0.0,
+        contact_energy=taken_by_contact / start_energy if start_energy else 0.0,
         outflow_energy=(ledger.kinetic + ledger.internal) / start_energy if start_energy else 0.0,
         hottest_energy_share=_hottest_share(particles, living, now.internal),
         largest_speed=float(

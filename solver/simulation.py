@@ -32,6 +32,7 @@ CARRIED = (
     "smallest_step",
     "particle_steps",
     "taken",
+    "taken_by_contact",
 )  # numbers of a Simulation
 
 Observer = Callable[[Snapshot], str | None]
@@ -39,7 +40,11 @@ Observer = Callable[[Snapshot], str | None]
 
 @dataclass
 class Counters:
-    """How often a safeguard acted, over all steps and particles: no clamp goes uncounted."""
+    """How often a safeguard acted on a state, over all steps and particles: no clamp goes uncounted.
+
+    Limits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
+    their strain rate below the reference rate, and the shear modulus of expanded matter.
+    """
 
     tension_floors: int = 0
     beyond_hugoniot: int = 0
@@ -88,6 +93,7 @@ class Simulation:
     smallest_step: float = math.inf
     particle_steps: int = 0
     taken: float = 0.0  # energy that damping, walls and contact took, J
+    taken_by_contact: float = 0.0  # of it
     team: Team = field(default_factory=Team)
 
     def __post_init__(self) -> None:
@@ -113,6 +119,7 @@ class Simulation:
             ledger=self.ledger,
             impulse=self.impulse,
             taken=self.taken,
+            taken_by_contact=self.taken_by_contact,
         )
 
     def carried(self) -> Carried:
@@ -153,7 +160,8 @@ class Simulation:
         dt = self.dt
         booked = self.stepper.advance(self.stage, self.tally, dt)
         self.impulse += booked.impulse
-        self.taken += booked.energy
+        self.taken += booked.energy + booked.contact
+        self.taken_by_contact += booked.contact
         self.counters.reflected += booked.reflected
         self.time += dt
         self.step += 1

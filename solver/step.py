@@ -41,7 +41,7 @@ from solver.geometry import node_count
 from solver.jit import kernel
 from solver.problem import Body, Face, Problem, Scheme
 from solver.state import Nodes, Particles, empty_nodes
-from solver.stress import CHUNK, Limits, Tally, chunks_of, update_chunks
+from solver.stress import BAD_POSITION, CHUNK, Limits, Tally, chunks_of, update_chunks
 from solver.threads import Team
 from solver.transfer import (
     move_particles,
@@ -65,7 +65,8 @@ class Booked(NamedTuple):
     """What one step gave or took from outside the equations of motion."""
 
     impulse: np.ndarray  # (3,) given by faces, N s
-    energy: float  # taken by damping, walls and contact, J
+    energy: float  # taken by damping and walls, J
+    contact: float  # taken by contact between bodies, J
     reflected: int  # particles put back at closed faces
 
 
@@ -140,9 +141,10 @@ class Stepper:
         self._sort(stage)
         if scheme == Scheme.USF:
             self._update_first(stage, tally, dt)
-        energy = self._move(stage, dt, impulse)
+        energy, contact = self._move(stage, dt, impulse)
         if scheme == Scheme.USF:
             stage.particles.position[:] = stage.moved
+            _find_nowhere(stage.moved, tally)
         else:
             self._update(stage, tally, dt, keep=0)  # sigma at n+1
         reflected = 0
@@ -150,7 +152,7 @@ class Stepper:
             reflected = cross_faces(
                 self.problem.geometry, self.faces, self.problem.clamp, stage.particles, impulse
             )
-        return Booked(impulse, energy, reflected)
+        return Booked(impulse, energy, contact, reflected)
 
     def _sort(self, stage: Stage) -> None:
         for field in self.fields:
@@ -176,9 +178,12 @@ class Stepper:
         self._update(stage, tally, dt, keep=1)
         tally.outside[:] = 1  # they move after this: every step looks
 
-    def _move(self, stage: Stage, dt: float, impulse: np.ndarray) -> float:
-        """x, v at n+1, and the nodal velocities that the strain takes; returns the energy that was taken."""
-        problem, energy = self.problem, 0.0
+    def _move(self, stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
+        """x, v at n+1, and the nodal velocities that the strain takes.
+
+        Returns the energy that damping and walls took, and what contact took.
+        """
+        problem, energy, contact = self.problem, 0.0, 0.0
         part = -np.expm1(-problem.damping.rate * dt)
         damping = (float(part), float(problem.damping.order))
         halves = 0.0 if problem.scheme == Scheme.USF else 0.5
@@ -214,10 +219,10 @@ class Stepper:
                 self._on_nodes(take_mapped, field.nodes)
                 field.mirror()
         for first, second, meeting in self.pairs:
-            energy += energy_taken(self.fields[first].nodes, self.fields[second].nodes, meeting)
+            contact += energy_taken(self.fields[first].nodes, self.fields[second].nodes, meeting)
         for field in self.fields:
             self._on_nodes(clear_nodes, field.nodes)
-        return energy
+        return energy, contact
 
     def _meet(self, stage: Stage, dt: float) -> None:
         """Contact forces between the bodies, pair after pair."""
@@ -318,6 +323,13 @@ class Stepper:
 
     def _on_nodes(self, work: Any, nodes: Nodes, *arguments: float) -> None:
         self.team.run(lambda part: work(nodes, *part, *arguments), self.node_ranges)
+
+
+def _find_nowhere(position: np.ndarray, tally: Tally) -> None:
+    """Report a place that is no number: with USF particles move after all else has been looked at."""
+    nowhere = np.flatnonzero(~np.isfinite(position).all(axis=1))
+    if nowhere.size and not tally.fault.any():
+        tally.fault[0], tally.culprit[0], tally.value[0] = BAD_POSITION, nowhere[0], np.nan
 
 
 def _span(stage: Stage, field: Field) -> tuple[int, int]:

@@ -288,6 +288,7 @@ def _numbers(watched: Observer, outcome: Outcome) -> dict[str, float]:
         "momentum_error": audit.momentum_error,
         "mass_error": audit.mass_error,
         "taken_energy_fraction": audit.taken_energy,
+        "contact_energy_fraction": audit.contact_energy,
         "outflow_mass_fraction": audit.outflow_mass,
         "outflow_energy_fraction": audit.outflow_energy,
         "hottest_energy_share": audit.hottest_energy_share,

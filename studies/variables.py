@@ -290,6 +290,9 @@ NUMBERS = (
     _number(
         "taken_energy_fraction", "1", "energy taken by walls, contact and damping, over the initial"
     ),
+    _number(
+        "contact_energy_fraction", "1", "energy taken by contact of bodies alone, over the initial"
+    ),
     _number("outflow_mass_fraction", "1", "mass that left the grid, over the initial mass"),
     _number("outflow_energy_fraction", "1", "energy that left the grid, over the initial energy"),
     _number("separated_mass_fraction", "1", "target not connected to its rim, over its mass"),

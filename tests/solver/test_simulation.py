@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError, UnphysicalState
-from solver.problem import Body, Face, Problem
+from solver.problem import Body, Face, Problem, Scheme
 from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
 from solver.state import Particles, Snapshot
+from solver.step import Stage
 from tests.solver.bodies import (
     ABOUT_AXIS,
     DENSITY,
@@ -77,9 +78,14 @@ def test_problem__refuses_an_end_before_the_beginning(end_time: float) -> None:
 # Unphysical states
 
 
-def spoiled(change: Callable[[Particles, int], None], *, number: int = 11) -> UnphysicalState:
+def spoiled(
+    change: Callable[[Particles, int], None],
+    *,
+    number: int = 11,
+    scheme: Scheme = Scheme.MUSL,
+) -> UnphysicalState:
     """What ends a run after five sound steps and a change to one particle, known by its permanent number."""
-    simulation = start(two_blocks("axisymmetric"), threads=1)
+    simulation = start(two_blocks("axisymmetric", scheme=scheme), threads=1)
     for _ in range(5):
         simulation.advance()
     place = int(np.flatnonzero(simulation.particles.number == number)[0])
@@ -128,12 +134,29 @@ def test_density__next_to_nothing_ends_the_run() -> None:
     assert spoiled(set_field("density", 0.5e-9 * DENSITY)).quantity == "density"
 
 
+@pytest.mark.parametrize("scheme", list(Scheme))
 @pytest.mark.parametrize(
     "field",
     ["velocity", "density", "energy", "pressure", "viscosity", "deviator", "plastic_strain", "temperature"],
 )  # fmt: skip
-def test_nan__in_any_field_ends_the_run_within_three_steps(field: str) -> None:
-    spoiled(set_field(field, np.nan))
+def test_nan__in_any_field_ends_the_run_within_three_steps(field: str, scheme: Scheme) -> None:
+    spoiled(set_field(field, np.nan), scheme=scheme)
+
+
+def test_place_that_is_no_number__is_found_before_usf_sorts_by_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    simulation = start(two_blocks("axisymmetric", scheme=Scheme.USF), threads=1)
+    move = simulation.stepper._move
+
+    def astray(stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
+        taken = move(stage, dt, impulse)
+        stage.moved[7] = np.nan
+        return taken
+
+    monkeypatch.setattr(simulation.stepper, "_move", astray)
+    with pytest.raises(UnphysicalState, match="position = nan"):
+        simulation.advance()
 
 
 def test_unphysical_state__finds_the_permanent_number_after_the_arrays_were_reordered() -> None:
