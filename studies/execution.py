@@ -31,7 +31,7 @@ from studies.run import Run, materials_of
 from studies.scenarios import Scenario, Setting
 
 # Flagged, not failed: what a run with sound balances stays below. The hottest 0.1 % of mass of resolved perforations
-# holds 3 to 5 % of the internal energy at the end; half of it means that single particles have run away.
+# holds 3 to 9 % of the internal energy at the end; half of it means that single particles have run away.
 ENERGY_DRIFT_FLAG = 0.01
 HOTTEST_SHARE_FLAG = 0.5
 

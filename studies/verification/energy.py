@@ -18,9 +18,10 @@ IMPACT_SPEEDS = (2e3, 6e3)  # m/s
 CELLS_PER_DIAMETER = 16.0
 END_TIME = 20e-6  # of an 8 mm sphere, s
 DRIFT = 0.01
-# A thousandth of the mass may hold a tenth of the internal energy at the end: a hundred times the mean. Stated with
-# 3 to 5 % known; the 17 to 20 % before them came from debris that hit a rim which is no longer held above the plate.
-# In the first microsecond little else than the touching zone has any energy, so the largest share is reported.
+# A thousandth of the mass may hold a tenth of the internal energy at the end: a hundred times the mean. Stated when
+# GIMP's 3 to 5 % were known (splines: 3 to 9 %); the 17 to 20 % before them came from debris that hit a rim which is no
+# longer held above the plate. In the first microsecond little else than the touching zone has any energy, so the
+# largest share is reported.
 HOTTEST = 0.1
 
 SHOCK_SPEEDS = (2e3, 6e3)

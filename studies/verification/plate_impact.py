@@ -30,7 +30,7 @@ SHOCK_SPEED, DENSITY = 0.01, 0.005
 COPPER_SPEEDS = (2e3, 3e3, 4e3, 5e3, 6e3, 7e3)  # m/s
 PAIRS = (
     *((COPPER, COPPER, speed) for speed in COPPER_SPEEDS),
-    *((ALUMINIUM_2024, COPPER, speed) for speed in (2e3, 4e3, 6e3)),
+    *((ALUMINIUM_2024, COPPER, speed) for speed in (2e3, 4e3, 6e3, 7e3)),
     *((TUNGSTEN, COPPER, speed) for speed in (2e3, 4e3, 6e3)),
 )
 

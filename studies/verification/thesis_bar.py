@@ -1,56 +1,86 @@
 """The thesis' elastic bar: 300 m/s, a length of two and a half diameters, 8 % strain.
 
 It leaves the wall after 2 L / c of a slender bar; waves across the bar (Pochhammer) and the large strain make that an
-estimate, not an answer. The thesis says that it rebounds with about 300 m/s; the split of the energy stands beside.
+estimate, not an answer. The thesis says that it rebounds with about 300 m/s, which would leave all of the energy in
+rigid motion; its figure of the energies is lost. The split stands beside, with the recipe ``thesis`` too.
 """
 
 import math
 from collections.abc import Iterator
 
-from studies.recipes import Recipe
-from studies.verification import Case, Row, relative, reported
+from studies.recipes import RECIPES, Recipe
+from studies.results import RunResult
+from studies.verification import Case, Row, at_most, relative, reported
 from studies.verification._runs import executed, value
 from studies.verification._waves import Isotropic
 
 LENGTH = 10e-3  # m; the set-up is the scenario's own default: Ma (2005), section 2.3.1
 BAR = Isotropic(8900.0, 100e9, 0.3)
-# Of cells across the diameter; 4 are the thesis' own.
-RESOLUTIONS = {"quarter": (4.0, 8.0), "axisymmetric": (4.0, 8.0, 16.0, 32.0)}
-GATED = (4.0, 32.0)  # the thesis' own grid, and the finest
-CONTACT_TIME = 0.10  # set before any run: what waves across a bar of L / d = 2.5 may change
+THESIS = 4.0  # cells across the diameter of the thesis
+RESOLUTIONS = {"quarter": (4.0, 8.0, 16.0), "axisymmetric": (4.0, 8.0, 16.0, 32.0)}
+# What waves across a bar of L / d = 2.5 may change, on the thesis' own grid and on the finest two. The grid between
+# misses it by 1 to 2 %, which was known when this was written; why it does is not.
+CONTACT_TIME, BESIDE = 0.10, (8.0,)
+PARTED = 1e-10  # of the mean push: what may be left of it at the end
+# And what the thesis' rebound speed means for each.
 ENERGIES = {
-    "rigid_energy": "rigid motion",
-    "vibration_energy": "vibration",
-    "strain_energy": "elastic strain",
-    "lost_energy": "lost",
+    "rigid_energy": ("rigid motion", 1),
+    "vibration_energy": ("vibration", 0),
+    "strain_energy": ("elastic strain", 0),
+    "lost_energy": ("loss", 0),
 }
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
-    contact = 2.0 * LENGTH / BAR.bar_speed
     for geometry, resolutions in RESOLUTIONS.items():
         for cells in resolutions:
-            result = executed(
-                "elastic_bar", recipe, {"geometry": geometry, "cells_per_diameter": cells}
-            )
+            result = _bar(geometry, cells, recipe)
             where = f"thesis bar, {geometry}, {cells:g} cells per diameter"
-            # Without a separation there is no contact time: not a number fails.
-            yield relative(
-                f"{where}: time in contact (us)",
-                expected=1e6 * contact,
-                got=1e6 * value(result, "contact_time"),
-                within=CONTACT_TIME if cells in GATED else None,
-            )
-            yield reported(
-                f"{where}: momentum after the rebound (of that before; thesis: about 1)",
-                value(result, "rebound_momentum"),
-            )
-            for name, words in ENERGIES.items():
-                yield reported(f"{where}: energy in {words} (of the initial)", value(result, name))
-            yield reported(
-                f"{where}: drift of the total energy",
-                float(result.numbers.get("largest_energy_drift", math.nan)),
-            )
+            yield from _rows(where, result, within=None if cells in BESIDE else CONTACT_TIME)
+    result = _bar("quarter", THESIS, RECIPES["thesis"])
+    yield from _rows(f"thesis bar, quarter, {THESIS:g} cells, recipe thesis", result, within=None)
+
+
+def _bar(geometry: str, cells: float, recipe: Recipe) -> RunResult:
+    return executed("elastic_bar", recipe, {"geometry": geometry, "cells_per_diameter": cells})
+
+
+def _rows(where: str, result: RunResult, *, within: float | None) -> Iterator[Row]:
+    yield relative(
+        f"{where}: time in contact (us)",
+        expected=1e6 * 2.0 * LENGTH / BAR.bar_speed,
+        got=1e6 * value(result, "contact_time"),
+        within=within,
+    )
+    separated = at_most if within is not None else _beside
+    yield separated(
+        f"{where}: push of the wall at the end (of its mean)", limit=PARTED, got=_last_push(result)
+    )
+    yield reported(
+        f"{where}: momentum after the rebound (of that before; thesis: about 1)",
+        value(result, "rebound_momentum"),
+    )
+    for name, (words, thesis) in ENERGIES.items():
+        claim = f"{where}: energy in {words} (of the initial; thesis: about {thesis})"
+        yield reported(claim, value(result, name))
+    yield reported(
+        f"{where}: drift of the total energy",
+        float(result.numbers.get("largest_energy_drift", math.nan)),
+    )
+
+
+def _beside(claim: str, *, limit: float, got: float) -> Row:
+    return reported(f"{claim}, beside {limit:g}", got)
+
+
+def _last_push(result: RunResult) -> float:
+    """The wall's push between the last two observations over its mean while the bar was there; NaN without an end."""
+    import numpy as np
+
+    history = result.measurements["rebound_momentum"].history
+    times, momenta = (np.array(history[name], dtype=float) for name in ("time", "value"))
+    mean = (momenta[-1] - momenta[0]) / value(result, "contact_time")
+    return float(abs((momenta[-1] - momenta[-2]) / (times[-1] - times[-2]) / mean))
 
 
 CASE = Case(
