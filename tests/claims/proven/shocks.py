@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
+from studies import verification
 from studies.verification import noh, plate_impact
 from studies.verification._hugoniot import COPPER
 from tests.claims import Row, claim
@@ -10,7 +11,9 @@ from tests.claims.proven._rows import DEFAULT, case, shown
 
 QUICK_SPEEDS = (2e3, 6e3)  # m/s
 
-# Numerics that stand beside each other: what they are, and how they differ from the default recipe.
+# Numerics that stand beside each other: what they are, and how they differ from the default recipe. B-splines are
+# gated as they are shipped; with two particles and the base's viscosity they miss two of some hundred rows. GIMP is
+# gated with the numerics with which it would be used.
 LESS_VISCOUS = {"viscosity_linear": 0.2, "viscosity_quadratic": 2.0}
 GATED = {
     "quadratic B-spline": {"shape": "quadratic-bspline"},
@@ -43,8 +46,15 @@ def plate_impact_all() -> Iterator[Row]:
         recipe = replace(DEFAULT, **numerics)  # type: ignore[arg-type]
         for flyer, target, speed in plate_impact.PAIRS:
             for row in plate_impact.rows(flyer, target, speed, recipe):
-                gated = row.tolerance if name in GATED else None
-                yield from shown([replace(row, tolerance=gated)], prefix=f"{name}: ")
+                yield from shown([row if name in GATED else _reported(row)], prefix=f"{name}: ")
+
+
+def _reported(row: verification.Row) -> verification.Row:
+    """A row that gates nothing here, and says what it would have done."""
+    if row.tolerance is None:
+        return row
+    word = "meets" if row.passed else "misses"
+    return replace(row, claim=f"{row.claim}, {word} {row.tolerance:g}", tolerance=None)
 
 
 @claim(

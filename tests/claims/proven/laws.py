@@ -1,0 +1,145 @@
+"""What a report says of a law: against the converged hole, within an error bar that holds the scatter over offsets."""
+
+import functools
+import json
+import math
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from studies.compare import Residual, compare, sentence
+from studies.convergence import Convergence, Sample, converge
+from studies.publish import publish
+from studies.run import Run, execute
+from studies.sweep import Sweep
+from tests.claims import Row, claim
+
+# Coarse, so that it takes a minute: this claim is about what is compared with what.
+SWEEP: dict[str, Any] = {
+    "name": "laws",
+    "scenario": "thin_plate",
+    "fixed": {
+        "projectile": "copper-ofhc",
+        "target": "copper-ofhc",
+        "projectile_diameter": "8 mm",
+        "plate_thickness": "2 mm",
+    },
+    "axes": {"speed": ["2 km/s", "4 km/s", "6 km/s"]},
+    "resolution": [8, 12, 16],
+    "offsets": 3,
+}
+NAME = "hole_diameter"
+ROUND_OFF = 1e-12  # relative: the same operations in another order
+
+
+@functools.cache
+def scratch() -> tempfile.TemporaryDirectory[str]:
+    """A folder that goes when the process ends."""
+    return tempfile.TemporaryDirectory(prefix="whipple-claims-")
+
+
+@functools.cache
+def computed() -> tuple[list[tuple[Run, dict[str, Any]]], xr.Dataset]:
+    """The runs with their results as read from their files, and the cube."""
+    folder = Path(scratch().name)
+    found = [(point.run, _result(point.run, folder)) for point in Sweep.parse(SWEEP).runs()]
+    publish(SWEEP, {run.id: result for run, result in found}, folder)
+    with xr.open_dataset(folder / "cube.nc") as cube:
+        return found, cube.load()
+
+
+def _result(run: Run, folder: Path) -> dict[str, Any]:
+    directory = folder / "runs" / run.id
+    directory.mkdir(parents=True)
+    execute(run, directory)
+    plain: dict[str, Any] = json.loads((directory / "result.json").read_text(encoding="utf-8"))
+    return plain
+
+
+def _converged(speed: float) -> Convergence:
+    """The hole at one speed, from the results alone."""
+    samples = []
+    for run, result in computed()[0]:
+        if run.parameters["speed"] == speed:
+            measured = result["measurements"][NAME]
+            parts = dict(measured["parts"])
+            unseen = parts.pop("resolution", 0.0)
+            spacing = 1.0 / float(run.parameters["cells_per_diameter"] or math.nan)
+            samples.append(Sample(spacing, measured["value"], unseen, math.hypot(*parts.values())))
+    return converge(samples)
+
+
+@claim(
+    "law-sentences",
+    says="the sentence about each law compares it with the converged hole, and the scatter over offsets is part of the "
+    "error bar",
+)
+def law_sentences() -> Iterator[Row]:
+    _, cube = computed()
+    holes = [_converged(float(speed)) for speed in cube.speed.values]
+    for speed, hole in zip(cube.speed.values, holes, strict=True):
+        where = f"{speed / 1e3:g} km/s"
+        yield _same(
+            f"{where}: hole that the cube calls converged (mm)",
+            1e3 * hole.value,
+            1e3 * float(cube[f"{NAME}_converged"].sel(speed=speed)),
+        )
+        bar = math.hypot(hole.mesh, hole.offsets, hole.measurement)
+        yield _same(
+            f"{where}: its error bar from mesh, offsets and measurement (mm)",
+            1e3 * bar,
+            1e3 * float(cube[f"{NAME}_converged_uncertainty"].sel(speed=speed)),
+        )
+        scatter = hole.levels[0].scatter
+        yield Row(
+            f"{where}: scatter over offsets in it (mm)",
+            "above 0",
+            1e3 * hole.offsets,
+            hole.offsets == scatter > 0.0,
+        )
+    for residual in compare(cube).residuals:
+        if residual.quantity == NAME:
+            yield from _rows(residual, cube, holes)
+
+
+def _rows(residual: Residual, cube: xr.Dataset, holes: list[Convergence]) -> Iterator[Row]:
+    """One law: the mean difference, how often it is inside the error bar, and the sentence that says so."""
+    answers = cube[f"{NAME}_by_law"].sel({f"{NAME}_law": residual.subject}).values.ravel()
+    pairs = [
+        (float(law), hole) for law, hole in zip(answers, holes, strict=True) if math.isfinite(law)
+    ]
+    everywhere = residual.everywhere
+    bias = math.fsum(law - hole.value for law, hole in pairs) / len(pairs)
+    yield _same(
+        f"{residual.subject}: mean difference from the converged hole (mm)",
+        1e3 * bias,
+        1e3 * (everywhere.bias or math.nan),
+    )
+    inside = sum(abs(law - hole.value) <= hole.uncertainty for law, hole in pairs)
+    yield Row(
+        f"{residual.subject}: points inside the error bar",
+        inside,
+        everywhere.within,
+        inside == everywhere.within,
+    )
+    settled = sum(hole.verdict == "converging" for hole in holes)
+    said = sentence(residual)
+    words = (
+        "the converged simulation"
+        if settled == len(holes)
+        else f"(converged at {settled or 'none'} of {len(holes)} points)"
+    )
+    spoken = words in said
+    yield Row(said, words, words if spoken else "other words", spoken)
+
+
+def _same(claim: str, expected: float, got: float) -> Row:
+    return Row(
+        claim,
+        f"{expected:.6g}",
+        f"{got:.6g}",
+        bool(abs(got - expected) <= ROUND_OFF * abs(expected)),
+    )
