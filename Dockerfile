@@ -8,9 +8,9 @@
 #
 # Without a shared network the container has to listen on 0.0.0.0, and the service will then refuse to start
 # until a trusted proxy has been declared to it. Put a reverse proxy that checks who is asking in front, publish
-# the port to that proxy alone (never "-p 8000:8000" on an open machine), and say so:
+# the port to that proxy alone (never "-p 8000:8000" on an open machine), and say from where it asks:
 #
-#     docker run --env WHIPPLE_HOST=0.0.0.0 --env WHIPPLE_TRUSTED_PROXY=true \
+#     docker run --env WHIPPLE_HOST=0.0.0.0 --env WHIPPLE_TRUSTED_PROXY='["172.18.0.2"]' \
 #                --env WHIPPLE_ALLOWED_HOSTS='["whipple.example.org"]' --volume whipple:/data whipple
 
 FROM python:3.11-slim AS build

@@ -50,8 +50,8 @@ def check_binding(settings: Settings, *, has_keys: bool) -> None:
                 settings.host,
                 "an address of this machine's loopback, as long as there is no API key",
                 "use 127.0.0.1; or make a key with `whipple keys create NAME`; or, behind a proxy that "
-                "checks who is asking, set WHIPPLE_TRUSTED_PROXY=true and the names it is reached by, "
-                "WHIPPLE_ALLOWED_HOSTS='[\"whipple.example.org\"]'",
+                "checks who is asking, set WHIPPLE_TRUSTED_PROXY to its addresses and WHIPPLE_ALLOWED_HOSTS "
+                "to the names that it is reached by, each as a JSON list",
             )
         ]
     )
@@ -76,6 +76,16 @@ def is_of_this_machine(scope: Scope, settings: Settings) -> bool:
     """
     host = _name_of(Headers(scope=scope).get("host", ""))
     return is_loopback(settings.host) and (host in LOOPBACK_NAMES or host == settings.host)
+
+
+def is_of_trusted_proxy(scope: Scope, settings: Settings) -> bool:
+    """Whether a request comes from a proxy that has checked who is asking: by its address, not its words."""
+    try:
+        peer = ip_address((scope.get("client") or ("",))[0])
+    except ValueError:
+        return False
+    plain = getattr(peer, "ipv4_mapped", None) or peer  # as a socket for both kinds writes it
+    return any(plain in network for network in settings.trusted_proxy)
 
 
 class Access:

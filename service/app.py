@@ -78,6 +78,7 @@ def build_app(settings: Settings, store: Store, engine: Engine) -> FastAPI:
     metrics = Metrics(store, engine, live)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.live, app.state.metrics = live, metrics
+    app.state.lookout = health.Lookout()
     app.state.slices = Slices(settings.data / CACHE)
     for router in OPEN:
         app.include_router(router)

@@ -48,6 +48,7 @@ class Ending:
     files: tuple[Stored, ...]  # absolute paths
     seconds: float  # wall clock
     checkpoint: int | None = None  # step of the last one that it wrote or went on from
+    free: int | None = None  # bytes on its disk at that moment; None: nobody looked
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 Never what a row points to: a row forgets its file before the file goes. What was left behind by an
 attempt stays for ``retire_seconds``, so that somebody may look at its log, unless the disk is full.
+What needs no row to be written comes first: on a full disk none can be.
 """
 
 import logging
@@ -20,8 +21,9 @@ from service.store import Store
 
 log = logging.getLogger(__name__)
 
-STEP_SECONDS = 0.05  # after which a step looks no further; whoever leads waits for it
-DROP_SECONDS = 0.01  # of these, for what no sweep keeps
+STEP_SECONDS = 0.04  # after which a step looks no further; whoever leads waits for it
+DROP_SECONDS = 0.01  # besides, for what no sweep keeps
+DRAFT_SECONDS = 600.0  # for which what is half-written stays: somebody may be at it, row or not
 SHARDS = [f"{number:02x}" for number in range(256)]
 REMOVED = 50  # files or folders that a step removes
 AT_ONCE = frozenset({Why.DELETED, Why.FORGOTTEN, Why.SPENT})
@@ -44,17 +46,21 @@ class Care:
 
     def step(self) -> None:
         """A bounded part of the work; called by whoever leads, between two claims."""
-        begin, removed = time.monotonic(), 0
-        self._drop(begin + DROP_SECONDS)
+        self._go_on(time.monotonic() + STEP_SECONDS)
+        self._drop(time.monotonic() + DROP_SECONDS)
         if self._may_forget:
             self._may_forget = self._forget() == REMOVED
+
+    def _go_on(self, end: float) -> None:
+        """Remove what is left over, from where the last step ended."""
+        removed = 0
         while True:
             part = next(self._round, None)
             if part is None:  # once round
                 self._round, self._may_forget = self._leftovers.parts(), True
                 return
             removed += self._remove_of(part, REMOVED - removed)
-            if removed == REMOVED or time.monotonic() > begin + STEP_SECONDS:
+            if removed == REMOVED or time.monotonic() > end:
                 return
 
     def _remove_of(self, part: Iterator[Leftover], most: int) -> int:
@@ -86,9 +92,11 @@ class Care:
         """Whether it may go now."""
         if leftover.why is Why.STRANGER:
             return False
-        if leftover.why in AT_ONCE or self._space.is_short():
+        if leftover.why in AT_ONCE:
             return True
-        return leftover.age() > self._retire_seconds
+        if leftover.why is Why.DRAFT or not self._space.is_short():
+            return leftover.age() > self._retire_seconds
+        return leftover.why is not Why.PART or leftover.age() > DRAFT_SECONDS
 
 
 def _remove(leftover: Leftover) -> None:

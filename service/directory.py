@@ -3,17 +3,17 @@
 import fcntl
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from service.settings import Settings
 from solver.errors import WhippleError
 
-LOCK = "whipple.lock"
+LOCK = "whipple.lock"  # named as the database is
 
 
 class DataInUse(WhippleError):
-    """Another service, or sweep, works in this data directory."""
+    """Another service, or sweep, works in this data directory, or on its database."""
 
 
 @contextmanager
@@ -24,24 +24,32 @@ def holding(settings: Settings) -> Iterator[Path]:
     by way of the database who of them leads.
     """
     settings.data.mkdir(parents=True, exist_ok=True)
-    if settings.has_replicas:
+    with ExitStack() as held:
+        for lock in [] if settings.has_replicas else _locks(settings):
+            held.enter_context(_locked(lock))
         yield settings.data
-        return
-    with _locked(settings.data):
-        yield settings.data
+
+
+def _locks(settings: Settings) -> list[Path]:
+    """Lock files of the data directory and of its database, which may be elsewhere; often the same one."""
+    database = Path(settings.url.partition(":///")[2])
+    return sorted(
+        {place.resolve() for place in (settings.data / LOCK, database.with_suffix(".lock"))}
+    )
 
 
 @contextmanager
-def _locked(directory: Path) -> Iterator[None]:
+def _locked(lock: Path) -> Iterator[None]:
     """Hold a lock file; the kernel gives it back when the process ends, however it ends."""
-    with (directory / LOCK).open("a+", encoding="utf-8") as file:
+    lock.parent.mkdir(parents=True, exist_ok=True)
+    with lock.open("a+", encoding="utf-8") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             file.seek(0)
             owner = file.read().strip() or "unknown"
-            cure = "stop it, or choose another directory"
-            raise DataInUse(f"{directory} is used by process {owner}; {cure}") from None
+            cure = "stop it, or choose another directory, for data and database"
+            raise DataInUse(f"{lock.parent} is used by process {owner}; {cure}") from None
         file.truncate(0)
         file.write(str(os.getpid()))
         file.flush()

@@ -144,8 +144,10 @@ class Dispatcher:
         self._listen(wait=0.0)
         if self._leads():
             assert self._reign is not None
-            self._reign.turn()
-            self._hinder(self._reign.hindrance)
+            try:
+                self._reign.turn()
+            finally:
+                self._hinder(self._reign.hindrance)
             self._mind_the_engine()
         self._worked = time.monotonic()
 

@@ -50,7 +50,7 @@ class Engine:
         self._last_slot = time.monotonic()
         self._closing = threading.Event()
         if isinstance(place, Embedded):
-            self._connect()
+            self._connect_or_close()
         else:
             inbox.put(Away("the scheduler has not answered yet"))
         self._keeper = threading.Thread(target=self._stay_connected, name="engine", daemon=True)
@@ -226,6 +226,14 @@ class Engine:
             raise
         self._last_slot = time.monotonic()
         self._client = client
+
+    def _connect_or_close(self) -> None:
+        """The first connection to workers of our own, which end where there is none."""
+        try:
+            self._connect()
+        except BaseException:
+            self._place.close()
+            raise
 
     def _stay_connected(self) -> None:
         """The thread that looks after the connection."""

@@ -2,24 +2,46 @@
 
 A film may have gigabytes: whoever works through the queue does not wait for it, so this happens in
 threads and touches no row. ``service.registration`` brings what was found into the rows.
+
+A disk that several machines share may be ill here, or show a file late: that is no fault of the
+attempt's, so trouble of this kind has a while to pass before it is held against it.
 """
 
 import errno
+import logging
+import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from service.artifacts import LOG, Artifacts, describe
 from service.attempt import Ending, legible
-from service.jobs import ANSWER, Cause, Claim, Kind, Result, Stored, StoreUnavailable
+from service.jobs import ANSWER, Cause, Claim, Kind, Result, Stored
 from service.rereads import REREADS, Rereads, summary_of
+from service.supervisor import ILL
+from solver.errors import WhippleError
 
-# Not the attempt's fault, and worth another look: no space for a name, no descriptor, no memory.
+log = logging.getLogger(__name__)
+
+# Our own want, which says nothing about the attempt: no space for a name, no descriptor, no memory.
 PASSING = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
+# Of the disk or of the attempt: nobody can say at the first look.
+DOUBTFUL = ILL | {errno.ENOENT}
+DOUBT_SECONDS = 60.0  # for what is doubtful to pass; attributes of files on NFS are as old as that
+AGAIN_SECONDS = 5.0  # between two looks at what one attempt left
 THREADS = 4
 WAIT_SECONDS = 0.1  # that a turn waits for the looks it begins: most take a few milliseconds
+
+
+class LookAgain(WhippleError):
+    """What an attempt left cannot be seen now; a little later it may be."""
+
+
+class Damaged(ValueError):
+    """A file is not what whoever wrote it said: it is damaged, or the disk does not show it yet."""
 
 
 @dataclass(frozen=True)
@@ -40,16 +62,18 @@ class Inspector:
     def __init__(self, artifacts: Artifacts):
         self._artifacts = artifacts
 
-    def look(self, claim: Claim, ending: Ending) -> Found:
-        """What one attempt left; raises StoreUnavailable when it has to be looked at again later.
+    def look(self, claim: Claim, ending: Ending, *, in_doubt: bool = False) -> Found:
+        """What one attempt left; raises LookAgain for our own want and, ``in_doubt``, for trouble that may pass.
 
         One that was lost may have done its work all the same, with nobody left to say so.
         """
         try:
-            ending = self._completed(claim, ending)
-            if ending.cause is None:
-                return self._checked(claim, ending)
+            completed = self._completed(claim, ending)
+            if completed.cause is None:
+                return self._checked(claim, completed)
         except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+            if _is_passing(error) or (in_doubt and _is_doubtful(error)):
+                raise LookAgain(f"a result cannot be registered now: {error}") from error
             ending = _unusable(ending, error)
         ending = replace(ending, failure=legible(ending.failure), reason=legible(ending.reason))
         return Found(ending, self._log_of_a_run(claim))
@@ -62,11 +86,12 @@ class Inspector:
         return Ending(None, "", "complete on disk", files, 0.0) if files else ending
 
     def _checked(self, claim: Claim, ending: Ending) -> Found:
-        """Complete files, after a look at their digests."""
-        files = tuple(self._as_in_rows(file) for file in ending.files)
-        damaged = [file.name for file in files if not self._artifacts.is_intact(file)]
-        if damaged:
-            raise ValueError(f"{', '.join(damaged)} does not match its checksum")
+        """Complete files, after a look at their digests; a log to which somebody still writes is none."""
+        told = [self._as_in_rows(file) for file in ending.files]
+        damaged = [file.name for file in told if not self._artifacts.is_intact(file)]
+        files = tuple(file for file in told if file.name not in damaged)
+        if set(damaged) - {LOG}:
+            raise Damaged(f"{', '.join(damaged)} does not match its checksum")
         self._artifacts.bring_to_disk(self._artifacts.attempt_directory(claim))
         if claim.kind is Kind.PUBLISH:
             return Found(ending, files, rereads=self._rereads(files))
@@ -81,7 +106,7 @@ class Inspector:
         runs = [replace(one, answer=self._as_in_rows(one.answer)) for one in rereads.runs]
         for one in runs:
             if not self._artifacts.is_intact(one.answer):
-                raise ValueError(f"{one.answer.path} does not match its checksum")
+                raise Damaged(f"{one.answer.path} does not match its checksum")
         return replace(rereads, runs=tuple(runs))
 
     def _result(self, files: tuple[Stored, ...], seconds: float) -> Result:
@@ -118,6 +143,14 @@ class Inspector:
         return replace(file, path=self._artifacts.relative(Path(file.path)))
 
 
+@dataclass(frozen=True)
+class _Trouble:
+    """What an attempt left could not be seen."""
+
+    since: float  # monotonic
+    not_before: float  # monotonic; of the next look
+
+
 class Looks:
     """Looks under way in threads, by the keys of their attempts."""
 
@@ -126,28 +159,42 @@ class Looks:
         self._wake = wake  # called when one is done
         self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="look")
         self._looks: dict[str, Future[Found]] = {}
+        self._troubles: dict[str, _Trouble] = {}
 
     def begin(self, ended: Mapping[str, tuple[Claim, Ending]], *, seconds: float) -> None:
-        """Look at these, unless that is under way; wait at most so long for the new ones."""
-        new = [key for key in ended if key not in self._looks]
+        """Look at these, unless that is under way or too early; wait at most so long for the new ones."""
+        now, trouble = time.monotonic(), self._troubles
+        new = [
+            key
+            for key in ended
+            if key not in self._looks and (key not in trouble or trouble[key].not_before <= now)
+        ]
         for key in new:
-            self._looks[key] = self._threads.submit(self._inspector.look, *ended[key])
+            in_doubt = key not in trouble or now - trouble[key].since < DOUBT_SECONDS
+            look = partial(self._inspector.look, *ended[key], in_doubt=in_doubt)
+            self._looks[key] = self._threads.submit(look)
         wait([self._looks[key] for key in new], timeout=seconds)
         for key in new:
             if not self._looks[key].done():
                 self._looks[key].add_done_callback(lambda _: self._wake())
 
-    def is_over(self, key: str) -> bool:
-        """Whether it is known what an attempt left."""
-        return key in self._looks and self._looks[key].done()
-
-    def take(self, key: str) -> Found:
-        """What an attempt left; it is looked at again when that is asked for again."""
-        return self._looks.pop(key).result()
+    def take(self, key: str) -> Found | None:
+        """What an attempt left, None: it is not known yet; it is looked at again when asked for again."""
+        if key not in self._looks or not self._looks[key].done():
+            return None
+        try:
+            return self._looks.pop(key).result()
+        except LookAgain as error:
+            log.warning("%s: %s", key, error)
+            now = time.monotonic()
+            since = self._troubles[key].since if key in self._troubles else now
+            self._troubles[key] = _Trouble(since, now + AGAIN_SECONDS)
+            return None
 
     def forget(self, key: str) -> None:
         """Nobody wants to know."""
         self._looks.pop(key, None)
+        self._troubles.pop(key, None)
 
     def close(self) -> None:
         """Begin no more of them."""
@@ -158,10 +205,17 @@ def _legible_or_none(text: Any) -> str | None:
     return None if text is None else legible(str(text))
 
 
+def _is_passing(error: Exception) -> bool:
+    return isinstance(error, OSError) and error.errno in PASSING
+
+
+def _is_doubtful(error: Exception) -> bool:
+    is_ill = isinstance(error, OSError) and error.errno in DOUBTFUL
+    return is_ill or isinstance(error, Damaged)
+
+
 def _unusable(ending: Ending, error: Exception) -> Ending:
-    """Files that cannot be registered are as good as a crash; raises StoreUnavailable if that may pass."""
-    if isinstance(error, OSError) and error.errno in PASSING:
-        raise StoreUnavailable(f"a result cannot be registered now: {error}") from error
+    """Files that cannot be registered are as good as a crash."""
     if ending.cause is not None:  # it was lost, and nobody can say what it left
         return ending
     reason = f"its files cannot be registered: {error}"

@@ -1,10 +1,10 @@
 """Who is asking: API keys as bearer tokens (RFC 6750), what each may do, and whose sweep is whose.
 
 A request that came by a name of the loopback, to a service that listens there, needs no key: whoever
-can send it is a user of this machine. Everybody else needs one, unless a proxy is declared that checks
-who is asking. A key that is given counts everywhere: its name owns what is submitted with it, and its
-scopes are the limit. Secrets are compared as digests, by the store; they are never logged, and never
-part of an answer.
+can send it is a user of this machine. Everybody else needs one, unless the request comes from the
+address of a declared proxy, which has checked who is asking. A key that is given counts everywhere: its
+name owns what is submitted with it, and its scopes are the limit. Secrets are compared as digests, by
+the store; they are never logged, and never part of an answer.
 """
 
 from collections.abc import Iterable
@@ -15,7 +15,7 @@ from fastapi import Depends, Request, Security
 from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityScopes
 from fastapi.security.base import SecurityBase
 
-from service.access import is_of_this_machine
+from service.access import is_of_this_machine, is_of_trusted_proxy
 from service.errors import NoKey, NotAllowed
 from service.jobs import Scope, SweepRow
 from service.settings import Settings
@@ -84,7 +84,8 @@ def _known(request: Request, given: HTTPAuthorizationCredentials | None) -> Call
     if "authorization" in request.headers:
         raise NoKey("write the header as `Authorization: Bearer KEY`", given=True)
     settings: Settings = request.app.state.settings
-    if settings.trusted_proxy or is_of_this_machine(request.scope, settings):
+    is_checked = is_of_trusted_proxy(request.scope, settings)
+    if is_checked or is_of_this_machine(request.scope, settings):
         return WITHOUT_KEY
     raise NoKey(
         "send `Authorization: Bearer KEY`; a key is made on the service's machine with `whipple keys`",

@@ -33,6 +33,7 @@ class Why(StrEnum):
 
     LOST = "an attempt that does not count"
     PART = "half-written"
+    DRAFT = "half-written, of a run that is under way"
     SPENT = "a checkpoint of a run that has a result"
     RESTING = "a checkpoint of a run that ended without a result"
     DROPPED = "no longer kept"
@@ -169,6 +170,7 @@ def _of_run(folder: Path, counts: Counted) -> Iterator[Leftover]:
     attempt, registered = counts.attempt, counts.registered
     last = name_of_attempt(attempt.attempt, attempt.token) if attempt.token else ""
     has_ended = attempt.state in TERMINAL
+    is_under_way = attempt.state in (State.RUNNING, State.CANCELLING)
     for one in _attempts(folder):
         if one.name == last:
             if has_ended:
@@ -176,7 +178,7 @@ def _of_run(folder: Path, counts: Counted) -> Iterator[Leftover]:
         elif not any(file.is_relative_to(one) for file in registered):
             yield Leftover(one, Why.LOST)
     for file in folder.glob(f".{CHECKPOINT}{PART}"):
-        yield Leftover(file, Why.PART)
+        yield Leftover(file, Why.DRAFT if is_under_way else Why.PART)
     if has_ended:
         why = Why.SPENT if attempt.state is State.SUCCEEDED else Why.RESTING
         for file in folder.glob(f"{CHECKPOINT}*"):

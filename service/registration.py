@@ -7,7 +7,7 @@ from service.artifacts import LOG, Artifacts
 from service.attempt import Ending, legible
 from service.faults import point
 from service.findings import Found
-from service.jobs import Cause, Claim, Stored, crashes_before, may_try_again
+from service.jobs import Cause, Claim, State, Stored, crashes_before, may_try_again
 from service.rests import Rests
 from service.space import Space, is_want_of_space
 from service.store import Store
@@ -65,9 +65,9 @@ class Registrar:
         assert ending.cause is not None
         cause, step = ending.cause, ending.checkpoint
         if may_try_again(cause, crashes_before(claim, step)):
-            counts = self._store.requeue(claim, cause, reason=ending.reason, crash_step=step)
-            self._rest(claim, ending, counts)
-            return counts
+            state = self._store.requeue(claim, cause, reason=ending.reason, crash_step=step)
+            self._rest(claim, ending, state)
+            return state is not None
         self.rests.end(claim)
         written = self._artifacts.attempt_directory(claim) / LOG
         return self._store.fail(
@@ -79,9 +79,9 @@ class Registrar:
             files=files,
         )
 
-    def _rest(self, claim: Claim, ending: Ending, counts: bool) -> None:
-        """Let it rest if it was lost again and again."""
-        if ending.cause is not Cause.LOST or not counts:
+    def _rest(self, claim: Claim, ending: Ending, state: State | None) -> None:
+        """Let it rest if it was lost again and again; one that was stopped on request was not."""
+        if ending.cause is not Cause.LOST or state is not State.QUEUED:
             self.rests.end(claim)
             return
         seconds = self.rests.lose(claim, ending.checkpoint)
@@ -101,11 +101,11 @@ class Registrar:
     def _excused(self, ending: Ending) -> Ending:
         """An attempt that ended for want of disk space.
 
-        While there is none, that says nothing about its run: it was lost. If there is some again, it
-        may be the run that never fits, which counts as a crash.
+        If there was none at its end, that says nothing about its run: it was lost. If there was some
+        again, it may be the run that never fits, which counts as a crash.
         """
         if not is_want_of_space(ending, self._space):
             return ending
         self._space.rest()
-        cause = Cause.LOST if self._space.is_used_up() else Cause.CRASH
+        cause = Cause.LOST if self._space.is_used_up(ending.free) else Cause.CRASH
         return replace(ending, cause=cause, reason=f"the disk was full: {ending.reason}")

@@ -103,17 +103,21 @@ class Reign:
         self.hindrance: str | None = None  # why nothing is begun
 
     def turn(self) -> None:
-        """Bring rows and engine together."""
+        """Bring rows and engine together; what makes room is removed even if no row can be written."""
         claimed = self._store.claimed()
+        self.slots = self._engine.slots()
         is_due = self._is_due()
-        if is_due:
-            self._compare(claimed)
-        self._register_all(seconds=WAIT_SECONDS)
-        self._stop_unwanted(claimed)
-        self._fill()
-        self._write_progress()
-        if is_due:
-            self._parts.care.step()
+        try:
+            if is_due:
+                self._compare(claimed)
+            self._stop_unwanted(claimed)
+            self._register_all(seconds=WAIT_SECONDS)
+            self._fill()
+            self._write_progress()
+        finally:
+            self.hindrance = self._why_not()
+            if is_due:
+                self._parts.care.step()
 
     def settle(self, *, is_over: bool) -> None:
         """Register what ended while the engine closes; once that is over, queue the rest again."""
@@ -144,16 +148,18 @@ class Reign:
                 self._adopt(claim)
             elif known is not None:
                 self._attempts.find_lost(claim, _lost("the service was gone"))
-        self._stop_strangers((known or set()) - self._attempts.given, claimed)
+        self._follow_strangers((known or set()) - self._attempts.given, claimed)
         self._compared, self._attempts.is_back = time.monotonic(), False
 
-    def _stop_strangers(self, known: set[str], claimed: tuple[Claim, ...]) -> None:
-        """Attempts that the engine has from our earlier lives, and that no row counts on any more."""
+    def _follow_strangers(self, known: set[str], claimed: tuple[Claim, ...]) -> None:
+        """Attempts that the engine has from our earlier lives, and that no row counts on any more.
+
+        They may hold a worker, so they are stopped and forgotten as others that no row wants.
+        """
         counted = {claim.key for claim in claimed}
-        ours = sorted(key for key in known - counted if self._parts.artifacts.has_attempt(key))
-        if ours:
-            self._stop(ours)
-            self._engine.forget(ours)
+        for key in sorted(known - counted):
+            if self._parts.artifacts.has_attempt(key):
+                self._follow(key)
 
     def _known(self) -> set[str] | None:
         """What the engine has, also of earlier lives; None: it cannot be asked."""
@@ -164,27 +170,29 @@ class Reign:
 
     def _adopt(self, claim: Claim) -> None:
         """Go on with an attempt of an earlier reign that the engine still has."""
-        if claim.key not in self._attempts.given:
-            try:
-                self._engine.follow(claim.key)
-            except OSError:
-                return  # away again; looked at when it is back
-            self._attempts.given.add(claim.key)
+        if claim.key not in self._attempts.given and not self._follow(claim.key):
+            return
         adopted = self._store.adopt(claim, self._epoch)
         if adopted is not None:  # else it is stopped, as one that no row wants
             log.info("%s is adopted", claim.key, extra={"run": claim.key})
             self._attempts.hold(adopted)
 
+    def _follow(self, key: str) -> bool:
+        """Hear how an attempt of an earlier life ends; whether the engine could be asked."""
+        try:
+            self._engine.follow(key)
+        except OSError:
+            return False  # away again; looked at when it is back
+        self._attempts.given.add(key)
+        return True
+
     def _stop_unwanted(self, claimed: tuple[Claim, ...]) -> None:
         """Ask the engine to stop what no running row wants; asked at each turn until it ends."""
         wanted = {claim.key for claim in claimed if claim.state is State.RUNNING}
-        unwanted = self._attempts.given - wanted
+        unwanted = self._attempts.under_way() - wanted
         if unwanted:
-            self._stop(sorted(unwanted))
-
-    def _stop(self, keys: list[str]) -> None:
-        with suppress(OSError):  # away; asked again when it is back
-            self._engine.stop(keys)
+            with suppress(OSError):  # away; asked again when it is back
+                self._engine.stop(sorted(unwanted))
 
     # --- what came back --------------------------------------------------------------------------
 
@@ -219,10 +227,11 @@ class Reign:
 
     def _is_settled(self, claim: Claim) -> bool:
         """Bring an end into its row, if it is known; one for which that fails must not hold up the others."""
-        if not self._looks.is_over(claim.key):
-            return False
         try:
-            self._parts.registrar.settle(claim, self._looks.take(claim.key))
+            found = self._looks.take(claim.key)
+            if found is None:
+                return False
+            self._parts.registrar.settle(claim, found)
         except StoreUnavailable:
             raise  # nor could the others
         except Exception as error:
@@ -262,10 +271,8 @@ class Reign:
 
     def _fill(self) -> None:
         """Give the engine as many attempts as it has free slots."""
-        self.slots = self._engine.slots()
-        self.hindrance = self._why_not()
         free = self.slots - len(self._attempts.under_way())
-        if free <= 0 or self.hindrance is not None:
+        if free <= 0 or self._why_not() is not None:
             return
         resting = self._parts.registrar.rests.resting()
         for claim in self._store.claim(free, self._epoch, resting=resting):

@@ -1,7 +1,10 @@
 """Everything that can be set, in one frozen record: read once, passed down."""
 
+import json
 import os
+from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
+from typing import Annotated, Any
 
 from pydantic import (
     ByteSize,
@@ -12,12 +15,14 @@ from pydantic import (
     field_validator,
 )
 from pydantic_core import PydanticCustomError
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 GIBIBYTE = 1 << 30
 LEAVE_SECONDS, LONGEST_LEAVE = 6.0, 8.0  # closing takes a while too; a stop is over within ten
 CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")  # what a container may use
 DATABASES = ("sqlite", "postgresql")
+
+Network = IPv4Network | IPv6Network
 
 
 def _available_cores() -> int:
@@ -51,11 +56,12 @@ class Settings(BaseSettings):
     data: Path = Field(default=Path("whipple-data"), description="database and results")
     host: str = Field(default="127.0.0.1", description="address to listen on")
     port: int = Field(default=8000, ge=0, le=65535, description="0 takes a free one")
-    trusted_proxy: bool = Field(
-        default=False, description="a proxy in front of the service checks who is asking"
+    trusted_proxy: Annotated[tuple[Network, ...], NoDecode] = Field(
+        default=(),
+        description="addresses or networks of proxies that check who is asking, as a JSON list",
     )
     allowed_hosts: tuple[str, ...] = Field(
-        default=(), description="names under which that proxy is reached, as a JSON list"
+        default=(), description="names under which such a proxy is reached, as a JSON list"
     )
     database_url: str | None = Field(
         default=None,
@@ -77,7 +83,8 @@ class Settings(BaseSettings):
     memory_limit: ByteSize | None = Field(
         default=None,
         gt=0,
-        description="memory of a run, such as 4GiB; default: this machine's, divided by workers",
+        description="memory of a run, such as 4GiB; default: this machine's, divided by workers; "
+        "with an engine it has to be said",
     )
     disk_reserve: ByteSize = Field(
         default=ByteSize(GIBIBYTE), ge=0, description="nothing is begun when less space is free"
@@ -104,6 +111,19 @@ class Settings(BaseSettings):
     targets_module: str | None = Field(
         default=None, description="stands in for studies.run and studies.publish (tests)"
     )
+
+    @field_validator("trusted_proxy", mode="before")
+    @classmethod
+    def _is_list_of_addresses(cls, given: Any) -> tuple[Network, ...]:
+        """A request counts as checked by whom it comes from, so that has to be said."""
+        try:
+            places = json.loads(given) if isinstance(given, str) else given
+            return tuple(ip_network(str(place)) for place in places)
+        except (TypeError, ValueError):
+            raise _refused(
+                "a JSON list of the addresses or networks that the proxy asks from, such as "
+                '["127.0.0.1", "10.0.3.0/24"]'
+            ) from None
 
     @field_validator("database_url")
     @classmethod
@@ -134,6 +154,18 @@ class Settings(BaseSettings):
             raise _refused("a file that exists")
         return file
 
+    @field_validator("memory_limit")
+    @classmethod
+    def _is_there_for_the_engine_too(
+        cls, limit: ByteSize | None, known: ValidationInfo
+    ) -> ByteSize | None:
+        """The memory of other machines is not known here, and without a limit a run takes all of it."""
+        if limit is None and known.data.get("engine") is not None:
+            raise _refused(
+                "the memory that one run may use on a worker of the engine, such as 4GiB"
+            )
+        return limit
+
     @property
     def url(self) -> str:
         """The database's URL."""
@@ -145,8 +177,6 @@ class Settings(BaseSettings):
         return not self.url.startswith("sqlite")
 
     @property
-    def memory_of_a_run(self) -> int | None:
-        """Bytes that a run may use; None where the machine that computes it is not this one."""
-        if self.memory_limit is not None:
-            return self.memory_limit
-        return None if self.engine else _available_memory() // self.workers
+    def memory_of_a_run(self) -> int:
+        """Bytes that a run may use."""
+        return self.memory_limit or _available_memory() // self.workers

@@ -28,9 +28,10 @@ class Space:
         """Whether the reserve is being used up."""
         return free_bytes(self._folder) < self._reserve
 
-    def is_used_up(self) -> bool:
-        """Whether the reserve is, or there is next to nothing."""
-        return free_bytes(self._folder) < max(self._reserve, LITTLE)
+    def is_used_up(self, free: int | None = None) -> bool:
+        """Whether the reserve is, or there is next to nothing, with so many bytes free; None: with those now."""
+        have = free_bytes(self._folder) if free is None else free
+        return have < max(self._reserve, LITTLE)
 
     def shortage(self) -> str | None:
         """Why nothing should be begun, for people; None: there is room."""
@@ -48,14 +49,14 @@ class Space:
 
 
 def is_want_of_space(ending: Ending, space: Space) -> bool:
-    """Whether an attempt ended because a disk was full: it says so, or there is no room now.
+    """Whether an attempt ended because a disk was full: it says so, or there was no room at its end.
 
     Libraries say it in many ways (a short write, a signal from a mapped file), so whatever ends badly
     while the reserve is used up is not held against the run.
     """
     if ending.cause not in (Cause.ERROR, Cause.CRASH):
         return False
-    return any(word in ending.reason for word in WORDS) or space.is_used_up()
+    return any(word in ending.reason for word in WORDS) or space.is_used_up(ending.free)
 
 
 def free_bytes(folder: Path) -> int:

@@ -10,6 +10,7 @@ The answer is files in the attempt's folder. Whatever happens touches this attem
 
 import errno
 import json
+import logging
 import math
 import os
 import selectors
@@ -28,7 +29,10 @@ from service.artifacts import LOG, OF_A_RUN, describe
 from service.attempt import Ending, Ticket
 from service.jobs import ANSWER, Cause, Kind, Stored
 from service.rereads import REREADS
+from service.space import free_bytes
 from service.worker import STATUS_MEMORY
+
+log = logging.getLogger(__name__)
 
 Words = Mapping[str, Any]
 Tell = Callable[[Words], None]
@@ -43,6 +47,7 @@ TICK = 0.1  # s, how often stop and limits are looked at
 PATIENCE = 0.5  # s, between the word "stop" and the kill
 LEAVE_SECONDS = 8.0  # between the word "leave" and the word "stop"
 TELL_INTERVAL = 1.0  # s, between two pieces of progress
+KILL_SECONDS = 30.0  # for a killed process to go: one that waits for a dead mount does not
 PAUSE_SECONDS = 20.0  # of a worker on which nothing works: others take what there is to do
 ILL = frozenset({errno.EIO, errno.ESTALE, errno.EROFS, errno.ENOTCONN, errno.EHOSTDOWN})  # a mount
 
@@ -141,7 +146,7 @@ class Supervisor:
                 self._let_go(child, end)
                 return self._judge(end)
             status = child.end()
-            if self._taken or self._cut:
+            if self._taken or self._cut or status is None:
                 return self._judge_dead(status)
         raise ChildProcessError("a process cannot be started; the log of the worker says why")
 
@@ -162,7 +167,13 @@ class Supervisor:
     ) -> Ending:
         """An ending, now."""
         seconds = time.monotonic() - self._begin
-        return Ending(cause, failure, reason, files, seconds, self._checkpoint)
+        return Ending(cause, failure, reason, files, seconds, self._checkpoint, self._free())
+
+    def _free(self) -> int | None:
+        """Space left on the disk of the attempt; None: the disk does not say."""
+        with suppress(OSError):
+            return free_bytes(self._directory.parent)
+        return None
 
     # --- while it is under way -------------------------------------------------------------------
 
@@ -245,8 +256,12 @@ class Supervisor:
             return self.pause(error["failure"], error["reason"])
         return self.ending(Cause.ERROR, error["failure"], error["reason"])
 
-    def _judge_dead(self, status: int) -> Ending:
-        """Without last words: we ended it, or it died."""
+    def _judge_dead(self, status: int | None) -> Ending:
+        """Without last words: we ended it, or it died, or it cannot even die."""
+        if status is None:
+            return self.pause(
+                "Stuck", f"its process was killed, and has not ended {KILL_SECONDS:g} s later"
+            )
         if self._cut is Cause.LOST:
             return self.ending(Cause.LOST, "Stopped", "stopped on request")
         if self._cut is Cause.TIME_LIMIT:
@@ -298,9 +313,13 @@ class Child:
         )
         self.orders = 0  # taken so far
         self._rest = b""  # begin of a line
+        self._unsaid = bytearray()  # what it has not listened to yet
+        assert self._process.stdin is not None
         assert self._process.stdout is not None
+        self._stdin, self._stdout = self._process.stdin, self._process.stdout
+        os.set_blocking(self._stdin.fileno(), False)
         self._selector = selectors.DefaultSelector()
-        self._selector.register(self._process.stdout, selectors.EVENT_READ)
+        self._selector.register(self._stdout, selectors.EVENT_READ)
 
     def take(self, ticket: Ticket) -> None:
         """Give it an order."""
@@ -308,35 +327,45 @@ class Child:
         self.say({"order": asdict(ticket)})
 
     def say(self, words: Words) -> None:
-        """Write a line to it, a long one piece by piece."""
-        assert self._process.stdin is not None
-        line = memoryview(json.dumps(words).encode() + b"\n")
-        with suppress(BrokenPipeError):  # it is gone; whoever asks for its end will see
-            while line:
-                line = line[self._process.stdin.write(line) or 0 :]
+        """Say a line to it, as soon as it listens: ``hear`` goes on with what it does not take now."""
+        self._unsaid += json.dumps(words).encode() + b"\n"
+        self._go_on_saying()
+
+    def _go_on_saying(self) -> None:
+        try:
+            while self._unsaid and (written := self._stdin.write(self._unsaid)):
+                del self._unsaid[:written]
+        except BrokenPipeError:  # it is gone; whoever asks for its end will see
+            self._unsaid.clear()
+        is_watched = self._stdin in self._selector.get_map()
+        if self._unsaid and not is_watched:
+            self._selector.register(self._stdin, selectors.EVENT_WRITE)
+        elif is_watched and not self._unsaid:
+            self._selector.unregister(self._stdin)
 
     def hear(self, seconds: float) -> list[Words]:
-        """What it says within so many seconds, as soon as it says something."""
-        if self.is_silent:
+        """What it says within so many seconds, as soon as it says or takes something."""
+        if not self._selector.get_map():  # its stdout has ended
             time.sleep(seconds)
             return []
-        if not self._selector.select(seconds):
+        ready = self._ready(seconds)
+        if self._stdin in ready:
+            self._go_on_saying()
+        if self._stdout not in ready:
             return []
-        assert self._process.stdout is not None
-        chunk = os.read(self._process.stdout.fileno(), 1 << 16)
+        chunk = os.read(self._stdout.fileno(), 1 << 16)
         if not chunk:
-            self._selector.unregister(self._process.stdout)
+            self._selector.unregister(self._stdout)
         *lines, self._rest = (self._rest + chunk).split(b"\n")
         return [json.loads(line) for line in lines]
 
     def has_more(self) -> bool:
         """Whether there is something to hear now; what it forked may keep its stdout open."""
-        return bool(self._selector.select(0.0))
+        return self._stdout in self._ready(0.0)
 
-    @property
-    def is_silent(self) -> bool:
-        """Whether its stdout has ended."""
-        return not self._selector.get_map()
+    def _ready(self, seconds: float) -> list[Any]:
+        """Those of its pipes that can be read or written within so many seconds."""
+        return [key.fileobj for key, _ in self._selector.select(seconds)]
 
     def is_alive(self) -> bool:
         """Whether it has not ended; one that has is not waited for, so that its id stays taken."""
@@ -353,17 +382,21 @@ class Child:
 
     def dismiss(self) -> None:
         """Let it go; it has no order and will leave at once."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
+        self._stdin.close()
         self.end()
 
-    def end(self) -> int:
-        """End it, and everything that it started; its status."""
+    def end(self) -> int | None:
+        """End it, and everything that it started; its status, None: it does not go, though it was killed."""
         with suppress(ProcessLookupError):  # nothing is left
             os.killpg(self._process.pid, signal.SIGKILL)
         self._selector.close()
-        with self._process:
-            return self._process.wait()
+        self._stdin.close()
+        self._stdout.close()
+        try:
+            return self._process.wait(KILL_SECONDS)
+        except subprocess.TimeoutExpired:
+            log.warning("the process %s was killed, and does not end", self._process.pid)
+            return None
 
 
 def _hire() -> Child:

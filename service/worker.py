@@ -118,8 +118,9 @@ def perform(
 
 
 def _say(line: str) -> None:
-    """Into the attempt's log, at once: who looks on wants to see it."""
-    print(line, flush=True)
+    """Into the attempt's log, at once: who looks on wants to see it. But the log is not the work."""
+    with suppress(OSError):  # no space
+        print(line, flush=True)
 
 
 def _answer(outcome: Words) -> Words:
@@ -166,7 +167,8 @@ def _logged(directory: Path) -> Iterator[None]:
     except Interrupted:
         raise
     except BaseException:
-        traceback.print_exc()
+        with suppress(OSError):  # no space; the supervisor is told what it was all the same
+            traceback.print_exc()
         raise
     finally:
         _flush()

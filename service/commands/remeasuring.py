@@ -29,7 +29,7 @@ def remeasure_here(
     ordered = [row for row in outdated if _is_ordered(store, row)]
     if ordered and not publish_what_waits(settings, store):
         print("a service works here, and does it", flush=True)
-        _wait(store, ordered)
+        _wait(settings, store, ordered)
     told = [_is_told(store, row, before) for row in ordered]  # each, whatever the others are
     return all(told) and len(ordered) == len(outdated)
 
@@ -72,9 +72,11 @@ def _is_told(store: Store, row: SweepRow, before: int) -> bool:
     return now.state is not SweepState.FAILED and not unreadable
 
 
-def _wait(store: Store, ordered: Sequence[SweepRow]) -> None:
-    """Until a service has done it; Ctrl-C leaves it at its work."""
+def _wait(settings: Settings, store: Store, ordered: Sequence[SweepRow]) -> None:
+    """Until a service has done it, or is gone and it is done here; Ctrl-C leaves it at its work."""
     while not all(store.sweep(row.id).is_terminal for row in ordered):
+        if publish_what_waits(settings, store):
+            return
         time.sleep(LOOK_SECONDS)
 
 

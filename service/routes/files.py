@@ -88,7 +88,7 @@ def download_page(
     id: SweepId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
 ) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY}
-    return send(request, _published(store, artifacts, id, PAGE, headers=policy))
+    return send(request, _published(store, artifacts, store.sweep(id), PAGE, headers=policy))
 
 
 @serves(
@@ -101,7 +101,7 @@ def download_page(
 def download_twin(
     id: SweepId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
 ) -> Response:
-    return send(request, _published(store, artifacts, id, TWIN))
+    return send(request, _published(store, artifacts, store.sweep(id), TWIN))
 
 
 @router.get(
@@ -142,12 +142,15 @@ def show_slice(
 
 
 def _published(
-    store: Store, artifacts: Artifacts, id: str, name: str, headers: dict[str, str] | None = None
+    store: Store,
+    artifacts: Artifacts,
+    sweep: SweepRow,
+    name: str,
+    headers: dict[str, str] | None = None,
 ) -> Offer:
     """A file of a sweep that has ended; raises NotFound, NotReady."""
-    sweep = store.sweep(id)
     try:
-        stored = store.artifact(id, name)
+        stored = store.artifact(sweep.id, name)
     except NotFound:
         if sweep.is_terminal:
             raise
@@ -166,7 +169,7 @@ def _cube(
 ) -> tuple[Path, str, str]:
     """The cube of a sweep, its digest and a name for it; on request one that is not complete."""
     try:
-        offer = _published(store, artifacts, sweep.id, CUBE)
+        offer = _published(store, artifacts, sweep, CUBE)
         assert offer.sha256 is not None
         return offer.path, offer.sha256, CUBE
     except (NotFound, NotReady):

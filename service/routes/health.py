@@ -3,7 +3,9 @@
 import platform
 import shutil
 import tempfile
-from collections.abc import Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator
 
 from fastapi import APIRouter, Request, Response
 
@@ -19,6 +21,41 @@ from studies.run import PHYSICS_VERSION
 
 router = APIRouter(tags=["service"])
 
+LOOK_SECONDS = (
+    1.0  # an answer holds for so long: anybody may ask, and each look takes the write lock
+)
+
+
+class Lookout:
+    """One look at a time, and what the last one found."""
+
+    def __init__(self) -> None:
+        self._looking = threading.Lock()
+        self._found: Readiness | Exception | None = None
+        self._ended = 0.0  # of the last look, monotonic
+
+    def answer(self, look: Callable[[], Readiness]) -> Readiness:
+        """What ``look`` finds, or found just now; raises what it raised, and ServiceNotReady while it lasts."""
+        if not self._looking.acquire(timeout=LOOK_SECONDS):
+            raise ServiceNotReady("the store has not answered yet")
+        try:
+            if self._found is None or time.monotonic() - self._ended >= LOOK_SECONDS:
+                self._found = _found_by(look)
+                self._ended = time.monotonic()
+            found = self._found
+        finally:
+            self._looking.release()
+        if isinstance(found, Exception):
+            raise found.with_traceback(None)
+        return found
+
+
+def _found_by(look: Callable[[], Readiness]) -> Readiness | Exception:
+    try:
+        return look()
+    except Exception as error:  # it holds as long as an answer
+        return error
+
 
 @router.get("/livez")
 async def show_life() -> Health:
@@ -29,10 +66,14 @@ async def show_life() -> Health:
 @router.get("/readyz")
 def show_readiness(request: Request, store: StoreGiven, settings: SettingsGiven) -> Readiness:
     """The store and the data directory can be written to, and somebody computes what is in the queue."""
-    store.ping()
-    checks = {"store": "can be written to", **dict(_disk(settings))}
-    checks |= dict(_engine(request.app.state.engine, store.queue()))
-    return Readiness(status="ready", checks=checks)
+
+    def look() -> Readiness:
+        store.ping()
+        checks = {"store": "can be written to", **dict(_disk(settings))}
+        checks |= dict(_engine(request.app.state.engine, store.queue()))
+        return Readiness(status="ready", checks=checks)
+
+    return request.app.state.lookout.answer(look)
 
 
 @router.get("/version")

@@ -12,10 +12,9 @@ from markupsafe import Markup, escape
 
 from service.console import duration
 from service.errors import INTERNAL, PROBLEMS
-from service.jobs import SweepRow, SweepState
+from service.jobs import SweepState
 from service.routes.given import StoreGiven
 from service.schemas import SweepModel
-from service.store import Store
 from service.version import version
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -35,11 +34,14 @@ TEMPLATES.filters["pretty"] = lambda value: json.dumps(value, indent=2)
 def show_sweeps(store: StoreGiven, cursor: Annotated[str | None, Query()] = None) -> str:
     """The sweeps with state, progress and links to report and cube."""
     page = store.sweeps(cursor=cursor, limit=50)
+    # Only of a cancelled sweep the state does not say whether it has files.
+    cancelled = [row.id for row in page.items if row.state is SweepState.CANCELLED]
+    bulletin = store.bulletin(cancelled)
     return _rendered(
         "sweeps.html",
-        sweeps=[_model(store, row) for row in page.items],
+        sweeps=[SweepModel.of(row, bulletin.files.get(row.id)) for row in page.items],
         next_cursor=page.next_cursor,
-        queue=store.queue(),
+        queue=bulletin,
         refresh=None if all(row.is_terminal for row in page.items) else REFRESH,
     )
 
@@ -65,13 +67,6 @@ def code(text: str | None) -> Markup:
 
 
 TEMPLATES.filters["code"] = code
-
-
-def _model(store: Store, row: SweepRow) -> SweepModel:
-    """A sweep with its files; only for a cancelled one its state does not say whether there are any."""
-    if row.state is SweepState.CANCELLED:
-        return SweepModel.of(row, [file.name for file in store.artifacts(row.id)])
-    return SweepModel.of(row)
 
 
 def _rendered(template: str, **content: Any) -> str:

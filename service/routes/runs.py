@@ -65,9 +65,10 @@ def download_log(
 def _log(store: Store, artifacts: Artifacts, id: str) -> Offer:
     """The log that was registered with the result; while the run is computed, that of the attempt."""
     run, filename, media_type = store.run(id), f"{id}-{LOG}", served_as(LOG)
-    stored = next((file for file in store.run_files(id) if file.name == LOG), None)
-    if stored is not None and run.state not in (State.RUNNING, State.CANCELLING):
-        return Offer(artifacts.path(stored), media_type, filename, stored.sha256)
+    if run.state not in (State.RUNNING, State.CANCELLING):
+        for stored in store.run_files(id):
+            if stored.name == LOG:
+                return Offer(artifacts.path(stored), media_type, filename, stored.sha256)
     last = store.known_attempts([id]).get(id)
     if last is None or last.token is None:
         raise NotFound("log", id)

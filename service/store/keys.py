@@ -7,11 +7,12 @@ import uuid
 from collections.abc import Iterable
 from contextlib import suppress
 from datetime import datetime, timedelta
+from threading import Lock, Thread
 
 import sqlalchemy as sa
 
 from service.jobs import KeyRow, NotFound, Scope, StoreUnavailable
-from service.store.connection import Part
+from service.store.connection import Database, Part
 from service.store.queries import now, one_row
 from service.store.rows import key_record
 from service.store.tables import KEYS
@@ -24,6 +25,10 @@ USED_EVERY = timedelta(minutes=1)  # how exactly the last use is known
 
 class Keys(Part):
     """Who may ask what, elsewhere than on the loopback."""
+
+    def __init__(self, database: Database):
+        super().__init__(database)
+        self._noting = Lock()  # held while a use is noted
 
     def create_key(
         self, name: str, scopes: Iterable[Scope], expires: datetime | None = None
@@ -44,7 +49,7 @@ class Keys(Part):
             return key_record(connection.execute(insert).one()), secret
 
     def find_key(self, secret: str) -> KeyRow | None:
-        """The key with this secret, if it can be used now; notes, to a minute, that it was."""
+        """The key with this secret, if it can be used now; that it was is noted, to a minute, beside it."""
         if not (secret.isascii() and secret.isprintable()):
             return None
         digest, moment = _digest(secret), now()
@@ -56,8 +61,7 @@ class Keys(Part):
             return None
         [key] = found
         if key.used is None or abs(moment - key.used) > USED_EVERY:
-            with suppress(StoreUnavailable):  # it is a note for people
-                self._set(key.id, used=moment)
+            self._note_use(key.id, moment)
         return key
 
     def has_keys(self) -> bool:
@@ -78,6 +82,19 @@ class Keys(Part):
         with self._database.reading() as connection:
             known = key_record(one_row(connection, query, "key", id))
         return known if known.revoked is not None else self._set(id, revoked=now())
+
+    def _note_use(self, id: str, moment: datetime) -> None:
+        """Whoever asks does not wait for other writers; what is not noted now is noted at the next use."""
+        if self._noting.acquire(blocking=False):
+            Thread(target=self._write_use, args=(id, moment), name="key use", daemon=True).start()
+
+    def _write_use(self, id: str, moment: datetime) -> None:
+        """Called in a thread of its own, one at a time."""
+        try:
+            with suppress(StoreUnavailable):  # it is a note for people
+                self._set(id, used=moment)
+        finally:
+            self._noting.release()
 
     def _set(self, id: str, **values: datetime) -> KeyRow:
         update = KEYS.update().where(KEYS.c.id == id).values(values).returning(KEYS)

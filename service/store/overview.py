@@ -1,13 +1,25 @@
 """The queue as a whole: what stands where, who works through it, what it cost."""
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
 
 import sqlalchemy as sa
 
 from service.jobs import TERMINAL, Cause, Kind, QueueRow, State, Tally
 from service.store import leadership
 from service.store.connection import Part
-from service.store.tables import CAUSES, CONTROL, DISPATCHERS, JOBS
+from service.store.tables import ARTIFACTS, CAUSES, CONTROL, DISPATCHERS, JOBS
+
+
+@dataclass(frozen=True)
+class Bulletin:
+    """What a page of sweeps says beside their rows."""
+
+    paused: datetime | None  # since when no run is begun
+    hindrance: str | None  # why nothing is begun although there is work
+    files: Mapping[str, Sequence[str]]  # names of those that are published, by sweep
 
 
 class Overview(Part):
@@ -33,6 +45,24 @@ class Overview(Part):
                 epoch=row.epoch,
                 leader=leadership.leader(self._database, connection),
             )
+
+    def bulletin(self, sweep_ids: Sequence[str]) -> Bulletin:
+        """Whether runs are begun, and which files these sweeps have: one statement."""
+        files = (
+            sa.select(JOBS.c.sweep_id, ARTIFACTS.c.name)
+            .join_from(JOBS, ARTIFACTS, ARTIFACTS.c.job_id == JOBS.c.id)
+            .where(JOBS.c.sweep_id.in_(sweep_ids))
+            .subquery()
+        )
+        query = sa.select(CONTROL.c.paused, CONTROL.c.hindrance, files).select_from(
+            CONTROL.outerjoin(files, sa.true())  # the one row of ``control`` is there in any case
+        )
+        with self._database.reading() as connection:
+            rows = connection.execute(query).all()
+        names = defaultdict(list)
+        for row in rows:
+            names[row.sweep_id].append(row.name)
+        return Bulletin(rows[0].paused, rows[0].hindrance, names)
 
     def states(self) -> Mapping[State, int]:
         """Jobs per state in the whole store."""

@@ -304,7 +304,7 @@ def tallies_of(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, li
 
 
 def now() -> datetime:
-    """The moment, for people: no decision depends on it."""
+    """The moment, for people; what is decided by it: whether a key has expired, a run may be forgotten."""
     return datetime.now(UTC)
 
 

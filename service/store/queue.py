@@ -1,11 +1,12 @@
 """What the dispatcher does with the queue: claim, and say how each attempt ended.
 
-Every update names job, attempt and epoch, and has no effect (it returns False) when they no longer
-are the ones that count: an attempt that was given up cannot overwrite the work of its successor.
+Every update names job, attempt and epoch, and has no effect (it returns False, or None) when they no
+longer are the ones that count: an attempt that was given up cannot overwrite the work of its successor.
 """
 
 import secrets
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import sqlalchemy as sa
@@ -14,6 +15,7 @@ from service.faults import point
 from service.jobs import (
     Cause,
     Claim,
+    Keep,
     Kind,
     Outcome,
     Result,
@@ -45,7 +47,7 @@ from service.store.queries import (
     unless_result,
 )
 from service.store.rereads import replace_results
-from service.store.rows import PUBLISH_PRIORITY, claim_record
+from service.store.rows import PUBLISH_PRIORITY, Row, claim_record
 from service.store.tables import ARTIFACTS, CONTROL, DISPATCHERS, JOBS, POINTS, SWEEPS
 from service.store.turns import IS_WANTED, TURN, advance_lanes, queue_for_film
 
@@ -115,14 +117,14 @@ class Queue(Part):
             if row is None:
                 return None
             log_attempt(connection, now(), "adopted", claim)
-        return claim_record(row)
+        return _found(row)
 
     def claimed(self) -> tuple[Claim, ...]:
         """Every job that is running or being stopped, whoever claimed it."""
         held = JOBS.c.state.in_([State.RUNNING, State.CANCELLING])
         with self._database.reading() as connection:
             rows = connection.execute(sa.select(*CLAIM_COLUMNS).where(held))
-            return tuple(claim_record(row) for row in rows)
+            return tuple(_found(row) for row in rows)
 
     def question(self, sweep_id: str) -> tuple[Mapping[str, Any], tuple[Outcome, ...]]:
         """What a publication works on: the sweep's document, and how each of its points ended."""
@@ -209,10 +211,11 @@ class Queue(Part):
 
     def requeue(
         self, claim: Claim, cause: Cause, *, reason: str, crash_step: int | None = None
-    ) -> bool:
-        """Put an attempt without result back into the queue, or to rest if nobody waits for it.
+    ) -> State | None:
+        """Put an attempt without result back into the queue, or end its job if nobody waits for it.
 
-        ``crash_step`` is the step of the last checkpoint of an attempt that crashed.
+        Returns the state that the job has then; None: the attempt no longer counts. ``crash_step`` is
+        the step of the last checkpoint of an attempt that crashed.
         """
         moment = now()
         to_rest = sa.and_(JOBS.c.kind == Kind.RUN, sa.not_(IS_WANTED))
@@ -228,14 +231,14 @@ class Queue(Part):
             .returning(JOBS.c.state)
         )
         with self._database.writing() as connection:
-            outcome = connection.execute(put_back).scalar()
+            outcome: State | None = connection.execute(put_back).scalar()
             if outcome is State.QUEUED:
                 hold_publications(connection, JOBS.c.id == claim.id)
                 count_attempt(connection, cause)
                 log_attempt(connection, moment, "requeued", claim, cause=cause, reason=reason)
             elif outcome is not None:
                 log_attempt(connection, moment, "cancelled", claim)
-        return outcome is not None
+        return outcome
 
     def publish(
         self,
@@ -290,6 +293,11 @@ class Queue(Part):
                 count_attempt(connection, told["cause"])
             point("result-before-commit")
         return True
+
+
+def _found(row: Row) -> Claim:
+    """The claim of an attempt that has begun: what it was told to keep may be less than its row says now."""
+    return replace(claim_record(row), keep=Keep.NUMBERS)
 
 
 def _standing(epoch: int) -> sa.Select[Any]:

@@ -112,8 +112,9 @@ def _lacks_a_file(keep: Keep) -> sa.ColumnElement[bool]:
 def queue_for_film(connection: sa.Connection, claim: Claim, moment: datetime) -> None:
     """Queue a run that has just got its result again, if a sweep that joined it asked for a film."""
     if claim.keep is not Keep.FILM:
-        film = JOBS.c.keep.in_([Keep.FILM]) & JOBS.c.state.in_([State.SUCCEEDED]) & IS_WANTED
-        again = JOBS.update().where(JOBS.c.id == claim.id, film)
+        is_wanted = JOBS.c.keep.in_([Keep.FILM]) & JOBS.c.state.in_([State.SUCCEEDED]) & IS_WANTED
+        film = sa.exists().where(ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name == "film.npz")
+        again = JOBS.update().where(JOBS.c.id == claim.id, is_wanted, sa.not_(film))
         fresh = {"crashes": 0, "crash_step": None, "fraction": None, "finished": None}
         connection.execute(again.values(state=State.QUEUED, queued=moment, **fresh))
 

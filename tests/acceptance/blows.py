@@ -39,7 +39,7 @@ class Moment(StrEnum):
 
 
 # Where a process of its own can be hit.
-OF_A_PROCESS = (Moment.ANY, Moment.COMPUTING, Moment.CHECKPOINTED, Moment.PUBLISHING)
+OF_A_PROCESS = (Moment.CHECKPOINTED, Moment.COMPUTING, Moment.PUBLISHING, Moment.ANY)
 
 
 @dataclass(frozen=True)

@@ -66,11 +66,16 @@ def parent_of(pid: int) -> int:
         return 0
 
 
-def slay(pid: int) -> None:
-    """Kill -9 a process, and wait until it has ended."""
-    with suppress(ProcessLookupError):
+def slay(pid: int) -> bool:
+    """Kill -9 a process, and wait until it has ended; whether it lived until then."""
+    if is_gone(pid):
+        return False
+    try:
         os.kill(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return False
     wait_until(lambda: is_gone(pid))
+    return True
 
 
 @contextmanager

@@ -1,14 +1,33 @@
-"""What goes wrong around a service or in a run; disks and locks, which take longer, are claims of the queue."""
+"""What goes wrong around a service or in a run."""
+
+import os
 
 import pytest
 
-from tests.acceptance.rows import upholds
+from tests.acceptance.rows import holds, upholds
 from tests.claims.queue import troubles
+
+HASTY = ("-m", "tests.acceptance.hasty")
 
 
 @pytest.mark.slow
 def test_runs_in_trouble__have_the_named_end_and_no_neighbour_notices() -> None:
     upholds(troubles.troubles_of_runs)
+
+
+@pytest.mark.slow
+def test_database_locked__is_refused_in_words_and_waited_for() -> None:
+    holds(troubles.locked(program=HASTY))
+
+
+@pytest.mark.slow
+def test_disk_full__nothing_is_begun_and_nothing_lost() -> None:
+    try:
+        holds(troubles.full(program=HASTY))
+    except PermissionError as error:
+        if "CI" in os.environ:
+            raise
+        pytest.skip(str(error))
 
 
 @pytest.mark.slow

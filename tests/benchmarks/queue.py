@@ -6,9 +6,10 @@ Figures are of this machine at this moment: read them when nothing else is at wo
 import multiprocessing
 import statistics
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -23,7 +24,8 @@ from tests.service.doubles import wait_until
 OVERHEAD_AIM = 0.15  # s a run
 POOL_AIM = 1.15  # of the same work in a pool of processes
 SHORT, LONG = 200, 200  # runs
-LARGE = 10_000  # runs of a sweep that is accepted
+LARGE = 10_000  # runs of a sweep that is accepted, looked at and cancelled
+LOOKS = 5
 STARTS = 3
 END_SECONDS = 1800.0
 
@@ -34,7 +36,8 @@ def main() -> None:
     print(f"from the command to /readyz: {start:.2f} s (median of {STARTS})")
     print(f"overhead of a run on a warm engine: {_overhead():.3f} s (aim {OVERHEAD_AIM} s)")
     for name in ("sqlite", "postgresql"):
-        print(f"accepting {LARGE} runs, {name}: {_accept(name):.2f} s")
+        for what, seconds in _large(name).items():
+            print(f"{what} of {LARGE} runs, {name}: {seconds:.3f} s")
     pool, queue = _pool(), _queue()
     words = f"{LONG} runs of a second, {WORKERS} at once: pool {pool:.1f} s, queue {queue:.1f} s"
     print(f"{words}: {queue / pool:.3f} times as long (aim {POOL_AIM})")
@@ -73,22 +76,37 @@ def _pool() -> float:
         return time.perf_counter() - begin
 
 
-def _accept(database: str) -> float:
-    """Seconds until a sweep is accepted, over HTTP."""
+def _large(database: str) -> dict[str, float]:
+    """Seconds of what people do with a large sweep, over HTTP."""
     with ExitStack() as ends:
         folder = Path(ends.enter_context(TemporaryDirectory()))
         url = None
         if database == "postgresql":
             url = ends.enter_context(ends.enter_context(postgresql_server()).database())
-        here = ends.enter_context(
-            drill(Work(LARGE // 10, 1, thicknesses=10), folder, database_url=url)
-        )
-        httpx.post(f"{here.service.url}/v1/queue/pause").raise_for_status()
-        begin = time.perf_counter()
-        [id] = here.submit()
-        seconds = time.perf_counter() - begin
-        assert here.store.sweep(id).new == LARGE
-        return seconds
+        work = Work(LARGE // 10, 1, thicknesses=10)
+        here = ends.enter_context(drill(work, folder, database_url=url))
+        client = ends.enter_context(httpx.Client(base_url=here.service.url, timeout=60))
+        _ask(client, "POST", "/v1/queue/pause")
+        ids: list[str] = []
+        found = {"acceptance": _seconds(lambda: ids.extend(here.submit()))}
+        sweep = f"/v1/sweeps/{ids[0]}"
+        assert here.store.sweep(ids[0]).new == LARGE
+        for what, page in {"list": "/", "state": sweep, "page": f"{sweep}/runs"}.items():
+            look = partial(_ask, client, "GET", page)
+            found[what] = statistics.median(_seconds(look) for _ in range(LOOKS))
+        found["cancel"] = _seconds(partial(_ask, client, "POST", f"{sweep}/cancel"))
+        return found
+
+
+def _ask(client: httpx.Client, method: str, path: str) -> None:
+    client.request(method, path).raise_for_status()
+
+
+def _seconds(act: Callable[[], object]) -> float:
+    """How long it takes."""
+    begin = time.perf_counter()
+    act()
+    return time.perf_counter() - begin
 
 
 @contextmanager

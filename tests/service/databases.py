@@ -62,15 +62,15 @@ class Postgresql:
 
 @contextmanager
 def postgresql_server() -> Iterator[Postgresql]:
-    """A server for this session; skips, with the reason, where it cannot start."""
+    """A server for this session; a test skips, with the reason, where it cannot start."""
     with ExitStack() as ends:
         folder = Path(tempfile.mkdtemp(prefix="whipple-postgresql-"))
         ends.callback(shutil.rmtree, folder, ignore_errors=True)
         try:
             server = _start(folder / "data")
         except Exception as error:
-            if os.environ.get("CI"):
-                raise
+            if "CI" in os.environ or "PYTEST_CURRENT_TEST" not in os.environ:
+                raise  # of a claim or a benchmark it is the answer
             pytest.skip(f"PostgreSQL cannot be started here: {error!r}")
         ends.callback(server.cleanup)
         ends.enter_context(_watched(server.get_pid()))

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from collections.abc import Iterator
+from ipaddress import ip_network
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from studies.errors import InvalidInput
 from tests.service.api import SWEEP, Api, open_api
 
 ROOT = Path(__file__).parents[2]
+PROXY = (ip_network("10.0.3.0/24"),)
 HIT_EVERY_ROUTE = """
 import sys
 from pathlib import Path
@@ -68,8 +70,8 @@ def test_binding__elsewhere_than_the_loopback_is_refused_with_a_cure(host: str) 
 
 def test_binding__behind_a_declared_proxy_needs_the_names_it_is_reached_by() -> None:
     with pytest.raises(InvalidInput):
-        check_binding(Settings(host="0.0.0.0", trusted_proxy=True), has_keys=False)
-    known = Settings(host="0.0.0.0", trusted_proxy=True, allowed_hosts=("hvi.example.org",))
+        check_binding(Settings(host="0.0.0.0", trusted_proxy=PROXY), has_keys=False)
+    known = Settings(host="0.0.0.0", trusted_proxy=PROXY, allowed_hosts=("hvi.example.org",))
     check_binding(known, has_keys=False)
 
 

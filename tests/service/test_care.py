@@ -5,12 +5,13 @@ import time
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from service.artifacts import Artifacts
 from service.care import REMOVED, Care
-from service.jobs import Cause, Keep, NotFound, State
+from service.jobs import Cause, Keep, NotFound, State, StoreUnavailable
 from service.leftovers import PART_OF_ALL, Leftovers, Why
 from service.space import Space
 from tests.service.bench import Bench, open_bench
@@ -26,14 +27,19 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
         yield opened
 
 
-def go_round(bench: Bench) -> None:
-    """Care, once round the whole directory and a little further."""
-    care = Care(
+def care_of(bench: Bench) -> Care:
+    """At the begin of a round."""
+    return Care(
         bench.settings,
         bench.store,
         Artifacts(bench.settings.data),
         Space(bench.settings.data, bench.settings.disk_reserve),
     )
+
+
+def go_round(bench: Bench) -> None:
+    """Care, once round the whole directory and a little further."""
+    care = care_of(bench)
     for _ in range(30):
         care.step()
 
@@ -93,6 +99,21 @@ def test_lost_attempt__goes_at_once_when_the_disk_is_full(
     assert not lost.exists()
     assert counted.is_dir()
     assert all_is_intact(bench)
+
+
+def test_lost_attempt__goes_though_no_row_can_be_written(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def away(*_arguments: Any) -> Any:
+        raise StoreUnavailable("database or disk is full")
+
+    lost, _ = lost_and_finished(bench)
+    make_old(bench.settings.data / "runs")
+    for name in ("drop", "forget_runs"):
+        monkeypatch.setattr(bench.store, name, away)
+    with pytest.raises(StoreUnavailable):
+        care_of(bench).step()
+    assert not lost.exists()
 
 
 def test_attempt_under_way__stays_however_old_it_is(bench: Bench) -> None:
@@ -172,6 +193,40 @@ def test_checkpoint__of_a_run_that_goes_on_stays(bench: Bench) -> None:
     make_old(half)
     go_round(bench)
     assert checkpoint.is_file()
+    assert not half.exists()
+
+
+def half_written(file: Path) -> Path:
+    """Half of a file, as if its writer was at it."""
+    half = file.with_name(f".{file.name}.abc.part")
+    half.parent.mkdir(parents=True, exist_ok=True)
+    half.write_text("ha")
+    return half
+
+
+def test_half_of_a_checkpoint__stays_while_its_run_is_under_way_and_the_disk_is_full(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    half = half_written(Path(ticket.checkpoint or ""))
+    make_old(half, seconds=DAY / 2)
+    monkeypatch.setattr(Space, "is_short", lambda _self: True)
+    go_round(bench)
+    assert half.exists()
+
+
+@pytest.mark.parametrize("name", ["checkpoint.npz", "a2/result-0123.json"])
+def test_half_written__goes_after_a_while_when_the_disk_is_full(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    _, counted = lost_and_finished(bench)
+    half = half_written(counted.parent / name.replace("a2", counted.name))
+    monkeypatch.setattr(Space, "is_short", lambda _self: True)
+    go_round(bench)
+    assert half.exists()
+    make_old(half, seconds=3600)
+    go_round(bench)
     assert not half.exists()
 
 

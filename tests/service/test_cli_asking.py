@@ -174,8 +174,8 @@ def test_remeasure__asks_the_service_and_says_what_it_will_do(
 @pytest.fixture
 def elsewhere(tmp_path: Path) -> Iterator[tuple[str, str]]:
     """A service that asks everybody for a key: its address, and a key."""
-    with open_api(tmp_path / "data", trusted_proxy=True, allowed_hosts=("127.0.0.1",)) as api:
-        settings = api.settings.model_copy(update={"trusted_proxy": False, "host": "0.0.0.0"})
+    with open_api(tmp_path / "data") as api:
+        settings = api.settings.model_copy(update={"host": "0.0.0.0"})
         api.http.app.state.settings = settings  # type: ignore[attr-defined]
         _, secret = api.store.create_key("anna", [Scope.SUBMIT])
         with served(api) as url:

@@ -12,7 +12,7 @@ from pathlib import Path
 from queue import SimpleQueue
 
 import pytest
-from pydantic import ValidationError
+from pydantic import ByteSize, ValidationError
 
 from service import execution, slot
 from service.attempt import Away, Back, Ended, Inbox, Ticket
@@ -37,6 +37,7 @@ from tests.service.cluster import (
 from tests.service.doubles import is_gone
 
 WORKERS = 2
+MEMORY_LIMIT = ByteSize(4 << 30)
 
 # A service in a process of its own: gives these orders to the scheduler, says so, and stays.
 SERVICE = """
@@ -79,6 +80,7 @@ def settings_of(cluster: Cluster, folder: Path) -> Settings:
         tls_ca=remote.ca,
         tls_cert=remote.certificate,
         tls_key=remote.key,
+        memory_limit=MEMORY_LIMIT,
     )
 
 

@@ -56,6 +56,20 @@ def test_second__in_the_same_process_is_refused_too(tmp_path: Path) -> None:
         pass  # never reached
 
 
+def test_second__with_the_same_database_is_refused_too(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path, target_is_directory=True)
+    one, other, third = (
+        Settings(data=tmp_path / "one", database_url=f"sqlite:///{tmp_path / 'shared.db'}"),
+        Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'link/shared.db'}"),
+        Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'one/whipple.db'}"),
+    )
+    for second in (other, third):
+        with holding(one), pytest.raises(DataInUse, match=str(os.getpid())), holding(second):
+            pass  # never reached
+    with holding(other), holding(Settings(data=tmp_path / "one")):
+        pass
+
+
 def test_killed__leaves_it_free(tmp_path: Path) -> None:
     with held_elsewhere(tmp_path) as process:
         process.kill()

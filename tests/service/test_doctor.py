@@ -8,6 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from pydantic import ByteSize
 
 from service import doctor, execution, space
 from service.artifacts import Artifacts
@@ -247,7 +248,14 @@ def test_orphans__the_store_is_not_brought_up_to_date(
 def elsewhere(tmp_path: Path) -> Settings:
     file = tmp_path / "own.pem"
     file.touch()
-    return Settings(data=tmp_path, engine=ELSEWHERE, tls_ca=file, tls_cert=file, tls_key=file)
+    return Settings(
+        data=tmp_path,
+        engine=ELSEWHERE,
+        tls_ca=file,
+        tls_cert=file,
+        tls_key=file,
+        memory_limit=ByteSize(1 << 30),
+    )
 
 
 @pytest.mark.parametrize(("workers", "verdict"), [

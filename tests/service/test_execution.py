@@ -18,7 +18,7 @@ from distributed import security
 from service.attempt import Inbox
 from service.execution import Engine
 from service.jobs import Cause
-from service.scheduler import Embedded
+from service.scheduler import Connection, Embedded
 from tests.service.cluster import Service, family, parent_of, pid_of, ticket
 from tests.service.doubles import is_gone, wait_until
 from tests.service.targets import STEPS
@@ -152,6 +152,24 @@ def test_close__leaves_no_process(tmp_path: Path) -> None:
         assert len(started) >= 2 * WORKERS  # a worker and a warm process each
         tracker = _resource_tracker()
     wait_until(lambda: all(is_gone(pid) for pid in started - {tracker}))
+
+
+def test_begin__that_fails_ends_the_workers(tmp_path: Path) -> None:
+    ended: list[None] = []
+
+    class Unreachable(Embedded):
+        def __init__(self) -> None:
+            """Has no workers."""
+
+        def connect(self) -> Connection:
+            raise ConnectionError("nobody answers")
+
+        def close(self) -> None:
+            ended.append(None)
+
+    with pytest.raises(ConnectionError, match="nobody answers"):
+        Engine(Unreachable(), SimpleQueue())
+    assert ended == [None]
 
 
 def _resource_tracker() -> int | None:

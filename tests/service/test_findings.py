@@ -1,6 +1,8 @@
 """What attempts left is looked at: whether it is a result, in words that rows take, beside the turns."""
 
+import errno
 import json
+import os
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from service import reign
+from service import findings, reign
 from service.artifacts import Artifacts, describe
 from service.attempt import Ending
-from service.jobs import Cause, State, Stored
+from service.jobs import Cause, Claim, State, Stored
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import DEADLINE, run_id, runs_of, sweep_of
 
@@ -75,6 +77,142 @@ def test_verdict__that_no_database_takes_is_made_legible(
         bench.end(ticket, Ending(None, "", "", (describe(file),), 1.0))
         bench.turn()
         assert (bench.run().cause, bench.run().reason) == (Cause.VERDICT, "at \ufffd\ufffd")
+
+
+# --- a disk that is ill, or late -----------------------------------------------------------------
+
+
+@contextmanager
+def ill(patch: pytest.MonkeyPatch, number: int, *, run: int = 0) -> Iterator[list[Stored]]:
+    """Let the files of a run be unreadable until the end of the block; those that were looked at."""
+    is_intact, tried = Artifacts.is_intact, list[Stored]()
+
+    def fail(artifacts: Artifacts, file: Stored) -> bool:
+        if run_id(run) not in file.path:
+            return is_intact(artifacts, file)
+        tried.append(file)
+        raise OSError(number, os.strerror(number))
+
+    with patch.context() as until_the_end:
+        until_the_end.setattr(Artifacts, "is_intact", fail)
+        yield tried
+
+
+@pytest.fixture
+def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(findings, "AGAIN_SECONDS", 0.0)
+
+
+@pytest.mark.parametrize("cause", [None, Cause.LOST])
+@pytest.mark.parametrize(
+    "number", [errno.EIO, errno.ESTALE, errno.ENOTCONN, errno.ENOENT, errno.ENOSPC]
+)
+def test_disk_that_is_ill__is_looked_at_again_and_costs_the_run_nothing(
+    bench: Bench, at_once: None, monkeypatch: pytest.MonkeyPatch, number: int, cause: Cause | None
+) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    ending = bench.compute(ticket)
+    bench.end(ticket, ending if cause is None else Ending(cause, "", "", (), 1.0))
+    with ill(monkeypatch, number):
+        bench.turn()
+        bench.turn()
+    bench.turn()
+    run = bench.run()
+    assert (run.state, run.attempt, run.crashes) == (State.SUCCEEDED, 1, 0)
+
+
+def test_disk_that_is_ill__counts_when_it_does_not_pass(
+    bench: Bench, at_once: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(findings, "DOUBT_SECONDS", 0.0)
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_well(ticket)
+    with ill(monkeypatch, errno.EIO):
+        bench.turn()
+        bench.turn()
+    assert (bench.run().attempt, bench.run().crashes) == (2, 1)
+
+
+def test_disk_that_is_ill__is_not_looked_at_in_each_turn(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(findings, "AGAIN_SECONDS", 3600.0)
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_well(ticket)
+    with ill(monkeypatch, errno.ENOSPC) as tried:
+        for _ in range(3):
+            bench.turn()
+    assert len(tried) == 1
+
+
+def test_disk_that_is_ill__for_one_does_not_hold_up_the_others(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.store.create_sweep(sweep_of(3))
+    for ticket in bench.turn():
+        bench.end_well(ticket)
+    with ill(monkeypatch, errno.ENOSPC):
+        assert len(bench.turn()) == 1
+    assert [bench.run(number).state for number in (0, 1)] == [State.RUNNING, State.SUCCEEDED]
+
+
+def test_disk_that_is_late__is_looked_at_again(bench: Bench, at_once: None) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_well(ticket)
+    state = Path(ticket.directory) / "state.npz"
+    whole = state.read_bytes()
+    state.write_bytes(whole[:3])
+    bench.turn()
+    assert (bench.run().state, bench.run().attempt) == (State.RUNNING, 1)
+    state.write_bytes(whole)
+    bench.turn()
+    assert (bench.run().state, bench.run().attempt) == (State.SUCCEEDED, 1)
+
+
+def after_it_was_described(patch: pytest.MonkeyPatch, name: str) -> None:
+    """Let somebody write to a file of an attempt that is found complete on the disk."""
+    complete_files = Artifacts.complete_files
+
+    def write(artifacts: Artifacts, claim: Claim) -> tuple[Stored, ...]:
+        files = complete_files(artifacts, claim)
+        with (artifacts.attempt_directory(claim) / name).open("a") as file:
+            file.write("more")
+        return files
+
+    patch.setattr(Artifacts, "complete_files", write)
+
+
+def test_lost_and_complete__a_log_that_grows_is_no_damage(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    after_it_was_described(monkeypatch, "log.txt")
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.compute(ticket)
+    bench.end_badly(ticket, Cause.LOST)
+    bench.turn()
+    assert (bench.run().state, bench.run().attempt) == (State.SUCCEEDED, 1)
+    files = bench.store.run_files(run_id(0))
+    assert {file.name for file in files} == {"result.json", "state.npz"}
+    assert all(Artifacts(bench.settings.data).is_intact(file) for file in files)
+
+
+def test_lost_and_damaged__stays_lost(
+    bench: Bench, at_once: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(findings, "DOUBT_SECONDS", 0.0)
+    after_it_was_described(monkeypatch, "state.npz")
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.compute(ticket)
+    bench.end_badly(ticket, Cause.LOST)
+    bench.turn()
+    bench.turn()
+    assert (bench.run().attempt, bench.run().crashes) == (2, 0)
 
 
 # --- beside the turns ----------------------------------------------------------------------------

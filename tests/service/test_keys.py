@@ -71,10 +71,22 @@ def test_request__by_another_name_than_the_loopbacks_needs_a_key(tmp_path: Path)
         assert proxied.get("/v1/sweeps", headers=key_for(api, Scope.READ)).status_code == 200
 
 
-def test_request__by_way_of_a_declared_proxy_needs_none(tmp_path: Path) -> None:
-    with open_api(tmp_path, trusted_proxy=True, **ELSEWHERE) as api:
-        proxied = TestClient(api.http.app, base_url=NAME)
+@pytest.mark.parametrize("peer", ["10.0.3.7", "10.0.4.1", "::ffff:10.0.4.1"])
+def test_request__by_way_of_a_declared_proxy_needs_none(tmp_path: Path, peer: str) -> None:
+    with open_api(tmp_path, trusted_proxy=["10.0.3.0/24", "10.0.4.1"], **ELSEWHERE) as api:
+        proxied = TestClient(api.http.app, base_url=NAME, client=(peer, 50000))
         assert proxied.post("/v1/sweeps", json=SWEEP).status_code == 202
+
+
+@pytest.mark.parametrize("peer", ["10.0.4.2", "::1", "testclient"])
+def test_request__that_goes_around_the_declared_proxy_needs_a_key(
+    tmp_path: Path, peer: str
+) -> None:
+    with open_api(tmp_path, trusted_proxy=["10.0.3.0/24", "10.0.4.1"], **ELSEWHERE) as api:
+        around = TestClient(api.http.app, base_url=NAME, client=(peer, 50000))
+        said = {"X-Forwarded-For": "10.0.4.1", "Forwarded": "for=10.0.4.1"}
+        assert is_refused(around.get("/v1/sweeps", headers=said), 401, "")
+        assert around.get("/v1/sweeps", headers=key_for(api, Scope.READ)).status_code == 200
 
 
 def test_key__lets_in_by_every_name(api: Api) -> None:

@@ -253,7 +253,7 @@ def compute_a_step(api: Api) -> bool:
     claimed = api.store.claimed()
     if not claimed:
         return bool(api.store.claim(1, epoch))
-    return api.store.requeue(claimed[0], Cause.LOST, reason="gone")
+    return api.store.requeue(claimed[0], Cause.LOST, reason="gone") is not None
 
 
 def live_of(api: Api) -> Live:

@@ -2,7 +2,9 @@
 
 import re
 import shutil
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,9 @@ import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.jobs import Cause, StoreUnavailable
+from service.routes import health
 from tests.service.api import Api, open_api
+from tests.service.doubles import DEADLINE
 
 
 @pytest.fixture
@@ -115,6 +119,42 @@ def test_readyz__needs_a_data_directory(api: Api) -> None:
     finally:
         shutil.rmtree(api.settings.data, ignore_errors=True)
         hidden.rename(api.settings.data)
+
+
+def test_readyz__takes_the_write_lock_once_a_second_however_often_it_is_asked(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pings: list[None] = []
+    monkeypatch.setattr(api.store, "ping", lambda: pings.append(None))
+    monkeypatch.setattr(health, "LOOK_SECONDS", DEADLINE)
+    for _ in range(3):
+        assert "nobody gives out" in not_ready(api)
+    assert len(pings) == 1
+    monkeypatch.setattr(health, "LOOK_SECONDS", 0.0)
+    not_ready(api)
+    assert len(pings) == 2
+
+
+def test_readyz__does_not_wait_for_one_that_waits_for_the_store(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waits, goes_on = threading.Event(), threading.Event()
+
+    def ping() -> None:
+        waits.set()
+        assert goes_on.wait(DEADLINE)
+
+    api.epoch()
+    monkeypatch.setattr(api.store, "ping", ping)
+    monkeypatch.setattr(health, "LOOK_SECONDS", 0.01)
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(api.http.get, "/readyz")
+        assert waits.wait(DEADLINE)
+        try:
+            assert "has not answered" in not_ready(api)
+        finally:
+            goes_on.set()
+        assert first.result().status_code == 200
 
 
 def test_readyz__needs_the_disk_reserve(tmp_path: Path) -> None:

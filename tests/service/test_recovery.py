@@ -183,7 +183,28 @@ def test_strangers__of_ours_are_stopped_and_those_of_others_let_alone(bench: Ben
     bench.engine.under_way = {ticket.key, foreign, "x"}
     bench.turn()
     assert bench.engine.stopped == [ticket.key]
-    assert bench.engine.under_way == {foreign, "x"}
+    assert bench.engine.followed == [ticket.key]
+
+
+def test_strangers__are_stopped_again_until_they_have_ended(bench: Bench) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    Path(ticket.directory).mkdir(parents=True)
+    bench.end_badly(ticket, Cause.LOST)
+    [again] = bench.turn()
+    bench.engine.under_way = {ticket.key, again.key}
+    bench.engine.forgotten.clear()
+    for _ in range(3):
+        bench.turn()
+    assert bench.engine.stopped == [ticket.key] * 3
+    assert bench.engine.forgotten == []
+    bench.end_badly(ticket, Cause.LOST)
+    for _ in range(2):
+        bench.turn()
+    assert bench.engine.stopped == [ticket.key] * 3
+    assert bench.engine.forgotten == [ticket.key]
+    assert bench.engine.under_way == {again.key}
+    assert bench.run().attempt == 2
 
 
 def test_strangers__a_publication_that_no_longer_counts_is_stopped(bench: Bench) -> None:
@@ -196,7 +217,6 @@ def test_strangers__a_publication_that_no_longer_counts_is_stopped(bench: Bench)
     bench.engine.under_way = {publication.key}
     bench.turn()
     assert bench.engine.stopped == [publication.key]
-    assert bench.engine.under_way == set()
 
 
 # --- a scheduler that is away ------------------------------------------------------------------------

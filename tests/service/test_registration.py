@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from service import reign, rests
+from service import findings, reign, rests
 from service.artifacts import Artifacts
 from service.attempt import Ending
 from service.findings import PASSING, Found
@@ -161,13 +161,18 @@ def test_failure__leaves_the_checkpoint_for_a_retry(bench: Bench) -> None:
 
 
 @pytest.mark.parametrize("damage", ["{}", "", None])
-def test_damaged_result__is_computed_again(bench: Bench, damage: str | None) -> None:
+def test_damaged_result__is_computed_again(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch, damage: str | None
+) -> None:
+    monkeypatch.setattr(findings, "AGAIN_SECONDS", 0.0)
+    monkeypatch.setattr(findings, "DOUBT_SECONDS", 0.0)
     bench.store.create_sweep(sweep_of(1))
     [ticket] = bench.turn()
     ending = bench.compute(ticket)
     file = Path(ending.files[0].path)
     file.unlink() if damage is None else file.write_text(damage)
     bench.end(ticket, ending)
+    assert bench.turn() == []  # the disk may not show it yet
     [again] = bench.turn()
     assert again.directory != ticket.directory
     assert bench.run().crashes == 1
@@ -192,8 +197,10 @@ def test_result__that_cannot_be_registered_for_now_costs_the_run_nothing(
     bench.end_well(ticket)
     with monkeypatch.context() as patch:
         patch.setattr(Artifacts, "bring_to_disk", refuse)
-        with pytest.raises(StoreUnavailable, match="for now"):
-            bench.turn()
+        patch.setattr(findings, "AGAIN_SECONDS", 0.0)
+        patch.setattr(findings, "DOUBT_SECONDS", 0.0)
+        for _ in range(3):
+            assert bench.turn() == []
     bench.turn()
     run = bench.run()
     assert (run.state, run.attempt, run.crashes) == (State.SUCCEEDED, 1, 0)
@@ -308,6 +315,20 @@ def test_lost__again_and_again_lets_it_rest_and_others_go_on(
     assert (bench.run().state, bench.run().crashes) == (State.QUEUED, 0)
     bench.store.create_sweep(sweep_of(2))
     assert [ticket.spec["id"] for ticket in bench.turn()] == [run_id(1)]
+
+
+def test_cancel__is_no_loss_however_often(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rests, "FIRST_SECONDS", 3600.0)
+    bench.engine.free = 100
+    for _ in range(1 + rests.FREE):
+        row = bench.store.create_sweep(sweep_of(1))
+        [ticket] = [one for one in bench.turn() if one.kind is Kind.RUN]
+        bench.store.cancel_sweep(row.id)
+        bench.end_badly(ticket, Cause.LOST)
+        bench.turn()
+        assert bench.run().state is State.CANCELLED
+    bench.store.create_sweep(sweep_of(1))
+    assert [one.kind for one in bench.turn()] == [Kind.RUN]
 
 
 def test_lost__after_progress_it_goes_on_at_once(

@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from service.attempt import Ticket, Told
-from service.jobs import Cause, Keep, Kind, State
-from service.reign import REFUSED
+from service.care import Care
+from service.jobs import Cause, Keep, Kind, State, StoreUnavailable
+from service.reign import NO_WORKER, REFUSED
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, sweep_of
 from tests.service.targets import Run
@@ -110,6 +111,27 @@ def test_cancel__is_asked_for_until_the_attempt_has_ended(bench: Bench) -> None:
     bench.turn()
     assert bench.run().state is State.CANCELLED
     assert len(bench.engine.stopped) == 2
+
+
+def test_store_that_cannot_be_written__keeps_nobody_from_stopping_and_making_room(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def away(*_arguments: Any, **_words: Any) -> State | None:
+        raise StoreUnavailable("database or disk is full")
+
+    rounds: list[Care] = []
+    bench.store.create_sweep(sweep_of(2))
+    ended, other = bench.turn()
+    monkeypatch.setattr(bench.store, "requeue", away)
+    monkeypatch.setattr(Care, "step", lambda care: rounds.append(care))
+    bench.store.cancel_sweep(bench.store.sweeps(limit=1).items[0].id)
+    bench.end_badly(ended, Cause.LOST)
+    bench.engine.free = 0
+    with pytest.raises(StoreUnavailable):
+        bench.turn()
+    assert len(rounds) == 1
+    assert bench.engine.stopped == [other.key]
+    assert bench.dispatcher.trouble() == NO_WORKER
 
 
 def test_progress__one_write_in_a_while_for_all_runs(

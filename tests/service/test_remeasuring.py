@@ -27,7 +27,7 @@ from tests.service.api import SWEEP
 from tests.service.bench import Bench
 from tests.service.by_hand import statements
 from tests.service.command import run
-from tests.service.doubles import settings_in, wait_until
+from tests.service.doubles import DEADLINE, settings_in, wait_until
 from tests.service.raised import FAULT, MEASUREMENT, VALUE, VERSION, raise_the_version
 
 TINY = {
@@ -370,6 +370,20 @@ def test_command__beside_a_service_leaves_the_work_to_it(
         command.join(60)
     assert ended == [0]
     assert "a service works here" in capsys.readouterr().out
+    assert (solved.cube(id)[MEASUREMENT] == VALUE).all()
+
+
+@pytest.mark.usefixtures("_commanded")
+def test_command__beside_a_service_that_dies_does_the_work_itself(solved: Solved) -> None:
+    id = solved.id(APART)
+    ended: list[int] = []
+    with holding(solved.bench.settings):
+        command = threading.Thread(target=lambda: ended.append(run("remeasure", id)), daemon=True)
+        command.start()
+        wait_until(lambda: solved.store.sweep(id).state is SweepState.PUBLISHING)
+        solved.bench.turn()  # it is claimed
+    command.join(4 * DEADLINE)
+    assert ended == [0]
     assert (solved.cube(id)[MEASUREMENT] == VALUE).all()
 
 

@@ -3,18 +3,24 @@
 import os
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
+import httpx
 import pytest
-from fastapi import FastAPI
+from fastapi import FastAPI, Request
+from fastapi.responses import StreamingResponse
 
+from service import serve
 from service.leaving import heeding
+from service.live import MOST_STREAMS
 from service.serve import _listening, _Server
 from service.settings import Settings
 from studies.errors import InvalidInput
+from tests.service.doubles import DEADLINE
 
 
 @dataclass
@@ -53,24 +59,23 @@ def serve_until(app: FastAPI, folder: Path, when: Callable[[_Server], Any]) -> s
     return wish.name if wish else None
 
 
+def once_started(server: _Server, act: Callable[[int], Any]) -> None:
+    """Let a thread act as soon as the server listens; it is told the port."""
+    startup = server.startup
+
+    async def announce(sockets: Any = None) -> None:
+        await startup(sockets)
+        threading.Thread(target=act, args=[sockets[0].getsockname()[1]], daemon=True).start()
+
+    server.startup = announce  # type: ignore[method-assign]
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_signal__lets_runs_leave_while_connections_close(
     app: FastAPI, watched: Watched, tmp_path: Path, number: signal.Signals
 ) -> None:
     def soon(server: _Server) -> None:
-        def ask() -> None:
-            started.wait()
-            os.kill(os.getpid(), number)
-
-        started = threading.Event()
-        startup = server.startup
-
-        async def announce(sockets: Any = None) -> None:
-            await startup(sockets)
-            started.set()
-
-        server.startup = announce  # type: ignore[method-assign]
-        threading.Thread(target=ask, daemon=True).start()
+        once_started(server, lambda _port: os.kill(os.getpid(), number))
 
     assert serve_until(app, tmp_path, soon) == number.name
     assert watched.told == ["leave", "close"]
@@ -85,6 +90,63 @@ def test_signal__that_came_before_the_server_is_heeded_too(
     assert serve_until(app, tmp_path, at_once) == "SIGTERM"
     assert watched.told == ["close"]
     assert "serves" not in capsys.readouterr().out
+
+
+def ask_in(app: FastAPI, folder: Path, ask: Callable[[httpx.Client], Any]) -> Any:
+    """What somebody finds who asks a server, which ends then."""
+    found: SimpleQueue[Any] = SimpleQueue()
+
+    def act(port: int) -> None:
+        try:
+            with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=DEADLINE) as client:
+                found.put(ask(client))
+        finally:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    serve_until(app, folder, lambda server: once_started(server, act))
+    return found.get(timeout=DEADLINE)
+
+
+def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path) -> None:
+    @app.get("/peer")
+    def peer(request: Request) -> str:
+        assert request.client is not None
+        return request.client.host
+
+    forged = {"X-Forwarded-For": "10.0.3.7", "X-Forwarded-Proto": "https"}
+    told = ask_in(app, tmp_path, lambda client: client.get("/peer", headers=forged).json())
+    assert told == "127.0.0.1"
+
+
+def test_connections__beyond_the_limit_are_refused_and_streams_go_on(
+    app: FastAPI, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over = threading.Event()
+
+    @app.get("/stream")
+    def stream() -> StreamingResponse:
+        def words() -> Iterator[str]:
+            yield "first"
+            assert over.wait(DEADLINE)
+            yield "last"
+
+        return StreamingResponse(words())
+
+    def ask(client: httpx.Client) -> tuple[int, str, int]:
+        with client.stream("GET", "/stream") as opened:
+            refused = client.get("/nothing")
+            over.set()
+            return refused.status_code, opened.read().decode(), client.get("/nothing").status_code
+
+    monkeypatch.setattr(serve, "MOST_CONNECTIONS", 2)
+    assert ask_in(app, tmp_path, ask) == (503, "firstlast", 404)
+
+
+def test_connections__leave_room_beside_the_event_streams(app: FastAPI, tmp_path: Path) -> None:
+    with heeding() as leaving:
+        config = _Server(app, Settings(data=tmp_path), leaving).config
+    assert config.limit_concurrency is not None
+    assert config.limit_concurrency > 2 * MOST_STREAMS
 
 
 def test_port__that_is_taken_is_refused_with_a_cure(tmp_path: Path) -> None:

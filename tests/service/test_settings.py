@@ -17,7 +17,7 @@ def certificates(tmp_path: Path) -> dict[str, Any]:
     files = {name: tmp_path / f"{name}.pem" for name in ("tls_ca", "tls_cert", "tls_key")}
     for file in files.values():
         file.touch()
-    return files
+    return {**files, "memory_limit": GIBIBYTE}
 
 
 def refusals(**given: Any) -> dict[str, str]:
@@ -53,9 +53,24 @@ def test_memory__a_container_may_have_less_than_the_machine(
     assert (Settings(workers=1).memory_of_a_run or 0) >= GIBIBYTE // 2
 
 
-def test_memory__of_another_machine_is_not_known(certificates: dict[str, Any]) -> None:
-    elsewhere = Settings(engine="tls://scheduler.example.org:8786", **certificates)
-    assert elsewhere.memory_of_a_run is None
+def test_memory__of_other_machines_has_to_be_said(certificates: dict[str, Any]) -> None:
+    elsewhere = {"engine": "tls://scheduler.example.org:8786", **certificates}
+    said = refusals(**{**elsewhere, "memory_limit": None})
+    assert "the memory that one run may use on a worker" in said["memory_limit"]
+    assert Settings(**elsewhere).memory_of_a_run == GIBIBYTE
+
+
+@pytest.mark.parametrize("given", ["true", "false", "True", "1", "yes", "", '"10.0.0.1"', "[true]"])
+def test_proxy__is_named_by_its_addresses(monkeypatch: pytest.MonkeyPatch, given: str) -> None:
+    monkeypatch.setenv("WHIPPLE_TRUSTED_PROXY", given)
+    assert "a JSON list of the addresses" in refusals()["trusted_proxy"]
+
+
+def test_proxies__are_addresses_and_networks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WHIPPLE_TRUSTED_PROXY", '["127.0.0.1", "10.0.3.0/24", "fd00::/8"]')
+    known = [str(one) for one in Settings().trusted_proxy]
+    assert known == ["127.0.0.1/32", "10.0.3.0/24", "fd00::/8"]
+    assert Settings(trusted_proxy=()).trusted_proxy == ()
 
 
 @pytest.mark.parametrize(

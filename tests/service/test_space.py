@@ -3,14 +3,16 @@
 import errno
 import os
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from service import space
 from service.attempt import Ending
-from service.jobs import Cause, Kind, State
+from service.jobs import Cause, Kind, State, StoreUnavailable
 from service.space import Space, is_want_of_space
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import sweep_of
@@ -112,6 +114,43 @@ def test_full_disk__is_believed_whatever_the_library_says(bench: Bench, disk: Di
     disk.free = RESERVE
     assert len(bench.turn()) == 2
     assert {bench.run(number).crashes for number in (0, 1)} == {0}
+
+
+@pytest.mark.parametrize(
+    ("cause", "reason"),
+    [
+        (Cause.ERROR, os.strerror(errno.ENOSPC)),
+        (Cause.ERROR, "NetCDF: HDF error"),
+        (Cause.CRASH, "the process died: SIGBUS"),
+    ],
+)
+def test_full_disk__is_judged_by_the_room_that_there_was(
+    bench: Bench, cause: Cause, reason: str
+) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
+    assert len(bench.turn()) == 1
+    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
+
+
+def test_full_disk__is_judged_once_however_long_the_store_is_away(
+    bench: Bench, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def away(*_arguments: Any, **_words: Any) -> State | None:
+        raise StoreUnavailable("database or disk is full")
+
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    disk.free = 0
+    bench.end(ticket, replace(full("no room"), free=0))
+    with monkeypatch.context() as patch:
+        patch.setattr(bench.store, "requeue", away)
+        with pytest.raises(StoreUnavailable):
+            bench.turn()
+    disk.free = 2 * RESERVE
+    assert len(bench.turn()) == 1
+    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
 
 
 def test_full_disk__after_it_nothing_is_begun_for_a_while(

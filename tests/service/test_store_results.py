@@ -30,6 +30,15 @@ def finished(store: Store, *files: object, keep: Keep = Keep.NUMBERS) -> str:
     return row.id
 
 
+def test_requeue__says_where_the_job_went(store: Store) -> None:
+    row = store.create_sweep(sweep_of(2))
+    one, other = claim_runs(store, 2)
+    assert store.requeue(one, Cause.LOST, reason="") is State.QUEUED
+    assert store.requeue(one, Cause.LOST, reason="late") is None
+    store.cancel_sweep(row.id)
+    assert store.requeue(other, Cause.LOST, reason="stopped") is State.CANCELLED
+
+
 # --- verdicts --------------------------------------------------------------------------------------
 
 
@@ -128,6 +137,32 @@ def test_film__asked_for_while_the_run_is_under_way_is_made(store: Store) -> Non
     assert store.finish(again, result(STATE, FILM))
     finish_all(store)
     assert store.sweep(row.id).state is SweepState.SUCCEEDED
+
+
+def test_film__asked_for_while_the_run_is_under_way_is_made_after_a_change_of_leader(
+    store: Store,
+) -> None:
+    store.create_sweep(sweep_of(1))
+    claim_runs(store, 1)
+    store.create_sweep(sweep_of(1), keep=Keep.FILM)
+    epoch = store.begin_epoch("another")
+    [claim] = store.claimed()
+    adopted = store.adopt(claim, epoch)
+    assert adopted is not None
+    assert store.finish(adopted, result(STATE))
+    [again] = store.claim(9, epoch)
+    assert (again.kind, again.keep) == (Kind.RUN, Keep.FILM)
+
+
+def test_film__that_was_made_is_not_made_again_after_a_change_of_leader(store: Store) -> None:
+    store.create_sweep(sweep_of(1), keep=Keep.FILM)
+    claim_runs(store, 1)
+    epoch = store.begin_epoch("another")
+    [claim] = store.claimed()
+    adopted = store.adopt(claim, epoch)
+    assert adopted is not None
+    assert store.finish(adopted, result(STATE, FILM))
+    assert store.run(run_id(0)).state is State.SUCCEEDED
 
 
 def test_state__that_is_still_there_is_kept_for_who_asks_now(store: Store) -> None:

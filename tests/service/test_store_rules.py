@@ -197,7 +197,8 @@ class Rules(RuleBasedStateMachine):
     @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.LOST]), step=STEP)
     def requeue(self, claim: Claim, cause: Cause, step: int | None) -> None:
         counts = self.counts(claim)
-        assert self.store.requeue(claim, cause, reason="", crash_step=step) == counts
+        state = self.store.requeue(claim, cause, reason="", crash_step=step)
+        assert (state is not None) == counts
 
     @rule(claim=claims, step=st.integers(1, 300))
     def checkpoint(self, claim: Claim, step: int) -> None:

@@ -5,6 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from service.jobs import Cause, Keep, Kind
 from service.supervisor import supervise
 from tests.service.attempts import (
     LIMIT,
+    Attempt,
     answer,
     kept,
     log_of,
@@ -258,6 +260,53 @@ def test_crash__what_it_forked_does_not_keep_it_alive(tmp_path: Path) -> None:
         wait_until(lambda: order.key not in supervisor._SUPERVISORS)
         assert (attempt.end().cause, attempt.end().failure) == (Cause.CRASH, "SIGABRT")
     wait_until(lambda: is_gone(forked))
+
+
+def test_ending__says_how_much_room_there_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(supervisor, "free_bytes", lambda _folder: 17)
+    assert supervise(ticket(tmp_path, "raise"), nobody).free == 17
+
+
+def test_process__that_does_not_even_die_is_left_alone(
+    tmp_path: Path,
+    no_pause: None,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    monkeypatch.setattr(supervisor, "KILL_SECONDS", 0.1)
+    order = ticket(tmp_path, "deaf")
+    attempt = Attempt(order)
+    pid = attempt.pid()
+    with monkeypatch.context() as patch:
+        patch.setattr(supervisor.os, "killpg", lambda _pid, _signal: None)
+        supervisor.stop([order.key])
+        try:
+            wait_until(lambda: order.key not in supervisor._SUPERVISORS, seconds=20)
+        finally:
+            os.kill(pid, signal.SIGKILL)
+    assert (attempt.end().cause, attempt.end().failure) == (Cause.LOST, "Stuck")
+    assert f"the process {pid} was killed, and does not end" in caplog.text
+
+
+@pytest.mark.parametrize(("limit", "cause"), [(120.0, Cause.LOST), (1.0, Cause.TIME_LIMIT)])
+def test_order__a_large_one_to_a_process_that_does_not_listen_can_be_ended(
+    tmp_path: Path, limit: float, cause: Cause
+) -> None:
+    idle = int(seen(supervise(ticket(tmp_path / "1"), nobody))["process"])
+    os.kill(idle, signal.SIGSTOP)
+    order = ticket(tmp_path / "2", limit=limit, padding="x" * MEBIBYTE)
+    attempt = Attempt(order)
+    try:
+        wait_until(lambda: order.key in supervisor._SUPERVISORS)
+        if cause is Cause.LOST:
+            supervisor.stop([order.key])
+        wait_until(lambda: order.key not in supervisor._SUPERVISORS, seconds=20)
+    finally:
+        with suppress(ProcessLookupError):
+            os.kill(idle, signal.SIGKILL)
+    assert attempt.end().cause is cause
 
 
 # --- checkpoints ---------------------------------------------------------------------------------

@@ -1,5 +1,7 @@
 """The warm process of a slot: order after order, nothing leaks from one to the next, nothing survives."""
 
+import errno
+import io
 import json
 import os
 import signal
@@ -108,6 +110,22 @@ def test_state__of_one_order_does_not_reach_the_next(tmp_path: Path) -> None:
     assert after == before  # the same process, and nothing in it has changed
     modes = {(tmp_path / str(number) / "a1-token" / "log.txt").stat().st_mode for number in (1, 3)}
     assert len(modes) == 1
+
+
+def test_log__that_cannot_be_written_is_not_the_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Full(io.StringIO):
+        def flush(self) -> None:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(sys, "stdout", Full())
+    worker._say("t = 1 us  step 100")
+
+
+def test_log__that_cannot_be_written_hides_no_error(tmp_path: Path) -> None:
+    order = ticket(tmp_path, "raise")
+    (tmp_path / "a1-token").mkdir()
+    (tmp_path / "a1-token" / "log.txt").symlink_to("/dev/full")
+    assert supervise(order, nobody).failure == "RuntimeError"
 
 
 def test_idle_process__holds_no_folder(tmp_path: Path) -> None:

@@ -29,8 +29,12 @@ def rows_of_store(here: Drill, ids: list[str]) -> Iterator[Row]:
     yield Row("half files in folders that count", 0, len(halves), not halves)
     begun = sum(run.attempt for run in inspection.runs(here.store, ids).values())
     yield Row("attempts begun", "", begun, None)
+
+
+def row_of_checkpoints(here: Drill, ids: list[str]) -> Row:
+    """Something was killed behind a checkpoint, and went on from it."""
     resumed = len(inspection.resumed(here.store, here.artifacts, ids))
-    yield Row("runs that went on from a checkpoint", "", resumed, None)
+    return Row("runs that went on from a checkpoint", "1 and more", resumed, resumed > 0)
 
 
 def rows_of_cubes(expected: Sequence[Path], got: Sequence[Path]) -> Iterator[Row]:

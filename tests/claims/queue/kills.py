@@ -13,6 +13,7 @@ from tests.claims.queue._common import (
     SEED,
     fetch,
     folder,
+    row_of_checkpoints,
     rows_of_cubes,
     rows_of_store,
     undisturbed,
@@ -79,6 +80,7 @@ def drilled(plan: Plan, seed: int) -> Iterator[Row]:
             len(here.done) == len(wanted),
         )
         yield from rows_of_store(here, ids)
+        yield row_of_checkpoints(here, ids)
         yield from rows_of_cubes(expected, cubes)
         left = here.leave()
         yield Row("processes left", 0, len(left), not left)

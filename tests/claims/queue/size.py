@@ -1,17 +1,23 @@
 """Ten thousand runs: statements are counted and plans are read, on both databases."""
 
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from pathlib import Path
 
-import sqlalchemy as sa
-
-from service.store import Store
 from tests.claims import Row, at_most, claim
 from tests.claims.queue._common import folder
 from tests.service.by_hand import EPOCH, statements
 from tests.service.databases import postgresql_server
-from tests.service.doubles import runs_of, sweep_of
-from tests.service.test_store_size import LARGE, PAGE, PARTS, QUESTIONS, Filled, plans, whole_tables
+from tests.service.test_store_size import (
+    LARGE,
+    PAGE,
+    PAGES,
+    QUESTIONS,
+    Filled,
+    filling,
+    plans,
+    statements_for,
+    whole_tables_of,
+)
 
 TABLES = ("jobs", "points", "sweeps")
 
@@ -23,34 +29,30 @@ TABLES = ("jobs", "points", "sweeps")
 )
 def size() -> Iterator[Row]:
     with folder() as place:
-        yield from sized("sqlite", f"sqlite:///{place / 'whipple.db'}")
-    with postgresql_server() as server, server.database() as url:
-        yield from sized("postgresql", url)
+        yield from sized("sqlite", f"sqlite:///{place / 'whipple.db'}", place)
+        with postgresql_server() as server, server.database() as url:
+            yield from sized("postgresql", url, place)
 
 
-def sized(name: str, url: str) -> Iterator[Row]:
+def sized(name: str, url: str, place: Path) -> Iterator[Row]:
     """The rows of one database."""
-    with _filled(url) as here:
+    with filling(url) as here:
         yield Row(
             f"{name}: transactions to accept {LARGE} runs", 1, here.commits, here.commits == 1
         )
         few, many = here.said["small"], here.said["large"]
         yield Row(f"{name}: statements to accept {LARGE} runs, as for 1", few, many, few == many)
-        for question, ask in QUESTIONS.items():
-            with statements(here.store) as sent:
-                ask(here)
-            count = len([one for one in sent if not one.startswith("BEGIN")])
-            yield at_most(f"{name}: statements for {question}", limit=PAGE, got=count)
+        for page in PAGES:
+            count = statements_for(here, page, place)
+            yield at_most(f"{name}: statements for the page {page}", limit=PAGE, got=count)
         yield from _plans(name, here)
         yield from _cancel(name, here)
 
 
 def _plans(name: str, here: Filled) -> Iterator[Row]:
-    for question, tables in PARTS.items():
-        with plans(here.store) as told:
-            QUESTIONS[question](here)
-        whole = [line for plan in told for line in whole_tables(plan, tables)]
-        words = f"{name}: tables of which {question} reads every row"
+    for question in QUESTIONS:
+        whole = whole_tables_of(here, question)
+        words = f"{name}: tables of which {question} reads every row in vain"
         yield Row(words, "none", ", ".join(whole) or "none", not whole)
     with plans(here.store) as told:
         here.store.claim(2, EPOCH)
@@ -68,20 +70,3 @@ def _cancel(name: str, here: Filled) -> Iterator[Row]:
             one for one in sent if one.startswith((f"UPDATE {table}", f"DELETE FROM {table}"))
         ]
         yield Row(f"{name}: statements on {table} to cancel", 1, len(writes), len(writes) == 1)
-
-
-@contextmanager
-def _filled(url: str) -> Iterator[Filled]:
-    """A store with a large sweep and a small one."""
-    with closing(Store.open(url, cost=lambda run: 1.0)) as store:
-        with statements(store) as few:
-            small = store.create_sweep(sweep_of(runs_of("fine", first=10 * LARGE)))
-        commits: list[None] = []
-        sa.event.listen(store._database._engine, "commit", lambda _: commits.append(None))
-        with statements(store) as many:
-            large = store.create_sweep(sweep_of(LARGE))
-        counts, said = len(commits), {"small": len(few), "large": len(many)}
-        store.claim(LARGE // 5, EPOCH)  # something has happened
-        with store._database.writing() as connection:
-            connection.exec_driver_sql("ANALYZE")
-        yield Filled(store, large.id, small.id, said, counts)

@@ -3,10 +3,12 @@
 import os
 import sqlite3
 import subprocess
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,7 +26,8 @@ WORK = Work(speeds=6, sweeps=1, run_seconds=1.0)
 TROUBLED = replace(WORK, targets="tests.acceptance.troubled", run_seconds=0.2)
 LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "20"}
 CAUSES = {3000.0: Cause.MEMORY_LIMIT, 3100.0: Cause.TIME_LIMIT, 3200.0: Cause.CRASH}  # by speed
-DISK = 64 << 20  # bytes of a file system of its own
+DISK, RESERVE = 128 << 20, 32 << 20  # bytes of a file system of its own, and what is to stay free
+LOOKS = 3.0  # s; several looks at the queue
 DAY = 86_400
 PATIENCE = 120.0  # s
 
@@ -57,7 +60,12 @@ def troubles_of_runs() -> Iterator[Row]:
     "trouble-locked", says="a database that another program locks: refused in words, nothing lost"
 )
 def trouble_locked() -> Iterator[Row]:
-    with folder() as place, drill(WORK, place) as here:
+    yield from locked()
+
+
+def locked(**more: Any) -> Iterator[Row]:
+    """The rows of it; ``more`` words for the service."""
+    with folder() as place, drill(WORK, place, **more) as here:
         ids = here.submit()
         wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
         with closing(sqlite3.connect(here.service.data / "whipple.db")) as other:
@@ -95,16 +103,54 @@ def trouble_away() -> Iterator[Row]:
     says="a disk that is full: nothing is begun, nothing is lost, and it goes on when there is room",
 )
 def trouble_disk() -> Iterator[Row]:
-    with folder() as place, _small_disk(place / "data"), drill(WORK, place) as here:
+    yield from full()
+
+
+def full(**more: Any) -> Iterator[Row]:
+    """The rows of it; ``more`` words for the service."""
+    with folder() as place, _small_disk(place / "data"), drill(WORK, place, **more) as here:
+        restart(here, {"WHIPPLE_DISK_RESERVE": str(RESERVE)})
         ids = here.submit()
         wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
         filler = here.artifacts.root / "filler"
         _fill(filler)
+        seen = here.store.last_event()
         yield _status("readiness meanwhile", 503, here.service.get("/readyz"))
         yield _status("a submission meanwhile", 503, here.service.post(another(here.work)))
         yield _status("a look at the sweeps meanwhile", 200, here.service.get("/v1/sweeps"))
+        os.truncate(filler, filler.stat().st_size - RESERVE // 2)  # the store can be written to
+        yield from _rows_of_want(here, seen)
         filler.unlink()
         yield from _all_is_well(here, ids, place)
+
+
+def _rows_of_want(here: Drill, seen: int) -> Iterator[Row]:
+    """What is told, and that nothing is begun, while less than the reserve is free."""
+    wait_until(lambda: _bodies(here, "requeued", seen), seconds=PATIENCE)
+    why = wait_until(lambda: here.store.queue().hindrance, seconds=PATIENCE)
+    yield Row("why nothing is begun", "the reserve", why, "the reserve is" in why)
+    time.sleep(LOOKS)
+    ends = {
+        (body["cause"], "the disk was full" in body["reason"])
+        for body in _bodies(here, "requeued", seen)
+    }
+    yield Row(
+        "how runs ended that met it: lost, the disk was full",
+        {("lost", True)},
+        ends,
+        ends == {("lost", True)},
+    )
+    begun = len(_bodies(here, "started", seen))
+    yield Row("attempts begun meanwhile", 0, begun, begun == 0)
+
+
+def _bodies(here: Drill, kind: str, seen: int) -> list[Mapping[str, Any]]:
+    """What events of a kind say that happened since."""
+    return [
+        event.body
+        for event in inspection.events(here.store)
+        if event.kind == kind and event.number > seen
+    ]
 
 
 @claim(

@@ -1,0 +1,21 @@
+"""``whipple serve`` that waits for less time: for a lock of the database, and after a full disk.
+
+``python -m tests.acceptance.hasty serve ...``
+"""
+
+from service import cli, space
+from service.store import connection
+
+BUSY_MILLISECONDS = 2000
+REST_SECONDS = 5.0
+
+
+def main() -> None:
+    """Shorten the times, then start the command."""
+    connection.BUSY_MILLISECONDS = BUSY_MILLISECONDS
+    space.REST_SECONDS = REST_SECONDS
+    cli.main()
+
+
+if __name__ == "__main__":
+    main()
