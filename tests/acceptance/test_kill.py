@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 from service.artifacts import LOG, Artifacts
-from service.jobs import RunRow, State, Stored, SweepRow, SweepState
+from service.jobs import ANSWER, RunRow, State, Stored, SweepRow, SweepState
 from service.settings import Settings
 from service.store import Store
 from tests.service.cluster import family
@@ -71,10 +71,14 @@ class Drill:
             self.process.wait()
 
     def running(self) -> list[tuple[RunRow, int]]:
-        """Runs under way now, with the processes that compute them."""
+        """Runs under way now, with the processes that compute them; with a result they do something else."""
         found = []
         for run in self.runs():
-            pids = [*self.folder(run).glob(f"a{run.attempt}-*/pid")]
+            pids = [
+                file
+                for file in self.folder(run).glob(f"a{run.attempt}-*/pid")
+                if not file.with_name(ANSWER).exists()
+            ]
             text = pids[0].read_text() if run.state is State.RUNNING and pids else ""
             if text and not is_gone(int(text)):
                 found.append((run, int(text)))
