@@ -14,6 +14,7 @@ from studies.verification._waves import Isotropic
 if TYPE_CHECKING:
     import numpy as np
 
+    from solver.audit import Audit
     from solver.problem import Body, Problem
     from solver.simulation import Simulation
 
@@ -30,7 +31,7 @@ EARLY_CELLS = 3.0
 # Perfect bars hand over all of the momentum, bars that stick share it. The first gates, 0.93 of the momentum and
 # 2 L / c within 3 % at 60 m/s, did not hold: contact takes 18 to 24 % of the energy, and a cushion of a cell lies
 # between the bodies. Those figures are reported. Gated is that the bars part, by a tenth of the speed at which they met
-# and without a force at the end.
+# and without a force at the end; the limit was set when 0.28 and 0.67 were known.
 PARTING = 0.1
 ROUND_OFF = 1e-10
 # Sliding: the ends of the upper block, two columns of its forty, have a tilted normal, on which the slide acts. With
@@ -42,10 +43,8 @@ FRICTION = 0.3
 UPPER, LOWER = (40, 6), (80, 6)  # cells along and across the surface
 # Friction takes 2 0.3 of the pressing speed from the slide at most, and cannot stop it.
 SLIDE_SPEED, PRESS_SPEED = 15.0, 10.0  # m/s
-IMPACT_SPEED, IMPACT_TIME = (
-    6e3,
-    6e-6,
-)  # m/s, s: three times what the sphere needs for its own diameter
+IMPACT_SPEED = 6e3  # m/s
+IMPACT_TIME = 6e-6  # s: more than four times what the sphere needs for its own diameter
 
 
 @dataclass(frozen=True)
@@ -116,12 +115,7 @@ def _bars(speed: float, recipe: Recipe) -> Iterator[Row]:
         got=float(history.kinetic.max() / history.kinetic[0] - 1.0),
     )
     audit = history.simulation.audit()
-    yield absolute(
-        f"bars, {speed:g} m/s, kinetic + internal + booked energy: change (of the initial)",
-        expected=0.0,
-        got=audit.energy_drift,
-        within=ROUND_OFF,
-    )
+    yield _balance(f"bars, {speed:g} m/s,", audit)
     yield reported(
         f"bars, {speed:g} m/s, energy booked as taken by contact (of the initial; MPM3D-F90: 0.11)",
         audit.contact_energy,
@@ -191,12 +185,7 @@ def _impact(recipe: Recipe) -> Iterator[Row]:
         f"{where}: kinetic energy above the initial one, ever (of it)", limit=ROUND_OFF, got=highest
     )
     audit = simulation.audit()
-    yield absolute(
-        f"{where}: kinetic + internal + booked energy: change (of the initial)",
-        expected=0.0,
-        got=audit.energy_drift,
-        within=ROUND_OFF,
-    )
+    yield _balance(f"{where}:", audit)
     yield reported(
         f"{where}: energy booked as taken by contact (of the initial)", audit.contact_energy
     )
@@ -235,9 +224,12 @@ def _sliding(friction: float, recipe: Recipe) -> Iterator[Row]:
         limit=ROUND_OFF,
         got=float(np.abs(total - before).max() / np.abs(before).max()),
     )
-    audit = simulation.audit()
-    yield absolute(
-        f"{where}: kinetic + internal + booked energy: change (of the initial)",
+    yield _balance(f"{where}:", simulation.audit())
+
+
+def _balance(where: str, audit: "Audit") -> Row:
+    return absolute(
+        f"{where} kinetic + internal + booked energy: change (of the initial)",
         expected=0.0,
         got=audit.energy_drift,
         within=ROUND_OFF,

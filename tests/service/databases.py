@@ -62,7 +62,7 @@ class Postgresql:
 
 @contextmanager
 def postgresql_server() -> Iterator[Postgresql]:
-    """A server for this session; a test skips, with the reason, where it cannot start."""
+    """A server for all tests; a test skips, with the reason, where it cannot start."""
     with ExitStack() as ends:
         folder = Path(tempfile.mkdtemp(prefix="whipple-postgresql-"))
         ends.callback(shutil.rmtree, folder, ignore_errors=True)

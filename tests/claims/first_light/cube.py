@@ -3,7 +3,6 @@
 import functools
 import json
 import math
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,10 @@ import numpy as np
 import xarray as xr
 
 from studies.publish import outcome_from_json, publish
-from studies.run import Run, execute
 from studies.sweep import Sweep
 from studies.variables import STATES
 from tests.claims import Row, claim
+from tests.claims.computed import result_of, scratch
 from tests.studies import compliance
 from tests.studies.printed import Page, at, read_page
 
@@ -49,28 +48,15 @@ ROUND_OFF = 1e-12  # relative: the same operations in another order
 
 
 @functools.cache
-def scratch() -> tempfile.TemporaryDirectory[str]:
-    """A folder that goes when the process ends."""
-    return tempfile.TemporaryDirectory(prefix="whipple-claims-")
-
-
-@functools.cache
 def computed(name: str) -> tuple[dict[str, Any], Path]:
     """The outcomes of a sweep's runs, and the folder with its three files."""
     document = {"claims": SWEEP, "failing": FAILING}[name]
     folder = Path(scratch().name) / name
-    outcomes = {point.run.id: _outcome(point.run, folder) for point in Sweep.parse(document).runs()}
+    outcomes = {
+        point.run.id: result_of(point.run, folder) for point in Sweep.parse(document).runs()
+    }
     publish(document, outcomes, folder)
     return outcomes, folder
-
-
-def _outcome(run: Run, folder: Path) -> dict[str, Any]:
-    """The result of a run as a program reads it from its file."""
-    directory = folder / "runs" / run.id
-    directory.mkdir(parents=True)
-    execute(run, directory)
-    plain: dict[str, Any] = json.loads((directory / "result.json").read_text(encoding="utf-8"))
-    return plain
 
 
 def opened(folder: Path) -> xr.Dataset:

@@ -1,9 +1,7 @@
 """What a report says of a law: against the converged hole, within an error bar that holds the scatter over offsets."""
 
 import functools
-import json
 import math
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -13,9 +11,10 @@ import xarray as xr
 from studies.compare import Residual, compare, sentence
 from studies.convergence import Convergence, Sample, converge
 from studies.publish import publish
-from studies.run import Run, execute
+from studies.run import Run
 from studies.sweep import Sweep
 from tests.claims import Row, claim
+from tests.claims.computed import result_of, scratch
 
 # Coarse, so that it takes a minute: this claim is about what is compared with what.
 SWEEP: dict[str, Any] = {
@@ -36,27 +35,13 @@ ROUND_OFF = 1e-12  # relative: the same operations in another order
 
 
 @functools.cache
-def scratch() -> tempfile.TemporaryDirectory[str]:
-    """A folder that goes when the process ends."""
-    return tempfile.TemporaryDirectory(prefix="whipple-claims-")
-
-
-@functools.cache
 def computed() -> tuple[list[tuple[Run, dict[str, Any]]], xr.Dataset]:
     """The runs with their results as read from their files, and the cube."""
-    folder = Path(scratch().name)
-    found = [(point.run, _result(point.run, folder)) for point in Sweep.parse(SWEEP).runs()]
+    folder = Path(scratch().name) / "laws"
+    found = [(point.run, result_of(point.run, folder)) for point in Sweep.parse(SWEEP).runs()]
     publish(SWEEP, {run.id: result for run, result in found}, folder)
     with xr.open_dataset(folder / "cube.nc") as cube:
         return found, cube.load()
-
-
-def _result(run: Run, folder: Path) -> dict[str, Any]:
-    directory = folder / "runs" / run.id
-    directory.mkdir(parents=True)
-    execute(run, directory)
-    plain: dict[str, Any] = json.loads((directory / "result.json").read_text(encoding="utf-8"))
-    return plain
 
 
 def _converged(speed: float) -> Convergence:
