@@ -30,13 +30,17 @@ CONNECTIONS = {"pool_size": 10, "max_overflow": 20, "pool_timeout": BUSY_MILLISE
 CACHE_KIBIBYTES = 32 * 1024
 MIGRATION_LOCK = int.from_bytes(b"migrate")  # advisory, of PostgreSQL
 
-# A client that is gone must not keep its locks: seen after 5 + 3 * 2 s where the network is cut,
-# after a minute where the process stands still.
 POSTGRESQL = {
+    # A client that is gone must not keep its locks: seen after 5 + 3 * 2 s where the network is cut,
+    # after a minute where the process stands still.
     "tcp_keepalives_idle": "5",
     "tcp_keepalives_interval": "2",
     "tcp_keepalives_count": "3",
     "idle_in_transaction_session_timeout": "60000",
+    # A row of an index costs about the same as the next one of its table: the tables are in memory or
+    # on a disk without a head. With PostgreSQL's own 4 a page of 100 points read all 10 000 runs, in
+    # 3.6 ms instead of 0.25 (2026-11).
+    "random_page_cost": "1.1",
 }
 
 
