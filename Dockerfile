@@ -12,6 +12,8 @@
 #
 #     docker run --env WHIPPLE_HOST=0.0.0.0 --env WHIPPLE_TRUSTED_PROXY='["172.18.0.2"]' \
 #                --env WHIPPLE_ALLOWED_HOSTS='["whipple.example.org"]' --volume whipple:/data whipple
+#
+# With PostgreSQL, a scheduler and workers in containers of their own: compose.yaml.
 
 FROM python:3.11-slim AS build
 WORKDIR /source
@@ -19,7 +21,7 @@ RUN python -m venv /opt/whipple
 ENV PATH=/opt/whipple/bin:$PATH
 # The libraries first: they change less often than the source, and their layer is kept.
 COPY pyproject.toml constraints.txt ./
-RUN python -c "import tomllib; print(*tomllib.load(open('pyproject.toml', 'rb'))['project']['dependencies'], sep='\n')" > libraries.txt \
+RUN python -c "import tomllib; own = tomllib.load(open('pyproject.toml', 'rb'))['project']; print(*own['dependencies'], *own['optional-dependencies']['postgres'], sep='\n')" > libraries.txt \
  && pip install --no-cache-dir --constraint constraints.txt --requirement libraries.txt
 COPY . .
 # Kernels are kept by the time stamp of their source. Layers may round it to whole seconds, so it is one.
@@ -28,7 +30,8 @@ RUN pip install --no-cache-dir --no-deps . \
  && python -m compileall -q -f /opt/whipple/lib
 
 FROM python:3.11-slim
-# tini: forwards signals and reaps children that died.
+# tini: forwards signals and reaps children that died. Debian keeps no older version that could be pinned.
+# hadolint ignore=DL3008
 RUN apt-get update \
  && apt-get install --yes --no-install-recommends tini \
  && rm -rf /var/lib/apt/lists/*

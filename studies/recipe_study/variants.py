@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from studies.recipes import Recipe, Shape
+from studies.recipes import RECIPES, Recipe, Shape
 
 # Both start from the same place; only the shape differs. Constants of viscosity between those of the codes below.
 BASE = Recipe(
@@ -55,12 +55,14 @@ class Variant:
     """A recipe under the name of what it changes."""
 
     name: str  # "quadratic-bspline", "quadratic-bspline, courant 0.4"
-    group: str  # "base" or what is varied
+    group: str  # "preset", "base" or what is varied
     recipe: Recipe
 
 
 def variants() -> Iterator[Variant]:
-    """All variants, the bases first."""
+    """All variants, the presets and the bases first."""
+    for preset, recipe in RECIPES.items():
+        yield Variant(preset, "preset", recipe)
     for shape in SHAPES:
         yield Variant(shape, "base", replace(BASE, shape=shape))
     for shape in SHAPES:

@@ -1,0 +1,140 @@
+"""compose.yaml and Dockerfile: held against their schema and a linter, and the parts started as they are written.
+
+Nothing here needs Docker: names of parts become the loopback, places inside a container become folders.
+"""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import yaml
+
+from service.client import Client
+from service.settings import Settings
+from tests.service.api import SWEEP
+from tests.service.cluster import ROOT, Process, environment, free_port, patiently
+from tests.service.databases import Postgresql
+
+FILE = ROOT / "compose.yaml"
+DOCUMENT: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
+PARTS: Mapping[str, Mapping[str, Any]] = DOCUMENT["services"]
+GIVEN = re.compile(
+    r"\$\{(\w+):([-?])([^}]*)\}"
+)  # a variable, with its default or why it must be set
+
+
+def test_schema__is_that_of_compose() -> None:
+    command = ["-m", "check_jsonschema", "--builtin-schema", "vendor.compose-spec", str(FILE)]
+    said = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False)
+    assert said.returncode == 0, said.stdout + said.stderr
+
+
+def test_image__the_linter_finds_nothing() -> None:
+    command = ["hadolint", "--no-color", str(ROOT / "Dockerfile")]
+    said = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
+    assert (said.returncode, said.stdout) == (0, "")
+
+
+@pytest.mark.parametrize("part", PARTS)
+def test_settings__of_a_part_are_known(part: str) -> None:
+    named = {name for name in PARTS[part].get("environment", {}) if name.startswith("WHIPPLE_")}
+    assert {name.removeprefix("WHIPPLE_").lower() for name in named} <= set(Settings.model_fields)
+
+
+def test_parts__wait_only_for_parts_and_write_only_into_volumes() -> None:
+    for part in PARTS.values():
+        assert set(part.get("depends_on", [])) <= set(PARTS)
+        assert {volume.partition(":")[0] for volume in part["volumes"]} <= set(DOCUMENT["volumes"])
+
+
+def test_service__is_published_on_the_loopback_only() -> None:
+    published = [port for part in PARTS.values() for port in part.get("ports", [])]
+    assert [port.partition(":")[0] for port in published] == ["127.0.0.1"]
+
+
+@dataclass
+class Parts:
+    """The parts of the file as processes, below a folder."""
+
+    folder: Path
+    database: str
+    scheduler: int  # ports
+    port: int
+
+    def start(self, name: str) -> Process:
+        part = PARTS[name]
+        command = part.get("command", ["whipple", "serve"])
+        return Process(self._words(command), self.folder, name, self._environment(part))
+
+    def run(self, name: str, *command: str) -> str:
+        """What a part says that runs another command, or its own, to its end."""
+        part = PARTS[name]
+        return subprocess.run(
+            ["sh", "-euc", self._words(command or part["command"])],
+            env={**environment(), **self._environment(part)},
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+            timeout=120,
+        ).stdout
+
+    def _environment(self, part: Mapping[str, Any]) -> dict[str, str]:
+        given = {name: self._there(text) for name, text in part.get("environment", {}).items()}
+        if "WHIPPLE_DATABASE_URL" in given:
+            given["WHIPPLE_DATABASE_URL"] = self.database
+        more = {"WHIPPLE_PORT": str(self.port), "WHIPPLE_DATA": str(self.folder / "data")}
+        return {**given, **more, "WHIPPLE_TARGETS_MODULE": "tests.service.targets"}
+
+    def _words(self, command: Any) -> str:
+        return shlex.join(self._there(word) for word in command)
+
+    def _there(self, text: str) -> str:
+        """A word of the file as a container would get it, with places and names of this machine."""
+        text = GIVEN.sub(lambda found: found[3] if found[2] == "-" else "secret", text)
+        text = text.replace("$$", "$").replace("scheduler:8786", f"127.0.0.1:{self.scheduler}")
+        text = text.replace("--port=8786", f"--port={self.scheduler}")
+        text = text.replace("chown ", "true ")  # there is no such user here
+        return re.sub(r"(?<![\w.])/(tls|tmp)\b", rf"{self.folder}/\1", text)
+
+
+@pytest.fixture
+def parts(tmp_path: Path, postgresql: Postgresql) -> Iterator[Parts]:
+    for name in ("tls", "tmp", "data"):
+        (tmp_path / name).mkdir()
+    with postgresql.database() as url:
+        yield Parts(tmp_path, url, free_port(), free_port())
+
+
+def test_parts__started_as_they_are_written_compute_a_sweep_for_who_has_a_key(
+    parts: Parts,
+) -> None:
+    parts.run("certificates")
+    before = (parts.folder / "tls" / "cert.pem").read_bytes()
+    parts.run("certificates")  # at every start
+    assert (parts.folder / "tls" / "cert.pem").read_bytes() == before
+    key = parts.run("service", "whipple", "keys", "create", "anna").strip()
+    url = f"http://127.0.0.1:{parts.port}"
+    with ExitStack() as ends:
+        for name in ("scheduler", "worker", "service"):
+            ends.callback(parts.start(name).kill)
+        patiently(lambda: _status(f"{url}/readyz") == 200)
+        assert _status(f"{url}/v1/sweeps") == 401
+        with Client(url, key=key) as client:
+            sweep = client.submit(json.loads(json.dumps(SWEEP)))
+            assert sweep.wait().state == "succeeded"
+
+
+def _status(url: str) -> int | None:
+    try:
+        return httpx.get(url, timeout=30).status_code
+    except httpx.TransportError:
+        return None
