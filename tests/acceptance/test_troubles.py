@@ -35,4 +35,4 @@ def test_database_away__is_waited_for() -> None:
 
 @pytest.mark.slow
 def test_clock_set_back__changes_nothing() -> None:
-    upholds(troubles.trouble_clock)
+    holds(troubles.clock_set())
