@@ -6,6 +6,8 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass
 
 from fastapi import APIRouter, Request, Response
 
@@ -21,8 +23,10 @@ from studies.run import PHYSICS_VERSION
 
 router = APIRouter(tags=["service"])
 
-LOOK_SECONDS = (
-    1.0  # an answer holds for so long: anybody may ask, and each look takes the write lock
+# An answer holds for so long: anybody may ask, and each look takes the write lock.
+LOOK_SECONDS = 1.0
+PATIENCE_SECONDS = (
+    3.0  # a store that takes longer is not ready; whoever asks for health rarely waits for 5
 )
 
 
@@ -30,31 +34,43 @@ class Lookout:
     """One look at a time, and what the last one found."""
 
     def __init__(self) -> None:
-        self._looking = threading.Lock()
-        self._found: Readiness | Exception | None = None
-        self._ended = 0.0  # of the last look, monotonic
+        self._mutex = threading.Lock()
+        self._last: Future[_Found] | None = None
 
     def answer(self, look: Callable[[], Readiness]) -> Readiness:
         """What ``look`` finds, or found just now; raises what it raised, and ServiceNotReady while it lasts."""
-        if not self._looking.acquire(timeout=LOOK_SECONDS):
-            raise ServiceNotReady("the store has not answered yet")
+        with self._mutex:
+            if self._last is None or _is_old(self._last):
+                self._last = Future()
+                # Waits for a store as long as the store lets it, and holds up no end of the service.
+                threading.Thread(target=_look, args=(look, self._last), daemon=True).start()
+            last = self._last
         try:
-            if self._found is None or time.monotonic() - self._ended >= LOOK_SECONDS:
-                self._found = _found_by(look)
-                self._ended = time.monotonic()
-            found = self._found
-        finally:
-            self._looking.release()
+            found = last.result(PATIENCE_SECONDS).what
+        except TimeoutError:
+            raise ServiceNotReady("the store has not answered yet") from None
         if isinstance(found, Exception):
             raise found.with_traceback(None)
         return found
 
 
-def _found_by(look: Callable[[], Readiness]) -> Readiness | Exception:
+@dataclass(frozen=True)
+class _Found:
+    what: Readiness | Exception  # an error holds as long as an answer
+    moment: float  # monotonic
+
+
+def _is_old(look: "Future[_Found]") -> bool:
+    return look.done() and time.monotonic() - look.result().moment >= LOOK_SECONDS
+
+
+def _look(look: Callable[[], Readiness], answer: "Future[_Found]") -> None:
+    what: Readiness | Exception
     try:
-        return look()
-    except Exception as error:  # it holds as long as an answer
-        return error
+        what = look()
+    except Exception as error:
+        what = error
+    answer.set_result(_Found(what, time.monotonic()))
 
 
 @router.get("/livez")

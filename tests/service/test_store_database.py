@@ -96,6 +96,21 @@ def test_locked__by_another_thread_of_the_same_service_too(
     store.ping()
 
 
+def test_writer__that_waited_for_its_own_process_waits_less_for_others(store: Store) -> None:
+    database, waits = store._database, 0.5  # s
+    database._mutex.acquire()  # as another thread of this process
+    ends = threading.Timer(waits, database._mutex.release)
+    ends.start()
+    with database.writing() as writing:
+        if database.is_sqlite:
+            left = int(writing.exec_driver_sql("PRAGMA busy_timeout").scalar_one())
+        else:
+            query = "SELECT setting FROM pg_settings WHERE name = 'lock_timeout'"
+            left = int(writing.exec_driver_sql(query).scalar_one())
+    ends.join()
+    assert 0 < left <= connection.BUSY_MILLISECONDS - 1000 * waits
+
+
 def test_server__that_ends_the_connections_is_used_again(postgresql_url: str) -> None:
     with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
         store.create_sweep(sweep_of(1))
