@@ -98,12 +98,14 @@ class Artifacts:
             raise ValueError(f"{stored.path!r} leaves the data directory")
         return path
 
+    def is_there(self, stored: Stored) -> bool:
+        """Whether the file is there with the registered size."""
+        path = self.path(stored)
+        return path.is_file() and path.stat().st_size == stored.size
+
     def is_intact(self, stored: Stored) -> bool:
         """Whether the file is there with the registered size and digest."""
-        path = self.path(stored)
-        if not path.is_file() or path.stat().st_size != stored.size:
-            return False
-        return digest(path) == stored.sha256
+        return self.is_there(stored) and digest(self.path(stored)) == stored.sha256
 
     def bring_to_disk(self, folder: Path) -> None:
         """Make ``folder``, its files and the names of the folders above it survive a power cut."""

@@ -104,3 +104,10 @@ def _remove(leftover: Leftover) -> None:
         shutil.rmtree(leftover.path, ignore_errors=True)
     else:
         leftover.path.unlink(missing_ok=True)
+
+
+def forget_lost_states(store: Store, artifacts: Artifacts, sweep_id: str) -> None:
+    """Final states of a sweep's runs that are not there are no longer kept, so that a retry makes them again."""
+    for run in store.measured_runs(sweep_id):
+        if run.kept is not None and not artifacts.is_there(run.kept):
+            store.forget_files(run.id, [run.kept.name])

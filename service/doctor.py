@@ -130,7 +130,7 @@ def files_are_intact(settings: Settings, every_file: bool) -> Iterator[Check]:
     if not damaged:
         yield Check("files", Verdict.FINE, f"{looked} have their size and digest")
         return
-    cure = "bring them back from a backup; or delete these sweeps, and submit them again"
+    cure = "bring them back from a backup; or retry these sweeps: what is lost is computed again"
     detail = f"{len(damaged)} of {looked} are lost or damaged: {_some(damaged)}"
     yield Check("files", Verdict.WRONG, detail, cure)
 

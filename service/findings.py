@@ -20,6 +20,7 @@ from typing import Any
 from service.artifacts import LOG, Artifacts, describe
 from service.attempt import Ending, legible
 from service.jobs import ANSWER, Cause, Claim, Kind, Result, Stored
+from service.losses import Loss, ResultsLost, list_in
 from service.rereads import REREADS, Rereads, summary_of
 from service.supervisor import ILL
 from solver.errors import WhippleError
@@ -54,6 +55,7 @@ class Found:
     ]  # with paths as rows have them; of a failed run its log, if there is one
     result: Result | None = None  # of a run
     rereads: Rereads | None = None  # of a publication
+    losses: tuple[Loss, ...] = ()  # results that a publication needs, and that are not there
 
 
 class Inspector:
@@ -71,12 +73,22 @@ class Inspector:
             completed = self._completed(claim, ending)
             if completed.cause is None:
                 return self._checked(claim, completed)
+            if ending.failure == ResultsLost.__name__:
+                return self._without_results(claim, ending)
         except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
             if _is_passing(error) or (in_doubt and _is_doubtful(error)):
                 raise LookAgain(f"a result cannot be registered now: {error}") from error
             ending = _unusable(ending, error)
         ending = replace(ending, failure=legible(ending.failure), reason=legible(ending.reason))
         return Found(ending, self._log_of_a_run(claim))
+
+    def _without_results(self, claim: Claim, ending: Ending) -> Found:
+        """A publication that could not read results: those that cannot be read here either are lost."""
+        listed = list_in(self._artifacts.attempt_directory(claim))
+        losses = tuple(one for one in listed if one.is_real())
+        if not losses:
+            ending = replace(ending, cause=Cause.LOST, reason=f"on its worker {ending.reason}")
+        return Found(ending, (), losses=losses)
 
     def _completed(self, claim: Claim, ending: Ending) -> Ending:
         """The same, or its success; publications are cheap, and made again."""

@@ -29,6 +29,8 @@ class Registrar:
         ending = found.ending
         if ending.cause is None:
             counts = self._register(claim, found)
+        elif found.losses:
+            counts = self._store.lose_results(claim, found.losses)
         else:
             ending = self._excused(ending)
             counts = self._give_up(claim, ending, found.files)

@@ -22,7 +22,7 @@ import sys
 import threading
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from importlib import import_module
@@ -30,8 +30,9 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
-from service.artifacts import LOG, digest
+from service.artifacts import LOG
 from service.jobs import Keep, Kind
+from service.losses import Loss, leave_list
 from solver.errors import Interrupted
 
 Words = Mapping[str, Any]
@@ -98,7 +99,7 @@ def perform(
     kind, spec, directory = Kind(order["kind"]), order["spec"], Path(order["directory"])
     target = import_module(order["targets"] or TARGETS[kind])
     if kind is Kind.PUBLISH:
-        answers = {one["run_id"]: _answer(one) for one in spec["outcomes"]}
+        answers = _answers(spec["outcomes"], directory)
         if spec.get("again"):
             from service.rereading import read_again
 
@@ -123,14 +124,19 @@ def _say(line: str) -> None:
         print(line, flush=True)
 
 
+def _answers(outcomes: Iterable[Words], directory: Path) -> dict[str, Words]:
+    """The result of each run of a sweep, or why there is none; raises ResultsLost."""
+    found = {one["run_id"]: one for one in outcomes}
+    registered = [Loss(id, one["path"], one["sha256"]) for id, one in found.items() if one["path"]]
+    if losses := [one for one in registered if one.is_real()]:
+        leave_list(losses, directory)
+    return {id: _answer(one) for id, one in found.items()}
+
+
 def _answer(outcome: Words) -> Words:
-    """A run's result, or why there is none."""
     if outcome["path"] is None:
         return {"state": outcome["state"], "reason": outcome["reason"]}
-    file = Path(outcome["path"])
-    if not file.is_file() or digest(file) != outcome["sha256"]:
-        return {"state": "failed", "reason": f"its result is lost or damaged: {file.name}"}
-    return json.loads(file.read_bytes())
+    return json.loads(Path(outcome["path"]).read_bytes())
 
 
 def _finite(value: Any) -> Any:

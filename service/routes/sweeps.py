@@ -4,10 +4,12 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 
+from service.care import forget_lost_states
 from service.jobs import RUN_STATES, State, SweepRow, SweepState
 from service.keys import Caller, Submitter
 from service.queue_schemas import Change
 from service.routes.given import (
+    ArtifactsGiven,
     ChangeGiven,
     Cursor,
     Limit,
@@ -132,7 +134,7 @@ def list_sweeps(
 @router.get("/{id}")
 def show_sweep(id: SweepId, store: StoreGiven) -> SweepModel:
     """A sweep: state, points by state, progress, time left, and links to what there is."""
-    return SweepModel.of(store.sweep(id), [file.name for file in store.artifacts(id)])
+    return SweepModel.of(*store.sweep_and_files(id))
 
 
 @router.get("/{id}/document")
@@ -181,12 +183,14 @@ def retry_sweep(
     id: SweepId,
     caller: Submitter,
     store: StoreGiven,
+    artifacts: ArtifactsGiven,
     verdicts: Annotated[
         bool, Query(description="also runs that the solver itself gave up; they will fail again")
     ] = False,
 ) -> SweepModel:
-    """Compute again what an accident or a cancel ended, then publish again."""
+    """Compute again what an accident or a cancel ended, and what the disk has lost; then publish again."""
     _own(store, caller, id)
+    forget_lost_states(store, artifacts, id)
     return SweepModel.of(store.retry_sweep(id, verdicts=verdicts))
 
 

@@ -24,10 +24,12 @@ from service.jobs import (
     before,
     crashes_before,
 )
+from service.losses import Loss
 from service.rereads import Rereads
 from service.store import leadership
 from service.store.connection import Part
 from service.store.leadership import Leadership
+from service.store.losses import forget_results
 from service.store.queries import (
     CLAIM_COLUMNS,
     IS_HELD,
@@ -239,6 +241,20 @@ class Queue(Part):
             elif outcome is not None:
                 log_attempt(connection, moment, "cancelled", claim)
         return outcome
+
+    def lose_results(self, claim: Claim, losses: Sequence[Loss]) -> bool:
+        """End a publication that found results of its runs lost: it waits until they are computed again."""
+        moment = now()
+        wait = JOBS.update().where(is_held(claim)).values(state=State.WAITING, witness=sa.null())
+        wait = wait.values(fraction=sa.null(), progress=sa.null(), seconds=sa.null())
+        with self._database.writing() as connection:
+            if not connection.execute(wait).rowcount:
+                return False
+            forget_results(connection, moment, claim, losses)
+            count_attempt(connection, Cause.LOST)
+            told = {"cause": Cause.LOST, "reason": f"results of {len(losses)} runs are lost"}
+            log_attempt(connection, moment, "requeued", claim, **told)
+        return True
 
     def publish(
         self,

@@ -34,6 +34,7 @@ from service.jobs import (
     Kind,
     State,
 )
+from service.losses import Loss
 from service.store.rows import PUBLISH_PRIORITY
 from service.store.tables import JOBS, POINTS, SWEEPS
 from service.store.turns import LAST
@@ -200,6 +201,23 @@ class Rules(RuleBasedStateMachine):
         state = self.store.requeue(claim, cause, reason="", crash_step=step)
         assert (state is not None) == counts
 
+    @rule(claim=claims, number=st.integers(1, POOL))
+    def lose_results(self, claim: Claim, number: int) -> None:
+        """A publication finds some of the results lost that it was made for."""
+        if claim.kind is not Kind.PUBLISH or claim.sweep_id in self.deleted:
+            return
+        assert claim.sweep_id is not None
+        _, outcomes = self.store.question(claim.sweep_id)
+        found = {one.run_id: one.sha256 for one in outcomes if one.path is not None}
+        losses = [Loss(id, "", sha256 or "") for id, sha256 in found.items()][:number]
+        if not losses:
+            return
+        counts = self.counts(claim)
+        assert self.store.lose_results(claim, losses) == counts
+        if counts:
+            _, outcomes = self.store.question(claim.sweep_id)
+            self.known -= {one.run_id for one in outcomes if one.path is None}
+
     @rule(claim=claims, step=st.integers(1, 300))
     def checkpoint(self, claim: Claim, step: int) -> None:
         held = self.held.get(claim.key)
@@ -251,7 +269,7 @@ class Rules(RuleBasedStateMachine):
 
     @invariant()
     def results_are_kept(self) -> None:
-        """A run that had a result has one for ever, whatever its state; no other has a file."""
+        """A run that had a result has it until it is lost, whatever its state; no other has a file."""
         query = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.cause, JOBS.c.path)
         with self.store._database.reading() as reading:
             for id, state, cause, path in reading.execute(query.where(JOBS.c.kind == Kind.RUN)):

@@ -14,7 +14,9 @@ import pytest
 
 from service import attempt_log, supervisor
 from service.artifacts import digest
+from service.attempt import Ticket
 from service.jobs import Cause, Keep, Kind
+from service.losses import list_in
 from service.supervisor import supervise
 from tests.service.attempts import (
     LIMIT,
@@ -91,25 +93,35 @@ def test_order__that_was_carried_out_before_is_not_computed_again(tmp_path: Path
     assert again.files == first.files
 
 
-def test_publish__answers_are_results_or_reasons_and_damage_is_seen(tmp_path: Path) -> None:
+def publication(folder: Path, *outcomes: Mapping[str, Any]) -> Ticket:
+    """The order to publish runs that ended so."""
+    spec = {"document": {"name": "s"}, "outcomes": list(outcomes)}
+    return replace(ticket(folder), kind=Kind.PUBLISH, spec=spec)
+
+
+DIED = {"run_id": run_id(2), "state": "failed", "reason": "died", "path": None, "sha256": None}
+
+
+def test_publish__answers_are_results_or_reasons(tmp_path: Path) -> None:
     good = supervise(ticket(tmp_path), nobody).files[0]
-    lost = {"run_id": run_id(2), "state": "failed", "reason": "died", "path": None, "sha256": None}
-    outcomes = [
-        {**lost, "run_id": run_id(1), "state": "succeeded", "path": good.path}
-        | {"sha256": good.sha256},
-        lost,
-        {**lost, "run_id": run_id(3), "path": good.path, "sha256": "00" * 32},
-    ]
-    spec = {"document": {"name": "s"}, "outcomes": outcomes}
-    order = replace(ticket(tmp_path), kind=Kind.PUBLISH, spec=spec)
-    ending = supervise(order, nobody)
+    done = {"run_id": run_id(1), "state": "succeeded", "path": good.path, "sha256": good.sha256}
+    ending = supervise(publication(tmp_path, {**DIED, **done}, DIED), nobody)
     names = [file.name for file in ending.files]
     assert names == ["cube.nc", "report.html", "report.json", "log.txt"]
     said = answer(ending)
-    assert [said[run_id(number)]["state"] for number in (1, 2, 3)] == [
-        *("succeeded", "failed", "failed")
-    ]
-    assert "lost or damaged" in said[run_id(3)]["reason"]
+    assert [said[run_id(number)]["state"] for number in (1, 2)] == ["succeeded", "failed"]
+
+
+def test_publish__says_which_results_are_lost_or_damaged(tmp_path: Path) -> None:
+    good = supervise(ticket(tmp_path), nobody).files[0]
+    damaged = {**DIED, "run_id": run_id(3), "path": good.path, "sha256": "00" * 32}
+    gone = {**DIED, "run_id": run_id(4), "path": f"{good.path}.gone", "sha256": good.sha256}
+    order = publication(tmp_path, DIED, damaged, gone)
+    ending = supervise(order, nobody)
+    assert (ending.cause, ending.failure) == (Cause.ERROR, "ResultsLost")
+    assert run_id(3) in ending.reason
+    listed = list_in(Path(order.directory))
+    assert [one.run_id for one in listed] == [run_id(3), run_id(4)]
 
 
 def test_order__a_large_one_arrives_whole(tmp_path: Path) -> None:
