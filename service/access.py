@@ -13,12 +13,13 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.errors import CrossSite, ForeignHost, answer
+from service.errors import CrossSite, ForeignHost, Malformed, answer
 from service.settings import Settings
 from studies.errors import Finding, InvalidInput
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 READING = frozenset({"GET", "HEAD", "OPTIONS"})
+ONCE = ("Host", "Origin", "Sec-Fetch-Site")  # what is decided by here; RFC 9112, section 3.2
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
 # A page of ours loads its own style sheet and nothing else; a route may say otherwise (the report).
 PAGE_POLICY = (
@@ -111,8 +112,11 @@ class Access:
         else:
             await answer(Request(scope), refusal)(scope, receive, send_marked)
 
-    def _refusal(self, scope: Scope) -> ForeignHost | CrossSite | None:
+    def _refusal(self, scope: Scope) -> Malformed | ForeignHost | CrossSite | None:
         headers = Headers(scope=scope)
+        twice = [name for name in ONCE if len(headers.getlist(name)) > 1]
+        if twice:
+            return Malformed(f"{' and '.join(twice)} given more than once; send one")
         host = headers.get("host", "")
         name = _name_of(host)
         if name not in self._hosts and not _is_address_of(scope, name):

@@ -40,7 +40,8 @@ GUARDED = (
     *(sweeps.router, remeasure.router, files.router, runs.router, queue.router, events.router),
     *(catalogue.router, health.metrics_router, pages.router),
 )
-OPEN = (health.router,)  # alive, ready, version: asked by machines that have no key
+# Alive, ready, version: asked by machines that have no key; and what the interface is.
+OPEN = (health.router, pages.docs_router)
 STATIC = Path(__file__).parent / "static"
 CACHE = "cache"  # folder of parts of cubes, in the data directory
 PROBLEM: dict[str, Any] = {

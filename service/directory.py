@@ -8,6 +8,7 @@ from pathlib import Path
 
 from service.settings import Settings
 from solver.errors import WhippleError
+from studies.errors import Finding, InvalidInput
 
 LOCK = "whipple.lock"  # named as the database is
 
@@ -31,11 +32,33 @@ def holding(settings: Settings) -> Iterator[Path]:
 
 
 def _locks(settings: Settings) -> list[Path]:
-    """Lock files of the data directory and of its database, which may be elsewhere; often the same one."""
-    database = Path(settings.url.partition(":///")[2])
-    return sorted(
-        {place.resolve() for place in (settings.data / LOCK, database.with_suffix(".lock"))}
-    )
+    """Lock files of the data directory and of its database, which may be elsewhere; often one.
+
+    That of the database is beside the file itself, wherever symbolic links to it are.
+    """
+    beside = _database_of(settings).with_suffix(".lock")
+    return sorted({place.resolve() for place in (settings.data / LOCK, beside)})
+
+
+def check_names(settings: Settings) -> None:
+    """Raises InvalidInput for an SQLite database with hard links; to be asked before it is opened.
+
+    By another of its names a service would have another lock, and SQLite another log, which damages
+    the file. (We cannot lock the file itself: closing it releases the locks that SQLite has on it.)
+    """
+    if settings.has_replicas:
+        return
+    database = _database_of(settings)
+    names = database.stat().st_nlink if database.exists() else 1
+    if names > 1:
+        shown = f"{database}, with {names} names"
+        cure = "remove the others, or give each a copy of its own"
+        raise InvalidInput([Finding("database", shown, "a file without hard links", cure)])
+
+
+def _database_of(settings: Settings) -> Path:
+    """The file of an SQLite database, not a symbolic link to it."""
+    return Path(settings.url.partition(":///")[2]).resolve()
 
 
 @contextmanager

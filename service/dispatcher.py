@@ -3,7 +3,8 @@
 The leader holds an epoch and an engine, and takes turns (``service.reign``). While another service
 leads, this one stands by without an engine and asks again every few seconds. A leader whose right is
 gone lets what is under way go on until it knows: if it leads again, it adopts that; if another one
-does, it lets go of it.
+does, it lets go of it. A leader that has the right, and meets a younger epoch all the same, says so
+and begins another one.
 """
 
 import logging
@@ -29,9 +30,18 @@ log = logging.getLogger(__name__)
 
 TRY_SECONDS = 2.0  # between two attempts to become the leader, or to start the engine
 STUCK_SECONDS = 60.0  # without a turn that succeeded, before it counts as dead
-NO_WORKER_SECONDS = 60.0  # after which an engine of our own is replaced
+NO_WORKER_SECONDS = 60.0  # after which an engine of our own is replaced, if its processes are gone
+# The same while they live: most likely they compute, and a busy machine keeps their scheduler from
+# answering. A backup or a compilation that starves it is mostly over by then.
+SILENT_SECONDS = 600.0
+MOST_PATIENCE = 8.0  # times these; each replacement doubles it, as the one before was of no use
+WELL_SECONDS = 3600.0  # that an engine lasts, until patience is as before
 END_SECONDS = 0.1  # between two looks whether the engine is closed
 NO_ENGINE = "the engine does not start; see the log"
+OTHER_LEADER = (
+    "another program has begun to work through this queue, past the lock that keeps it to one; "
+    "this one goes on, and takes over what is claimed: see to it that the other has ended"
+)
 
 OpenEngine = Callable[[Inbox], Engine]
 
@@ -39,10 +49,18 @@ OpenEngine = Callable[[Inbox], Engine]
 class Dispatcher:
     """Keeps the engine busy with the queue, and the rows true."""
 
-    def __init__(self, settings: Settings, store: Store, *, open_engine: OpenEngine):
+    def __init__(
+        self,
+        settings: Settings,
+        store: Store,
+        *,
+        open_engine: OpenEngine,
+        has_processes: Callable[[], bool] = lambda: False,
+    ):
         self._settings = settings
         self._store = store
         self._open_engine = open_engine
+        self._has_processes = has_processes  # whether workers of an engine of our own live
         self._parts = Parts.of(settings, store)
         self._looks = Looks(self._parts.inspector, self.wake)
         self._owner = f"{socket.gethostname()}:{os.getpid()}"
@@ -57,7 +75,8 @@ class Dispatcher:
         # Of the monotonic clock: setting the other one changes nothing here.
         self._tried = -math.inf
         self._worked = time.monotonic()  # end of the last turn that succeeded
-        self._had_slots = self._worked  # the engine
+        self._had_slots = self._opened = self._worked  # the engine
+        self._patience_factor = 1.0  # with an engine without workers
         self._hindrance: str | None = None
         self._said: str | None = "nothing yet"  # what the store knows of it
 
@@ -177,8 +196,7 @@ class Dispatcher:
 
     def _close_engine(self) -> None:
         if self._engine is not None:
-            with self._patience():
-                self._engine.close(self._settings.leave_seconds)
+            _close(self._engine, self._settings.leave_seconds)
 
     def _settle(self, *, is_over: bool) -> None:
         if self._reign is not None:
@@ -204,7 +222,7 @@ class Dispatcher:
             if not self._is_time_to_try():
                 return False
             self._start_engine()
-        if self._reign is None:
+        if self._reign is None or self._reign.has_ended:
             self._begin_reign()
         return True
 
@@ -229,33 +247,47 @@ class Dispatcher:
         self._hindrance = None
         if engine is not None:
             log.warning("another service leads; this one stands by")
-            engine.close(None)
+            _close(engine, None)
 
     def _start_engine(self) -> None:
         self._hinder(NO_ENGINE)
         self._engine = self._open_engine(self._inbox)
-        self._had_slots = time.monotonic()
+        self._had_slots = self._opened = time.monotonic()
         self._listen(wait=0.0)  # a scheduler that has not answered yet is away
         self._hinder(None)
 
     def _mind_the_engine(self) -> None:
-        """An engine of our own whose workers all died, and do not come back, is replaced."""
+        """An engine of our own whose workers all died, and do not come back, is replaced.
+
+        A worker that cannot be asked is not gone: there is more patience while its process lives.
+        """
         now = time.monotonic()
         assert self._reign is not None
-        assert self._engine is not None
         if self._reign.slots or self._settings.engine is not None:
             self._had_slots = now
-        if now - self._had_slots < NO_WORKER_SECONDS:
+        if now - self._opened > WELL_SECONDS:
+            self._patience_factor = 1.0
+        silence = now - self._had_slots
+        if silence < self._patience_factor * NO_WORKER_SECONDS:
             return
-        log.warning(
-            "there has been no worker for %.0f s; the engine is replaced", NO_WORKER_SECONDS
-        )
+        if silence < self._patience_factor * SILENT_SECONDS and self._has_processes():
+            return
+        log.warning("there has been no worker for %.0f s; the engine is replaced", silence)
+        self._patience_factor = min(2.0 * self._patience_factor, MOST_PATIENCE)
+        self._part_with_the_engine()
+
+    def _part_with_the_engine(self) -> None:
+        """Let what it has write a checkpoint and leave; the next reign begins that again."""
         engine, self._engine, self._reign = self._engine, None, None
+        assert engine is not None
+        _close(engine, self._settings.leave_seconds)
+        self._listen(wait=0.0)  # its last words, which the next one must not be taken to have said
         self._attempts.clear()
-        engine.close(0.0)
 
     def _begin_reign(self) -> None:
         assert self._engine is not None
+        if self._reign is not None:
+            log.error(OTHER_LEADER)
         epoch = self._store.begin_epoch(self._owner)
         self._reign = Reign(epoch, self._parts, self._engine, self._attempts, self._looks)
         log.info("%s leads, epoch %s", self._owner, epoch)
@@ -266,3 +298,11 @@ class Dispatcher:
         if reason != self._said:
             self._store.hinder(reason)
             self._said = reason
+
+
+def _close(engine: Engine, leave_seconds: float | None) -> None:
+    """End an engine; one that does not end in order is left to itself."""
+    try:
+        engine.close(leave_seconds)
+    except Exception:
+        log.exception("the engine could not be closed in order")

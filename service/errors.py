@@ -78,6 +78,10 @@ class NotAllowed(WhippleError):
         self.headers = {"WWW-Authenticate": f'Bearer realm="whipple", {words}'}
 
 
+class Malformed(WhippleError):
+    """A request breaks a rule of HTTP, so that nobody knows what it means."""
+
+
 class ForeignHost(WhippleError):
     """A request names a host that this service does not answer to (DNS rebinding)."""
 
@@ -130,6 +134,7 @@ PROBLEMS: Mapping[type[Exception], Problem] = {
         "unsupported-media-type",
         "The body is of another media type",
     ),
+    Malformed: Problem(HTTPStatus.BAD_REQUEST, "malformed", "The request breaks a rule of HTTP"),
     ForeignHost: Problem(
         HTTPStatus.MISDIRECTED_REQUEST, "foreign-host", "This host name is not answered to"
     ),

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.artifacts import LOG, PART, Artifacts
-from service.directory import DataInUse, holding
+from service.directory import DataInUse, check_names, holding
 from service.faults import point
 from service.jobs import SWEEP_TERMINAL, Stored, StoreUnavailable, SweepRow, SweepState
 from service.leaving import Leaving, heeding
@@ -73,6 +73,7 @@ def run_sweep(
     folder = Path(out)
     settings = settings or Settings(data=folder / STORE_OF_FOLDER)
     sweep = Sweep.parse(_read(document), SweepLimits(max_runs=settings.max_runs))
+    check_names(settings)
     with heeding() as leaving:
         with holding(settings), closing(Store.open(settings.url)) as store:
             row = _compute(store, settings, sweep, progress or _nobody, leaving)
@@ -89,13 +90,15 @@ def start_engine(settings: Settings, store: Store) -> "Iterator[Dispatcher]":
 
     With SQLite the data directory must be ours (``directory.holding``).
     """
-    from service import execution
+    from service import execution, scheduler
     from service.dispatcher import Dispatcher
 
     def open_engine(inbox: "Inbox") -> "Engine":
         return execution.open_engine(settings, scratch=settings.data / SCRATCH, inbox=inbox)
 
-    dispatcher = Dispatcher(settings, store, open_engine=open_engine)
+    dispatcher = Dispatcher(
+        settings, store, open_engine=open_engine, has_processes=scheduler.has_processes
+    )
     dispatcher.start()
     try:
         yield dispatcher

@@ -2,7 +2,7 @@
 
 ``{"time": ..., "level": ..., "logger": ..., "message": ..., "request_id": ..., "run": ...}``. A line that
 is written while a request is answered carries its id, from whatever depth; what else a line is about is
-given as ``log.info("...", extra={"run": key, "sweep": id})``. Only the names of ``FIELDS`` are taken.
+given as ``log.info("...", extra=about(claim))``. Only the names of ``FIELDS`` are taken.
 """
 
 import json
@@ -12,6 +12,8 @@ from contextvars import ContextVar
 from datetime import UTC, datetime
 from typing import Any, TextIO
 
+from service.jobs import Claim, Kind
+
 FIELDS = (
     "request_id",
     "caller",  # name of the API key
@@ -19,8 +21,9 @@ FIELDS = (
     "route",  # the template, not what was asked for
     "status",
     "seconds",
-    "run",  # key of an attempt, or id of a run
+    "run",  # its id, here as in a request
     "sweep",
+    "attempt",  # its number
     "worker",
 )
 OURS = "service"  # the begin of our loggers' names
@@ -44,6 +47,12 @@ class JsonLines(logging.Formatter):
         return json.dumps(
             {key: value for key, value in words.items() if value is not None}, default=str
         )
+
+
+def about(claim: Claim) -> dict[str, Any]:
+    """What a line is about that tells of an attempt: its run, or the sweep of a publication."""
+    subject = {"run": claim.id} if claim.kind is Kind.RUN else {"sweep": claim.sweep_id}
+    return {**subject, "attempt": claim.attempt}
 
 
 def configure(stream: TextIO | None = None, *, level: int = logging.INFO) -> None:

@@ -8,6 +8,7 @@ from service.attempt import Ending, legible
 from service.faults import point
 from service.findings import Found
 from service.jobs import Cause, Claim, State, Stored, crashes_before, may_try_again
+from service.logs import about
 from service.rests import Rests
 from service.space import Space, is_want_of_space
 from service.store import Store
@@ -40,7 +41,7 @@ class Registrar:
             claim.kind,
             claim.key,
             (ending.reason or "done") if counts else "too late, it no longer counts",
-            extra={"run": claim.key, "sweep": claim.sweep_id},
+            extra=about(claim),
         )
 
     def abandon(self, claim: Claim, error: Exception) -> None:
@@ -88,8 +89,8 @@ class Registrar:
             return
         seconds = self.rests.lose(claim, ending.checkpoint)
         if seconds:
-            words = {"run": claim.key, "sweep": claim.sweep_id}
-            log.warning("%s was lost again; it rests for %.0f s", claim.key, seconds, extra=words)
+            words = "%s was lost again; it rests for %.0f s"
+            log.warning(words, claim.key, seconds, extra=about(claim))
 
     def _end_with_result(self, claim: Claim, counts: bool) -> bool:
         """Nobody goes on from the checkpoint of a run that has a result; what stays, care removes."""

@@ -19,6 +19,7 @@ from service.care import Care
 from service.faults import point
 from service.findings import WAIT_SECONDS, Inspector, Looks
 from service.jobs import Cause, Claim, State, StoreUnavailable
+from service.logs import about
 from service.registration import Registrar
 from service.settings import Settings
 from service.space import Space
@@ -100,6 +101,7 @@ class Reign:
         self._compared = self._written = self._refused = -math.inf  # monotonic
         self._stumbled: dict[str, _Stumbled] = {}  # ends that could not be settled
         self.slots = 0  # attempts that can be under way at once
+        self.has_ended = False  # a younger one began: this one claims and adopts nothing any more
         self.hindrance: str | None = None  # why nothing is begun
 
     def turn(self) -> None:
@@ -140,6 +142,7 @@ class Reign:
 
         While the engine is away, nobody knows what is under way there, so nothing is decided.
         """
+        self.has_ended = self._store.queue().epoch > self._epoch
         known = self._known()
         for claim in claimed:
             if claim.key in self._attempts.held:
@@ -174,7 +177,7 @@ class Reign:
             return
         adopted = self._store.adopt(claim, self._epoch)
         if adopted is not None:  # else it is stopped, as one that no row wants
-            log.info("%s is adopted", claim.key, extra={"run": claim.key})
+            log.info("%s is adopted", claim.key, extra=about(claim))
             self._attempts.hold(adopted)
 
     def _follow(self, key: str) -> bool:
@@ -240,7 +243,7 @@ class Reign:
 
     def _is_given_up(self, claim: Claim, error: Exception) -> bool:
         """Note that an end could not be brought into its row; after some tries the job has failed."""
-        log.exception("%s could not be settled", claim.key, extra={"run": claim.key})
+        log.exception("%s could not be settled", claim.key, extra=about(claim))
         times = self._stumbled.get(claim.key, _Stumbled(0, 0.0)).times + 1
         self._stumbled[claim.key] = _Stumbled(times, time.monotonic() + STUMBLED_SECONDS)
         if times < STUMBLES:
@@ -292,7 +295,7 @@ class Reign:
         try:
             self._engine.submit(self._parts.tickets.write(claim))
         except Exception as error:  # whatever it is, the attempt is not under way
-            log.exception("%s could not be given to the engine", claim.key)
+            log.exception("%s could not be given to the engine", claim.key, extra=about(claim))
             self._attempts.ended[claim.key] = _lost(f"{type(error).__name__}: {error}")
             self._refused = time.monotonic()
         point("claim-after-submit")

@@ -12,6 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing import active_children
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
@@ -156,8 +158,14 @@ class Embedded:
         return Connection(self.cluster)
 
     def close(self) -> None:
-        """End the workers."""
-        self.cluster.close(timeout=CLOSE_SECONDS)
+        """End the workers; raises TimeoutError for those that do not go, after they were killed."""
+        own = {nanny.pid for nanny in list(self.cluster.workers.values())}
+        try:
+            self.cluster.close(timeout=CLOSE_SECONDS)
+        finally:
+            for process in _processes():
+                if process.pid in own:
+                    process.kill()
 
 
 @dataclass(frozen=True)
@@ -192,6 +200,15 @@ class Remote:
             tls_client_cert=str(self.certificate),
             tls_client_key=str(self.key),
         )
+
+
+def has_processes() -> bool:
+    """Whether workers of our own live; nobody is asked, so it is known of starved ones too."""
+    return bool(_processes())
+
+
+def _processes() -> list[BaseProcess]:
+    return [one for one in active_children() if one.name.startswith(slot.WORKER_PROCESS)]
 
 
 def ours(workers: Mapping[str, str]) -> list[str]:

@@ -9,7 +9,7 @@ from fastapi import FastAPI
 
 from service import local, logs
 from service.app import open_service
-from service.directory import holding
+from service.directory import check_names, holding
 from service.leaving import Leaving, heeding
 from service.settings import Settings
 from studies.errors import Finding, InvalidInput
@@ -22,11 +22,13 @@ GONE_SECONDS = 9.0  # after it the process has ended, whatever hangs: a kill los
 
 
 def serve(settings: Settings) -> None:
-    """Serve until SIGTERM or SIGINT; raises InvalidInput for an address that cannot be taken.
+    """Serve until SIGTERM or SIGINT; raises DataInUse, InvalidInput for a setting that cannot be.
 
     Either signal is a wish, not an accident: everything is closed in order, and the status is 0.
+    The process then ends here: a result that a thread still looks at is one for our next life.
     """
     logs.configure()
+    check_names(settings)
     with (
         heeding(gone_within=GONE_SECONDS) as leaving,
         holding(settings),
@@ -34,6 +36,7 @@ def serve(settings: Settings) -> None:
         open_service(settings, local.start_engine) as app,
     ):
         _Server(app, settings, leaving).run(sockets=[listener])
+    leaving.go()
 
 
 class _Server(uvicorn.Server):

@@ -15,7 +15,10 @@ from solver.geometry import exit_face, layer_nodes, node_positions
 from solver.jit import device, kernel
 from solver.problem import Clamp, Face
 
-_FREE, _FIXED = int(Face.FREE), int(Face.FIXED)
+_FREE, _FIXED, _SYMMETRIC = int(Face.FREE), int(Face.FIXED), int(Face.SYMMETRIC)
+
+# The components of a tensor (solver/tensor.py) that name an axis once: a mirror across it negates them.
+_SHEAR = ((3, 5), (3, 4), (4, 5))
 
 # What a face does at one of its nodes in a step: walls judge anew in each, the others never change.
 OPEN = 0  # nothing: the body leaves
@@ -226,7 +229,8 @@ def book_ghosts(layer, nodes, dt, impulse):
 def cross_faces(geometry, faces, clamp, particles, impulse):
     """Particles outside the grid: those past a free face die, those past a closed one are put back and turned round.
 
-    A fixed face is free beyond the clamp.
+    A fixed face is free beyond the clamp. At a symmetric face, the axis too, a particle changes places
+    with its image in the mirrored body. At a fixed face and at a wall it is no image: its stress stays.
 
     Returns how many were put back; adds what they were given to ``impulse`` (3,).
     """
@@ -243,7 +247,10 @@ def cross_faces(geometry, faces, clamp, particles, impulse):
                 particles.alive[p] = 0
             else:
                 _put_back(geometry, particles, p, axis, side)
-                impulse[axis] += _turn_round(particles, p, axis, side)
+                if kind == _SYMMETRIC:
+                    impulse[axis] += _mirror(particles, p, axis)
+                else:
+                    impulse[axis] += _turn_round(particles, p, axis, side)
                 reflected += 1
             face = exit_face(geometry, particles.position, p)
     return reflected
@@ -270,6 +277,19 @@ def _put_back(geometry, particles, p, axis, side):
         particles.position[p, axis] = min(max(mirrored, wall + hair), wall + geometry.spacing)
     else:
         particles.position[p, axis] = max(min(mirrored, wall - hair), wall - geometry.spacing)
+
+
+@device
+def _mirror(particles, p, axis):
+    """Make a particle its image, whichever way it flies; returns the impulse given to it.
+
+    M v and M s M with M = I - 2 n n. At the axis, without swirl, half a turn gives the same.
+    """
+    normal = particles.velocity[p, axis]
+    particles.velocity[p, axis] = -normal
+    for component in _SHEAR[axis]:
+        particles.deviator[p, component] = -particles.deviator[p, component]
+    return -2.0 * normal * particles.mass[p]
 
 
 @device

@@ -18,7 +18,7 @@ from solver.eos import (
     sound_speed_squared,
     temperature,
 )
-from solver.failure import grown_damage
+from solver.failure import floor_until_failure, grown_damage
 from solver.geometry import exit_face
 from solver.jit import device, kernel
 from solver.strength import hardening, rate_and_heat
@@ -273,8 +273,9 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     a, b = pressure_terms(matter.eos, density)
     stiffness = 1.0 + 0.5 * b * expansion
     pressure = (a + b * known) / stiffness
-    floor = pressure_floor(matter.tension, homologous)
-    damage = grown_damage(matter.failure, old.damage, old.plastic_strain + slip, pressure, dt)
+    floor = floor_until_failure(matter.failure, pressure_floor(matter.tension, homologous))
+    carried = floor if pressure < floor else pressure
+    damage = grown_damage(matter.failure, old.damage, old.plastic_strain + slip, carried, dt)
     if damage >= 1.0:  # neither shear nor tension, from this step on
         known -= 0.5 * contract(new_deviator, shape_change) / old.density
         new_deviator = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

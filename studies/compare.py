@@ -3,6 +3,8 @@
 A residual is "subject minus reference". The reference is the simulation, and where the sweep
 brought observed shots the observation as well. Each law is judged twice: wherever it answers, and
 inside the range that its source states. A figure over no points is ``n = 0``, never a number.
+An error bar of the simulation judges only where the mesh's part is in it: of one grid nobody knows
+how far it is off.
 """
 
 import math
@@ -16,7 +18,7 @@ import xarray as xr
 from studies.formats import display_of, of_share, printed_in
 from studies.places import Place, places_of
 from studies.points import points_of, refined, refinements_of, simulated
-from studies.sightings import Sighting, sightings_of
+from studies.sightings import Sighting, bring_to, sightings_of
 
 Reference = Literal["simulation", "observation"]
 
@@ -30,6 +32,7 @@ WITH_OBSERVATIONS = (
     "brought. Only those against observations say how well a law or the simulation describes "
     "nature."
 )
+NO_MESH = "mesh error is unknown, so that no error bar judges this"
 
 
 @dataclass(frozen=True)
@@ -51,7 +54,7 @@ class Statistics:
     relative_bias: float | None = None  # of residual / reference
     relative_rms: float | None = None
     relative_largest: Extreme | None = None
-    judged: int = 0  # points whose reference has an error bar
+    judged: int = 0  # points with an error bar that judges: the mesh's part is in it
     within: int = 0  # of these, where the subject lies inside it
     bar: float | None = None  # median error bar of these, in the unit of the quantity
     relative_bar: float | None = None  # median, over the reference
@@ -177,10 +180,17 @@ def _against_simulation(dataset: xr.Dataset, quantities: Sequence[str]) -> Itera
             reference = _Reference(
                 "simulation",
                 simulated(dataset, name).values.ravel(),
-                simulated(dataset, f"{name}_uncertainty").values.ravel(),
+                simulated(_whole(dataset, name), f"{name}_uncertainty").values.ravel(),
                 places,
             )
             yield from _of_laws(dataset, name, laws, inside, reference)
+
+
+def _whole(dataset: xr.Dataset, name: str) -> xr.Dataset:
+    """The points, with error bars of a variable where they hold the mesh's part, else NaN."""
+    bars, mesh = f"{name}_uncertainty", f"{name}_converged_uncertainty_mesh"
+    known = dataset[mesh].notnull() if mesh in dataset else False
+    return dataset.assign({bars: dataset[bars].where(known)})
 
 
 def _converged(cube: xr.Dataset, name: str) -> tuple[int, int] | None:
@@ -243,7 +253,7 @@ def _against_observations(dataset: xr.Dataset, sightings: Sequence[Sighting]) ->
             "simulation",
             "simulation",
             "observation",
-            everywhere=statistics(gained, seen, places, _joint(mine)),
+            everywhere=statistics(gained, seen, places, _joint(_whole(dataset, name), mine)),
             in_range=None,
         )
         if f"{name}_by_law_at_observation" in dataset:
@@ -254,12 +264,14 @@ def _against_observations(dataset: xr.Dataset, sightings: Sequence[Sighting]) ->
             yield from _of_laws(dataset, name, laws, inside, reference)
 
 
-def _joint(sightings: Sequence[Sighting]) -> np.ndarray:
-    """Error bars of simulation and observation together, root of the sum of squares; NaN without either."""
-    both = np.array(
-        [[_nan(one.uncertainty), _nan(one.simulation_uncertainty)] for one in sightings]
-    )
-    return np.where(np.isfinite(both).any(axis=1), np.sqrt(np.nansum(both**2, axis=1)), np.nan)
+def _joint(dataset: xr.Dataset, sightings: Sequence[Sighting]) -> np.ndarray:
+    """Error bars of simulation and observation together, root of the sum of squares.
+
+    NaN where the simulation's does not hold the mesh's part.
+    """
+    seen = np.nan_to_num([_nan(one.uncertainty) for one in sightings])
+    gained = [bring_to(dataset, one.quantity, one.at)[1] for one in sightings]
+    return np.hypot(seen, gained)
 
 
 # ---- words ---------------------------------------------------------------------------------------
@@ -272,39 +284,38 @@ def sentence(residual: Residual) -> str:
     variant = residual.subject.partition("/")[2]
     subject += f" ({variant})" if variant else ""
     subject = subject[:1].upper() + subject[1:]
-    reference = "what was observed"
-    if residual.reference == "simulation":
-        reference = _simulation(residual.converged)
     everywhere, inside = residual.everywhere, residual.in_range
     if not everywhere.n:
         return f"{subject}: no point to compare."
     if inside is None:
-        apart = _apart(everywhere, reference, residual.unit, bar="the error bars of both together")
-        return f"{subject} gives a {words} {apart}."
+        return f"{subject} gives a {words} {_apart(everywhere, residual)}."
     if not inside.n:
         return (
             f"{subject}: no point inside its stated range, so nothing is said about it there; outside, "
-            f"its {words} is {_apart(everywhere, reference, residual.unit)}."
+            f"its {words} is {_apart(everywhere, residual)}."
         )
     share = "all" if inside.n == everywhere.n else f"{inside.n} of {everywhere.n}"
     return (
         f"{subject}, inside its stated range ({share} points), gives a {words} "
-        f"{_apart(inside, reference, residual.unit)}."
+        f"{_apart(inside, residual)}."
     )
 
 
-def _simulation(converged: tuple[int, int] | None) -> str:
-    """The simulation, and how far it may be called converged."""
-    if converged is None:
+def _reference(residual: Residual) -> str:
+    """What was observed; or the simulation, and how far it may be called converged."""
+    if residual.reference == "observation":
+        return "what was observed"
+    if residual.converged is None:
         return "the simulation"
-    settled, points = converged
+    settled, points = residual.converged
     if settled == points:
         return "the converged simulation"
     return f"the simulation (converged at {settled or 'none'} of {points} points)"
 
 
-def _apart(found: Statistics, reference: str, unit: str, bar: str = "the error bar") -> str:
+def _apart(found: Statistics, residual: Residual) -> str:
     """Mean difference, and whether error bars cover it."""
+    unit = residual.unit
     assert found.bias is not None
     if found.relative_bias is not None:
         size = of_share(abs(found.relative_bias))
@@ -315,15 +326,25 @@ def _apart(found: Statistics, reference: str, unit: str, bar: str = "the error b
             "" if found.bar is None else f"{printed_in(found.bar, unit)} {display_of(unit).unit}"
         )
     way = "larger" if found.bias > 0 else "smaller"
-    words = f"on average {size} {way} than {reference}"
+    words = f"on average {size} {way} than {_reference(residual)}"
     if found.n == 1:
         words = words.removeprefix("on average ")
     if not found.judged:
-        return f"{words}, which has no error bar"
+        return f"{words}{_unjudged(residual)}"
+    bar = "the error bars of both together" if residual.in_range is None else "the error bar"
     return (
         f"{words}; inside {bar} (median ± {length}) at {found.within} of {found.judged} "
         f"point{'s' if found.judged > 1 else ''}"
     )
+
+
+def _unjudged(residual: Residual) -> str:
+    """Why no error bar judges."""
+    if residual.reference == "simulation":
+        return f", whose {NO_MESH}"
+    if residual.subject == "simulation":
+        return f"; its {NO_MESH}"
+    return ", which has no error bar"
 
 
 def _nan(value: float | None) -> float:

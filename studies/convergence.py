@@ -1,26 +1,38 @@
 """Convergence of a measured number under refinement: observed order, Richardson's value, error bar, verdict.
 
-The rules, fixed before any run was looked at:
+The rules:
 
 - The value of a resolution is the mean over its sub-cell offsets; its scatter is half the range of two or three
   offsets, the standard deviation of more. An offset without a value is left out, and counted in the reason.
 - The three finest resolutions count; coarser ones are shown and decide nothing.
-- Their differences are compared with the scatter first: a difference that is not above it says nothing about the mesh.
-  Then a change of sign is ``oscillatory``; an order outside of ``ORDERS`` is ``not in the asymptotic range``.
-- Only ``converging`` gives an extrapolated number, and then it is the value. Otherwise the finest resolution is.
-- The error bar is the root of the sum of the squares of three parts. ``mesh``: the grid convergence index (factor of
-  safety 1.25; 3 for two grids, whose order is assumed), taken whole; half the range of the three finest where they
-  oscillate and the swing shrinks (Stern et al. 2001, J. Fluids Eng. 123, 793, Eq. 32); their whole range where it
-  grows, or where they are not in the asymptotic range; none for a single grid, whose mesh error nobody has asked
-  about. ``offsets``: the scatter at the finest resolution, or, where only one offset has a value, what the
-  measurement says a single run cannot see. ``measurement``: all else that the finest runs state (growth, azimuth),
-  root mean square over their offsets.
+- The noise of a resolution is its scatter, or, where only one offset has a value, what the
+  measurement says a single run cannot see.
+- Their differences are compared with the noise first: a difference that is not above it says
+  nothing about the mesh. Then a change of sign is ``oscillatory``; an order outside of ``ORDERS``
+  is ``not in the asymptotic range``.
+- Only ``converging`` gives an extrapolated number, and then it is the value. Otherwise the finest
+  resolution is.
+- The error bar is the root of the sum of the squares of three parts:
 
-Sources: Richardson (1911); Roache (1994), J. Fluids Eng. 116, 405; Celik et al. (2008), J. Fluids Eng. 130, 078001.
+  ``mesh``
+      The grid convergence index (factor of safety 1.25; 3 for two grids, whose order is assumed),
+      taken whole. Three grids that do not converge have the largest of their range, of the noise of
+      the finest difference, and of the index that this difference would have at the lowest order of
+      ``ORDERS``: no bar is smaller than one that the same difference could have by converging. The
+      factor of that index is 3 where the observed order is lower still (Eça and Hoekstra 2014,
+      Appendix A), which covers power laws of orders down to 0.2 where cells are halved. Unknown for
+      a single grid, and where grids do not differ and no noise is stated.
+  ``offsets``
+      The noise of the finest resolution.
+  ``measurement``
+      All else that the finest runs state (growth, azimuth), root mean square over their offsets.
+
+Sources: Richardson (1911); Roache (1994), J. Fluids Eng. 116, 405; Celik et al. (2008), J. Fluids
+Eng. 130, 078001; Eça and Hoekstra (2014), J. Comput. Phys. 262, 104.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -41,9 +53,10 @@ VERDICTS: tuple[Verdict, ...] = (
     "no value",
 )
 
-# Orders that count as asymptotic. Below 0.5 an extrapolation runs further than the three values do (Oberkampf and Roy
-# 2010, Verification and Validation in Scientific Computing, chapter 8, stop there too); above 3, half as much again as
-# the formal order, the differences vanish faster than any term of the scheme: two values agree by chance.
+# Orders that count as asymptotic. Below 0.5 an extrapolation runs further than the three values do;
+# Oberkampf and Roy (2010), Verification and Validation in Scientific Computing, chapter 8, and Eça
+# and Hoekstra (2014), Appendix A, stop there too. Above 3, half as much again as the formal order,
+# the differences vanish faster than any term of the scheme: two values agree by chance.
 ORDERS = (0.5, 3.0)
 # Of the scheme for smooth fields. A higher observed order is not used to extrapolate. (So in Oberkampf and Roy, who
 # take a factor of safety of 3 where the orders differ by more than a tenth; here it is Roache's 1.25 for three grids.)
@@ -52,7 +65,9 @@ FORMAL_ORDER = 2.0
 # and Rider 2008, J. Comput. Phys. 227, 6985).
 ASSUMED_ORDER = 1.0
 # Factors of safety of Roache (1994): three grids with an observed order, two with an assumed one.
-SAFETY, SAFETY_OF_TWO = 1.25, 3.0
+# Eça and Hoekstra (2014), Appendix A, take the same two: 1.25 for an observed order that they
+# accept, and 3 for one that they do not.
+SAFETY, SAFETY_UNOBSERVED = 1.25, 3.0
 ROUND_OFF = 1e-9  # relative: values that differ by less are equal
 STEEPEST = 60.0  # order at which a search ends; anything beyond is as good as infinite
 
@@ -79,6 +94,11 @@ class Level:
     sub_cell: float  # root mean square over the offsets that have a value
     rest: float
 
+    @property
+    def noise(self) -> float:
+        """What the position of the grid leaves open: the scatter, or what a run alone states."""
+        return self.sub_cell if math.isnan(self.scatter) else self.scatter
+
 
 @dataclass(frozen=True)
 class Convergence:
@@ -87,7 +107,7 @@ class Convergence:
     verdict: Verdict
     reason: str  # in words; what was left out, too
     value: float  # extrapolated where converging, else of the finest resolution with a value
-    mesh: float  # parts of the uncertainty; the mesh's is NaN where nobody has asked about it
+    mesh: float  # parts of the uncertainty; the mesh's is NaN where nothing tells it
     offsets: float
     measurement: float
     order: float = math.nan  # as observed; NaN where there is none
@@ -97,11 +117,10 @@ class Convergence:
 
     @property
     def uncertainty(self) -> float:
-        """Root of the sum of the squares of the known parts; NaN without a value."""
-        if self.verdict == "no value":
-            return math.nan
-        mesh = 0.0 if math.isnan(self.mesh) else self.mesh
-        return math.hypot(mesh, self.offsets, self.measurement)
+        """Root of the sum of the squares of the known parts; NaN without any."""
+        if math.isnan(self.mesh):
+            return _known(math.hypot(self.offsets, self.measurement))
+        return math.hypot(self.mesh, self.offsets, self.measurement)
 
 
 def converge(samples: Iterable[Sample]) -> Convergence:
@@ -116,10 +135,10 @@ def converge(samples: Iterable[Sample]) -> Convergence:
     finest = known[0]
     return Convergence(
         verdict,
-        "; ".join([reason, *_left_out(levels)]),
+        "; ".join([reason, *_unstated(known), *_left_out(levels)]),
         value,
         mesh,
-        finest.sub_cell if math.isnan(finest.scatter) else finest.scatter,
+        finest.noise,
         finest.rest,
         levels=levels,
         **more,
@@ -201,6 +220,13 @@ def _root_mean_square(values: Sequence[float]) -> float:
     return math.sqrt(math.fsum(value**2 for value in known) / len(known)) if known else 0.0
 
 
+def _unstated(known: Sequence[Level]) -> Iterator[str]:
+    """That differences stand against no noise, in words."""
+    alone = any(math.isnan(level.scatter) and not level.sub_cell for level in known[:3])
+    if alone and len(known) > 1:
+        yield "one offset, and no statement of what it cannot see"
+
+
 def _left_out(levels: Sequence[Level]) -> list[str]:
     """What has no value, in words."""
     empty = [level for level in levels if not level.values]
@@ -227,33 +253,32 @@ def _of_one(known: Sequence[Level]) -> _Judged:
 
 def _of_two(known: Sequence[Level]) -> _Judged:
     fine, coarse = known
-    index = SAFETY_OF_TWO * abs(_error(fine, coarse, ASSUMED_ORDER))
-    reason = f"two resolutions show no order; order {ASSUMED_ORDER:g} assumed, factor of safety {SAFETY_OF_TWO:g}"
-    return "two grids", reason, fine.value, index, {"gci": _relative(index, fine)}
+    index = SAFETY_UNOBSERVED * abs(_error(fine, coarse, ASSUMED_ORDER))
+    reason = (
+        f"two resolutions show no order; order {ASSUMED_ORDER:g} assumed, "
+        f"factor of safety {SAFETY_UNOBSERVED:g}"
+    )
+    mesh = _known(max(index, _noise(fine, coarse)))
+    return "two grids", reason, fine.value, mesh, {"gci": _relative(index, fine)}
 
 
 def _of_three(known: Sequence[Level]) -> _Judged:
     fine, middle, coarse = three = known[:3]
-    values = [level.value for level in three]
-    span = max(values) - min(values)
+    steps = middle.value - fine.value, coarse.value - middle.value
+    order = observed_order([level.spacing for level in three], [level.value for level in three])
+    mesh = _unsettled(three, order)
     if not (_resolved(fine, middle) and _resolved(middle, coarse)):
-        reason = "a difference between resolutions is not above the scatter over offsets"
-        if span == 0.0:
-            reason = "the values do not differ"
-        elif all(math.isnan(level.scatter) for level in three):
-            reason = "two resolutions have the same value"
-        return "not in the asymptotic range", reason, fine.value, span, {}
-    if (values[1] - values[0]) * (values[2] - values[1]) < 0.0:
+        return "not in the asymptotic range", _unresolved(three), fine.value, mesh, {}
+    if steps[0] * steps[1] < 0.0:
         reason = "the differences between resolutions change sign"
-        if abs(values[1] - values[0]) < abs(values[2] - values[1]):
-            return "oscillatory", reason, fine.value, 0.5 * span, {}
-        return "oscillatory", f"{reason} and do not shrink", fine.value, span, {}
-    order = observed_order([level.spacing for level in three], values)
+        if abs(steps[0]) >= abs(steps[1]):
+            reason += " and do not shrink"
+        return "oscillatory", reason, fine.value, mesh, {}
     if not ORDERS[0] <= order <= ORDERS[1]:
         reason = f"the observed order {order:.2g} is outside of {ORDERS[0]:g} to {ORDERS[1]:g}"
         if order <= 0.0:
             reason = "the differences between resolutions grow with refinement"
-        return "not in the asymptotic range", reason, fine.value, span, {"order": order}
+        return "not in the asymptotic range", reason, fine.value, mesh, {"order": order}
     used = min(order, FORMAL_ORDER)
     value = extrapolate(fine, middle, used)
     index = SAFETY * abs(value - fine.value)
@@ -262,11 +287,42 @@ def _of_three(known: Sequence[Level]) -> _Judged:
     return "converging", reason, value, index, more
 
 
+def _unsettled(three: Sequence[Level], order: float) -> float:
+    """Mesh error of three grids that do not converge; NaN where neither they nor noise tell any."""
+    fine, middle = three[:2]
+    values = [level.value for level in three]
+    turned = (values[1] - values[0]) * (values[2] - values[1]) < 0.0
+    safety = SAFETY if turned or order >= ORDERS[0] else SAFETY_UNOBSERVED
+    slowest = safety * abs(_error(fine, middle, ORDERS[0]))
+    return _known(max(max(values) - min(values), slowest, _noise(fine, middle)))
+
+
+def _unresolved(three: Sequence[Level]) -> str:
+    """Why differences say nothing about the mesh, in words."""
+    values = [level.value for level in three]
+    if max(values) == min(values):
+        return "the values do not differ"
+    if not any(level.noise for level in three):
+        return "two resolutions have the same value"
+    if all(math.isnan(level.scatter) for level in three):
+        return "a difference between resolutions is not above what a single run cannot see"
+    return "a difference between resolutions is not above the scatter over offsets"
+
+
 def _resolved(fine: Level, coarse: Level) -> bool:
-    """Whether two resolutions differ by more than the scatter over the offsets of either."""
-    noise = [s for s in (fine.scatter, coarse.scatter) if not math.isnan(s)]
+    """Whether two resolutions differ by more than the noise of either."""
     least = ROUND_OFF * max(abs(fine.value), abs(coarse.value))
-    return abs(coarse.value - fine.value) > max([least, *noise])
+    return abs(coarse.value - fine.value) > max(least, _noise(fine, coarse))
+
+
+def _noise(fine: Level, coarse: Level) -> float:
+    """Noise of the difference of two resolutions: the larger of theirs."""
+    return max(fine.noise, coarse.noise)
+
+
+def _known(error: float) -> float:
+    """An error that something tells; NaN for zero, which nothing can tell."""
+    return error or math.nan
 
 
 def _error(fine: Level, coarse: Level, order: float) -> float:

@@ -74,16 +74,8 @@ def in_words(one: Refined) -> str:
 
 
 def _series(one: Refined, norm: float) -> Iterator[Series]:
-    coarsest = max(level.spacing for level in one.levels)
-    low, high = (one.value - one.uncertainty) / norm, (one.value + one.uncertainty) / norm
-    yield Series(
-        "band",
-        "value and error bar",
-        (0.0, coarsest),
-        low=(low, low),
-        high=(high, high),
-        in_range=(True, True),
-    )
+    if math.isfinite(one.uncertainty):
+        yield _band(one, norm)
     if one.verdict == "converging":
         yield _trend(one, norm)
     known = np.isfinite(one.values)
@@ -105,6 +97,20 @@ def _series(one: Refined, norm: float) -> Iterator[Series]:
     )
     if one.verdict == "converging":
         yield Series("limit", "extrapolated", (0.0,), (one.extrapolated / norm,), connected=False)
+
+
+def _band(one: Refined, norm: float) -> Series:
+    """The value with its error bar, from nothing to the coarsest resolution."""
+    coarsest = max(level.spacing for level in one.levels)
+    low, high = (one.value - one.uncertainty) / norm, (one.value + one.uncertainty) / norm
+    return Series(
+        "band",
+        "value and error bar",
+        (0.0, coarsest),
+        low=(low, low),
+        high=(high, high),
+        in_range=(True, True),
+    )
 
 
 def _trend(one: Refined, norm: float) -> Series:

@@ -82,7 +82,7 @@ ACCURACY: Mapping[str, Accuracy] = MappingProxyType(
         "standard": Accuracy(
             (16.0, 24.0, 36.0),
             1,
-            "three grids: observed order, Richardson's value, grid convergence index",
+            "three grids at one position; an order and an extrapolated value where they differ by enough",
         ),
         "fine": Accuracy(
             (16.0, 32.0, 64.0),

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from studies.compare import Comparison
-from studies.convergence import ASSUMED_ORDER, ORDERS, SAFETY, SAFETY_OF_TWO, VERDICTS
+from studies.convergence import ASSUMED_ORDER, ORDERS, SAFETY, SAFETY_UNOBSERVED, VERDICTS
 from studies.convergence_figure import convergence_figures
 from studies.figures import figures
 from studies.page import page
@@ -24,7 +24,9 @@ from studies.sweep import OFFSET, RESOLUTION
 from studies.variables import NUMBERS, STATES
 from studies.view import flag_words, main_quantities
 
-REPORT_VERSION = 2  # 2: converged values and their error bars, a sentence about each law
+# 2: converged values and their error bars, a sentence about each law
+# 3: an error bar without the mesh's part judges nothing
+REPORT_VERSION = 3
 DRIFT_LIMIT = 0.01  # of the initial energy: beyond it a run does not keep its books, and is marked
 
 
@@ -36,10 +38,20 @@ RULES = (
     "range of two or three, the standard deviation of more. The order is observed over the three finest resolutions "
     "(Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is the grid convergence index over the finest value, factor "
     f"of safety {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a factor of "
-    f"{SAFETY_OF_TWO:g} are taken. Only where the verdict is converging, with an order from {ORDERS[0]:g} to "
-    f"{ORDERS[1]:g} and differences above the scatter, is there an extrapolated number, and it is the value. "
-    "Elsewhere the value is that of the finest resolution, and the mesh part of its error bar is half the range of "
-    "the three finest where they oscillate, their whole range where they are not in the asymptotic range."
+    f"{SAFETY_UNOBSERVED:g} are taken. Only where the verdict is converging, with an order from "
+    f"{ORDERS[0]:g} to {ORDERS[1]:g} and differences above the scatter, is there an extrapolated "
+    "number, and it is the value. (One offset has no scatter; what the measurement says that one "
+    "run cannot see stands for it.) Elsewhere the value is that of the finest resolution, "
+    "and the mesh part of its error bar the largest of three: the range of the three finest, the "
+    "scatter behind the finest difference, and that difference over its ratio of cells to the "
+    f"power {ORDERS[0]:g} less one, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the "
+    f"observed order is below {ORDERS[0]:g} (the factors of Eça and Hoekstra 2014, J. Comput. "
+    "Phys. 262, 104)."
+)
+
+UNJUDGED = (
+    "how far that is off, only several resolutions can say, so nothing is called inside or outside "
+    "of it."
 )
 
 Document = dict[str, Any]
@@ -101,22 +113,28 @@ def _mesh(dataset: xr.Dataset) -> str:
     several = refinements_of(dataset)
     if not several:
         return (
-            "Every point is one run on one mesh. Its error bar has a part for what a single run cannot see "
-            "below the size of a cell; how far the mesh as a whole is off, only several resolutions can say."
+            "Every point is one run on one mesh. Its error bar has a part for what a single run "
+            f"cannot see below the size of a cell, and none for the mesh as a whole: {UNJUDGED}"
         )
     counts = {name: dataset.sizes[name] for name in several}
     words = [f"{counts[RESOLUTION]} resolutions"] if RESOLUTION in counts else []
     words += [f"{counts[OFFSET]} sub-cell offsets"] if OFFSET in counts else []
-    verdict = "it converges" if RESOLUTION in counts else ""
-    value = (
-        "extrapolated to cells of no size where the verdict is converging, and else that of the finest resolution"
-        if verdict
-        else "the mean over offsets; how far the mesh as a whole is off, only several resolutions can say"
-    )
+    beside = "scatter over offsets and what the measurement states beside"
+    if RESOLUTION in counts:
+        value = (
+            "extrapolated to cells of no size where the verdict is converging, and else that of "
+            "the finest resolution"
+        )
+        bar = f"mesh error, {beside}, as root of the sum of their squares."
+    else:
+        value = "the mean over offsets"
+        bar = (
+            f"{beside}, as root of the sum of their squares, and has no part for the mesh as a "
+            f"whole: {UNJUDGED}"
+        )
     return (
-        f"Every point was computed with {' and '.join(words)}. Laws and observations are compared with one value "
-        f"a point: {value}. Its error bar joins mesh error, scatter over offsets and what the measurement states "
-        "beside, as root of the sum of their squares."
+        f"Every point was computed with {' and '.join(words)}. Laws and observations are compared "
+        f"with one value a point: {value}. Its error bar joins {bar}"
     )
 
 

@@ -146,7 +146,7 @@ CONVERGED = (
         "{quantity}_converged_uncertainty_mesh",
         (POINTS,),
         "{unit}",
-        "part of the uncertainty: grid convergence index, or the spread of the finest resolutions",
+        "part of the uncertainty: grid convergence index, or at least the spread of the finest resolutions",
     ),
     Variable(
         "{quantity}_converged_uncertainty_offsets",

@@ -20,21 +20,29 @@ router = APIRouter(prefix="/v1", tags=["events"])
 
 LONGEST_NUMBER = 18  # digits
 HOW = (
-    " Each message that has an `id` is an event; `Last-Event-ID` goes on behind one. Messages named "
+    " Each message that has an `id` is an event; `Last-Event-ID` goes on behind one, and one that "
+    "is not known any more (the service was restored from a backup) is as none. Messages named "
     "`progress` say how far running runs are, at most once a second each. {end}"
 )
 ENDS = "The message named `end` is the last: close the stream, or it begins again."
 
 
 def the_place(
+    store: StoreGiven,
     last_event_id: Annotated[
         str | None, Header(description="`id` of the last event that was seen")
     ] = None,
     after: Annotated[str | None, Query(description="the same, for a first request")] = None,
 ) -> int | None:
-    """The event behind which a stream begins; None: nothing is said."""
+    """The event behind which a stream begins; None: nothing is said that the store knows.
+
+    It does not know one beyond its last: it was restored from a backup since.
+    """
     given = last_event_id or after
-    return None if not given else _number(given)
+    if not given:
+        return None
+    number = _number(given)
+    return number if number <= store.last_event() else None
 
 
 def _number(given: str) -> int:

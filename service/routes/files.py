@@ -5,6 +5,7 @@ that has a part of it can ask for the rest (Range, If-Range).
 """
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -71,10 +72,8 @@ def download_cube(
     slices: SlicesGiven,
     partial: Partial = False,
 ) -> Response:
-    sweep = store.sweep(id)
-    path, sha256, name = _cube(store, artifacts, slices, sweep, partial=partial)
-    offer = Offer(path, served_as(CUBE), f"{_plain(sweep.name)}-{name}", sha256, attachment=True)
-    return send(request, offer)
+    cube = _cube(store, artifacts, slices, id, partial=partial)
+    return send(request, Offer(cube.path, served_as(CUBE), cube.name, cube.sha256, attachment=True))
 
 
 @serves(
@@ -88,7 +87,7 @@ def download_page(
     id: SweepId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
 ) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY}
-    return send(request, _published(store, artifacts, store.sweep(id), PAGE, headers=policy))
+    return send(request, _published(store, artifacts, id, PAGE, headers=policy))
 
 
 @serves(
@@ -101,7 +100,7 @@ def download_page(
 def download_twin(
     id: SweepId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
 ) -> Response:
-    return send(request, _published(store, artifacts, store.sweep(id), TWIN))
+    return send(request, _published(store, artifacts, id, TWIN))
 
 
 @router.get(
@@ -133,28 +132,35 @@ def show_slice(
 
     What belongs to a variable, its uncertainty and flags and the state of the runs, comes along.
     """
-    sweep = store.sweep(id)
     at = _at(request, axes=store.sweep_document(id).get("axes", {}))
-    path, sha256, _ = _cube(store, artifacts, slices, sweep, partial=partial)
-    file, digest = slices.part(path, sha256, Part(tuple(variable or ()), at, format))
-    name = f"{_plain(sweep.name)}-{SLICE}.{format}"
+    cube = _cube(store, artifacts, slices, id, partial=partial)
+    file, digest = slices.part(cube.path, cube.sha256, Part(tuple(variable or ()), at, format))
+    name = f"{cube.sweep}-{SLICE}.{format}"
     return send(request, Offer(file, served_as(name), name, digest, attachment=format == "nc"))
 
 
+@dataclass(frozen=True)
+class Cube:
+    """A cube to be sent, whole or as far as it is."""
+
+    sweep: str  # its name, plain
+    path: Path
+    sha256: str
+    label: str  # which of the two it is
+
+    @property
+    def name(self) -> str:
+        """What it is called where it is sent to."""
+        return f"{self.sweep}-{self.label}"
+
+
 def _published(
-    store: Store,
-    artifacts: Artifacts,
-    sweep: SweepRow,
-    name: str,
-    headers: dict[str, str] | None = None,
+    store: Store, artifacts: Artifacts, id: str, name: str, headers: dict[str, str] | None = None
 ) -> Offer:
     """A file of a sweep that has ended; raises NotFound, NotReady."""
-    try:
-        stored = store.artifact(sweep.id, name)
-    except NotFound:
-        if sweep.is_terminal:
-            raise
-        raise NotReady(f"the sweep is {_how_far(sweep)}") from None
+    sweep, stored = store.sweep_and_file(id, name)
+    if stored is None:
+        raise _missing(sweep, name)
     return Offer(
         path=artifacts.path(stored),
         media_type=served_as(name),
@@ -164,24 +170,27 @@ def _published(
     )
 
 
-def _cube(
-    store: Store, artifacts: Artifacts, slices: Slices, sweep: SweepRow, *, partial: bool
-) -> tuple[Path, str, str]:
-    """The cube of a sweep, its digest and a name for it; on request one that is not complete."""
-    try:
-        offer = _published(store, artifacts, sweep, CUBE)
-        assert offer.sha256 is not None
-        return offer.path, offer.sha256, CUBE
-    except (NotFound, NotReady):
-        if not partial:
-            raise
+def _cube(store: Store, artifacts: Artifacts, slices: Slices, id: str, *, partial: bool) -> Cube:
+    """The cube of a sweep; on request one that is not complete."""
+    sweep, stored = store.sweep_and_file(id, CUBE)
+    if stored is not None:
+        return Cube(_plain(sweep.name), artifacts.path(stored), stored.sha256, CUBE)
+    if not partial:
+        raise _missing(sweep, CUBE)
     document, outcomes = store.question(sweep.id)
     if not any(outcome.path for outcome in outcomes):
         raise NotReady(f"the sweep is {_how_far(sweep)}, and none of its runs has a result yet")
     state = f"{sweep.state}, {sum(outcome.path is not None for outcome in outcomes)}"
     state = f"{state} of {len(outcomes)} runs have a result"
     path, sha256 = slices.partial_cube(document, outcomes, artifacts.root, state)
-    return path, sha256, f"partial-{CUBE}"
+    return Cube(_plain(sweep.name), path, sha256, f"partial-{CUBE}")
+
+
+def _missing(sweep: SweepRow, name: str) -> Exception:
+    """Why a file is not there: it never will be, or not yet."""
+    if sweep.is_terminal:
+        return NotFound("file", f"{sweep.id}/{name}")
+    return NotReady(f"the sweep is {_how_far(sweep)}")
 
 
 def _at(request: Request, axes: Any) -> dict[str, tuple[str, ...]]:

@@ -12,12 +12,13 @@ from markupsafe import Markup, escape
 
 from service.console import duration
 from service.errors import INTERNAL, PROBLEMS
-from service.jobs import SweepState
 from service.routes.given import StoreGiven
 from service.schemas import SweepModel
 from service.version import version
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+# What a problem document points to, so that who has no key can read what that means.
+docs_router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 REFRESH = 5  # s; a page with unfinished sweeps loads itself again
 TEMPLATES = Environment(
@@ -33,20 +34,18 @@ TEMPLATES.filters["pretty"] = lambda value: json.dumps(value, indent=2)
 @router.get("/")
 def show_sweeps(store: StoreGiven, cursor: Annotated[str | None, Query()] = None) -> str:
     """The sweeps with state, progress and links to report and cube."""
-    page = store.sweeps(cursor=cursor, limit=50)
-    # Only of a cancelled sweep the state does not say whether it has files.
-    cancelled = [row.id for row in page.items if row.state is SweepState.CANCELLED]
-    bulletin = store.bulletin(cancelled)
+    front = store.front(cursor=cursor)
+    page = front.sweeps
     return _rendered(
         "sweeps.html",
-        sweeps=[SweepModel.of(row, bulletin.files.get(row.id)) for row in page.items],
+        sweeps=[SweepModel.of(row, front.files[row.id]) for row in page.items],
         next_cursor=page.next_cursor,
-        queue=bulletin,
+        queue=front,
         refresh=None if all(row.is_terminal for row in page.items) else REFRESH,
     )
 
 
-@router.get("/docs")
+@docs_router.get("/docs")
 def show_interface(request: Request) -> str:
     """Every operation of the interface with parameters, examples and answers."""
     return _rendered(

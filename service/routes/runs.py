@@ -64,12 +64,11 @@ def download_log(
 
 def _log(store: Store, artifacts: Artifacts, id: str) -> Offer:
     """The log that was registered with the result; while the run is computed, that of the attempt."""
-    run, filename, media_type = store.run(id), f"{id}-{LOG}", served_as(LOG)
-    if run.state not in (State.RUNNING, State.CANCELLING):
-        for stored in store.run_files(id):
-            if stored.name == LOG:
-                return Offer(artifacts.path(stored), media_type, filename, stored.sha256)
+    filename, media_type = f"{id}-{LOG}", served_as(LOG)
+    registered = [stored for stored in store.run_files(id) if stored.name == LOG]
     last = store.known_attempts([id]).get(id)
     if last is None or last.token is None:
         raise NotFound("log", id)
+    if registered and last.state not in (State.RUNNING, State.CANCELLING):
+        return Offer(artifacts.path(registered[0]), media_type, filename, registered[0].sha256)
     return Offer(artifacts.log_of(id, last.attempt, last.token), media_type, filename)

@@ -1,25 +1,16 @@
 """The queue as a whole: what stands where, who works through it, what it cost."""
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from datetime import datetime
 
 import sqlalchemy as sa
 
 from service.jobs import TERMINAL, Cause, Kind, QueueRow, State, Tally
 from service.store import leadership
 from service.store.connection import Part
-from service.store.tables import ARTIFACTS, CAUSES, CONTROL, DISPATCHERS, JOBS
+from service.store.tables import CAUSES, CONTROL, DISPATCHERS, JOBS
 
-
-@dataclass(frozen=True)
-class Bulletin:
-    """What a page of sweeps says beside their rows."""
-
-    paused: datetime | None  # since when no run is begun
-    hindrance: str | None  # why nothing is begun although there is work
-    files: Mapping[str, Sequence[str]]  # names of those that are published, by sweep
+# Jobs per state in the whole store.
+STATES = sa.select(JOBS.c.state, sa.func.count().label("jobs")).group_by(JOBS.c.state)
 
 
 class Overview(Part):
@@ -31,43 +22,28 @@ class Overview(Part):
             JOBS.c.state == State.QUEUED, JOBS.c.kind == Kind.RUN
         )
         youngest = sa.select(sa.func.coalesce(sa.func.max(DISPATCHERS.c.epoch), 0))
+        states = STATES.subquery()
         query = sa.select(
-            *(CONTROL.c.paused, CONTROL.c.hindrance),
+            *(CONTROL.c.paused, CONTROL.c.hindrance, states),
             *(oldest.scalar_subquery().label("oldest"), youngest.scalar_subquery().label("epoch")),
-        )
-        with self._database.reading() as connection:
-            row = connection.execute(query).one()
-            return QueueRow(
-                paused=row.paused,
-                hindrance=row.hindrance,
-                states=_states(connection),
-                oldest_queued=row.oldest,
-                epoch=row.epoch,
-                leader=leadership.leader(self._database, connection),
-            )
-
-    def bulletin(self, sweep_ids: Sequence[str]) -> Bulletin:
-        """Whether runs are begun, and which files these sweeps have: one statement."""
-        files = (
-            sa.select(JOBS.c.sweep_id, ARTIFACTS.c.name)
-            .join_from(JOBS, ARTIFACTS, ARTIFACTS.c.job_id == JOBS.c.id)
-            .where(JOBS.c.sweep_id.in_(sweep_ids))
-            .subquery()
-        )
-        query = sa.select(CONTROL.c.paused, CONTROL.c.hindrance, files).select_from(
-            CONTROL.outerjoin(files, sa.true())  # the one row of ``control`` is there in any case
+        ).select_from(
+            CONTROL.outerjoin(states, sa.true())  # the one row of ``control`` is there in any case
         )
         with self._database.reading() as connection:
             rows = connection.execute(query).all()
-        names = defaultdict(list)
-        for row in rows:
-            names[row.sweep_id].append(row.name)
-        return Bulletin(rows[0].paused, rows[0].hindrance, names)
+            return QueueRow(
+                paused=rows[0].paused,
+                hindrance=rows[0].hindrance,
+                states={row.state: row.jobs for row in rows if row.state is not None},
+                oldest_queued=rows[0].oldest,
+                epoch=rows[0].epoch,
+                leader=leadership.leader(self._database, connection),
+            )
 
     def states(self) -> Mapping[State, int]:
         """Jobs per state in the whole store."""
         with self._database.reading() as connection:
-            return _states(connection)
+            return {row.state: row.jobs for row in connection.execute(STATES)}
 
     def tally(self, edges: Sequence[float]) -> tuple[Tally, ...]:
         """Jobs by kind, state and place of their measured seconds among ``edges``."""
@@ -102,8 +78,3 @@ class Overview(Part):
         with self._database.reading() as connection:
             seconds, cost = connection.execute(query).one()
         return seconds / cost if cost else None
-
-
-def _states(connection: sa.Connection) -> Mapping[State, int]:
-    query = sa.select(JOBS.c.state, sa.func.count().label("jobs")).group_by(JOBS.c.state)
-    return {row.state: row.jobs for row in connection.execute(query)}

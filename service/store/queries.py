@@ -47,8 +47,16 @@ POINT_STATE = sa.type_coerce(
     words(State),
 )
 
-_IS_BEGUN = sa.exists().where(
-    POINTS.c.sweep_id == SWEEPS.c.id, JOBS.c.id == POINTS.c.run_id, JOBS.c.state != State.QUEUED
+# One row of each sweep, and no EXISTS: PostgreSQL answers that for all sweeps of the store at once.
+_IS_BEGUN = (
+    sa.select(sa.true())
+    .where(
+        POINTS.c.sweep_id == SWEEPS.c.id, JOBS.c.id == POINTS.c.run_id, JOBS.c.state != State.QUEUED
+    )
+    .limit(1)
+    .correlate(SWEEPS)
+    .scalar_subquery()
+    .is_not(None)
 )
 
 # Where a sweep stands, from its publication and its runs.

@@ -2,6 +2,8 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence, Set
+from dataclasses import dataclass
+from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
@@ -24,6 +26,7 @@ from service.store import queries
 from service.store.connection import Database, Part
 from service.store.queries import (
     POINT_STATE,
+    PUBLICATIONS,
     RUN_COLUMNS,
     SWEEP_ROWS,
     SWEEP_STATE,
@@ -31,8 +34,28 @@ from service.store.queries import (
     one_row,
 )
 from service.store.rows import Row, measured_record, point_record, run_record, stored_record
-from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
+from service.store.tables import ARTIFACTS, CONTROL, EVENTS, JOBS, POINTS, SWEEPS
 from service.store.tallies import Tallies
+
+# Names of the files that a sweep has published, one after the other; null: there are none.
+FILE_NAMES = (
+    sa.select(sa.func.aggregate_strings(ARTIFACTS.c.name, " "))
+    .where(ARTIFACTS.c.job_id == PUBLICATIONS.c.id)
+    .correlate(PUBLICATIONS)
+    .scalar_subquery()
+    .label("files")
+)
+SWEEPS_AND_FILES = SWEEP_ROWS.add_columns(FILE_NAMES)
+
+
+@dataclass(frozen=True)
+class Front:
+    """A page of sweeps as people see it: with their files, and whether runs are begun."""
+
+    sweeps: Page[SweepRow]
+    files: Mapping[str, Sequence[str]]  # names of those that are published, by sweep
+    paused: datetime | None  # since when no run is begun
+    hindrance: str | None  # why nothing is begun although there is work
 
 
 class Questions(Part):
@@ -50,19 +73,48 @@ class Questions(Part):
             row = one_row(connection, SWEEP_ROWS.where(SWEEPS.c.id == id), "sweep", id)
             return self._sweep_rows(connection, [row])[0]
 
+    def sweep_and_files(self, id: str) -> tuple[SweepRow, Sequence[str]]:
+        """One sweep, and the names of the files that it has published; raises NotFound."""
+        query = SWEEPS_AND_FILES.where(SWEEPS.c.id == id)
+        with self._database.reading() as connection:
+            row = one_row(connection, query, "sweep", id)
+            return self._sweep_rows(connection, [row])[0], _names(row)
+
+    def sweep_and_file(self, id: str, name: str) -> tuple[SweepRow, Stored | None]:
+        """One sweep, and the file of this name if it has published one; raises NotFound."""
+        published = (ARTIFACTS.c.job_id == PUBLICATIONS.c.id) & (ARTIFACTS.c.name == name)
+        query = SWEEP_ROWS.add_columns(ARTIFACTS.c.path, ARTIFACTS.c.size, ARTIFACTS.c.sha256)
+        query = query.outerjoin(ARTIFACTS, published).where(SWEEPS.c.id == id)
+        with self._database.reading() as connection:
+            row = one_row(connection, query, "sweep", id)
+            sweep = self._sweep_rows(connection, [row])[0]
+        file = None if row.path is None else Stored(name, row.path, row.size, row.sha256)
+        return sweep, file
+
     def sweeps(
         self, *, state: SweepState | None = None, cursor: str | None = None, limit: int = 50
     ) -> Page[SweepRow]:
         """Sweeps, the youngest first: two statements, whatever the number of runs."""
-        query = SWEEP_ROWS.order_by(SWEEPS.c.number.desc()).limit(limit + 1)
+        query = _youngest(SWEEP_ROWS, cursor, limit)
         if state is not None:
             query = query.where(SWEEP_STATE.in_([state]))
-        if cursor is not None:
-            query = query.where(SWEEPS.c.number < number_of(cursor))
+        with self._database.reading() as connection:
+            return self._page(connection, connection.execute(query).all(), limit)
+
+    def front(self, *, cursor: str | None = None, limit: int = 50) -> Front:
+        """Sweeps with their files, the youngest first, and what the queue does: two statements."""
+        page = _youngest(SWEEPS_AND_FILES, cursor, limit).subquery()
+        query = (
+            sa.select(CONTROL.c.paused, CONTROL.c.hindrance, page)
+            .select_from(CONTROL.outerjoin(page, sa.true()))  # whose one row is always there
+            .order_by(page.c.number.desc())
+        )
         with self._database.reading() as connection:
             rows = connection.execute(query).all()
-            items = self._sweep_rows(connection, rows[:limit])
-        return Page(items, str(rows[limit - 1].number) if len(rows) > limit else None)
+            found = [row for row in rows if row.id is not None]
+            sweeps = self._page(connection, found, limit)
+        files = {row.id: _names(row) for row in found}
+        return Front(sweeps, files, rows[0].paused, rows[0].hindrance)
 
     def sweep_document(self, id: str) -> Mapping[str, Any]:
         """The document of a sweep, canonical; raises NotFound."""
@@ -76,6 +128,11 @@ class Questions(Part):
         with self._database.reading() as connection:
             rows = connection.execute(query.limit(1)).all()
             return self._sweep_rows(connection, rows)[0] if rows else None
+
+    def _page(self, connection: sa.Connection, rows: Sequence[Row], limit: int) -> Page[SweepRow]:
+        """The first ``limit`` sweeps, and the way to the rest."""
+        items = self._sweep_rows(connection, rows[:limit])
+        return Page(items, str(rows[limit - 1].number) if len(rows) > limit else None)
 
     def _sweep_rows(self, connection: sa.Connection, rows: Sequence[Row]) -> tuple[SweepRow, ...]:
         return queries.sweep_rows(connection, rows, self._tallies.of(connection, rows))
@@ -178,10 +235,17 @@ class Questions(Part):
 
     def run_files(self, id: str) -> tuple[Stored, ...]:
         """The files of a run that has ended; raises NotFound if there is no such run."""
-        is_run = (JOBS.c.id == id) & (JOBS.c.kind == Kind.RUN)
+        query = (
+            sa.select(ARTIFACTS)
+            .join_from(JOBS, ARTIFACTS, ARTIFACTS.c.job_id == JOBS.c.id, isouter=True)
+            .where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
+            .order_by(ARTIFACTS.c.name)
+        )
         with self._database.reading() as connection:
-            one_row(connection, sa.select(JOBS.c.id).where(is_run), "run", id)
-            return _files(connection, is_run)
+            rows = connection.execute(query).all()
+        if not rows:
+            raise NotFound("run", id)
+        return tuple(stored_record(row) for row in rows if row.name is not None)
 
     # --- what happened ---------------------------------------------------------------------------
 
@@ -226,6 +290,17 @@ class Questions(Part):
         with self._database.reading() as connection:
             rows = connection.execute(query.order_by(EVENTS.c.number).limit(limit))
             return tuple(Event(**row._mapping) for row in rows)
+
+
+def _youngest(query: sa.Select[Any], cursor: str | None, limit: int) -> sa.Select[Any]:
+    """The youngest sweeps behind a cursor, and one more to know whether there is another page."""
+    query = query.order_by(SWEEPS.c.number.desc()).limit(limit + 1)
+    return query if cursor is None else query.where(SWEEPS.c.number < number_of(cursor))
+
+
+def _names(row: Row) -> Sequence[str]:
+    """The files of a row that has FILE_NAMES."""
+    return tuple(sorted((row.files or "").split()))
 
 
 def _files(connection: sa.Connection, job: sa.ColumnElement[bool]) -> tuple[Stored, ...]:

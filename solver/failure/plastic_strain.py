@@ -5,7 +5,7 @@ The simplest of the erosion criteria of impact codes; the limit depends on the m
 
 from typing import NamedTuple
 
-from solver.failure import FailureEntry, grown_damage
+from solver.failure import FailureEntry, floor_until_failure, grown_damage
 from solver.jit import implements
 
 
@@ -21,3 +21,8 @@ FAILURE = FailureEntry("plastic_strain", PlasticStrainLimit)
 @implements(grown_damage, PlasticStrainLimit)
 def _(failure, damage, plastic_strain, pressure, dt):
     return max(damage, min(plastic_strain / failure.limit, 1.0))
+
+
+@implements(floor_until_failure, PlasticStrainLimit)
+def _(failure, floor):
+    return floor

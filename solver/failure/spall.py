@@ -5,11 +5,16 @@ Fract. Mech. 4, 431, here with the stress in units of its threshold, so that K i
 tension in the place of the largest principal stress. lambda = 2 is the square that LS-DYNA keeps for this criterion
 (``*MAT_ADD_EROSION``). A time integral, because particles behind a shock scatter by 5 to 30 GPa for a step or two; K is
 to be chosen with that in mind: copper of 1.9 GPa and K = 1 us is broken by 30 GPa in 5 ns.
+
+The stress is the one that matter carries, as in OpenRadioss (``fail_tbutcher_s.F``, what the law of
+the material returns). The integral limits tension, so the tensile floor does not: at the same spall
+strength it would hold sigma at sigma0, and nothing would ever fail. Molten matter bears no tension.
 """
 
+import math
 from typing import NamedTuple
 
-from solver.failure import FailureEntry, grown_damage
+from solver.failure import FailureEntry, floor_until_failure, grown_damage
 from solver.jit import implements
 
 
@@ -30,3 +35,8 @@ def _(failure, damage, plastic_strain, pressure, dt):
     if beyond <= 0.0:
         return damage
     return min(damage + beyond**failure.exponent * dt / failure.time, 1.0)
+
+
+@implements(floor_until_failure, Spall)
+def _(failure, floor):
+    return -math.inf if floor < 0.0 else floor  # 0: molten

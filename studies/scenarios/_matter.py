@@ -36,7 +36,7 @@ class Fracture:
         default=None,
     )
     failure_time: Second | None = described(
-        "time at twice the spall strength after which matter fails; goes with failure spall",
+        "time at twice the spall strength after which matter fails, without a tensile floor; goes with failure spall",
         1e-12,
         1.0,
         default=None,

@@ -1,7 +1,7 @@
 """Impacts on a thin plate and what is done to them: scaled, shifted, mirrored, unfolded; and how two runs compare."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, astuple, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from studies.recipes import Recipe
@@ -29,6 +29,9 @@ SMALL: Mapping[str, Any] = {
     "cells_per_diameter": 8.0,
 }
 RATE_INDEPENDENT = "copper-thesis-plastic"
+
+# Of a tensor, in the order of solver/tensor.py.
+COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 
 def impact_setting(
@@ -178,17 +181,27 @@ def advanced(problem: "Problem", steps: int = STEPS, *, threads: int = 1) -> "Si
 
 @dataclass(frozen=True)
 class Gap:
-    """The largest differences of two runs, particle by particle."""
+    """The largest differences of two runs, particle by particle, in all that a particle carries."""
 
     position: float  # in cells
     velocity: float  # of a gauge speed
-    stress: float  # of density times gauge speed squared
+    mass: float  # relative
     density: float  # relative
+    energy: float  # of gauge speed squared
+    pressure: float  # of density times gauge speed squared, and so are the next two
+    viscosity: float
+    deviator: float
+    plastic_strain: float
+    temperature: float  # of the highest
+    damage: float
+    gone: int  # particles that have left the grid in one of the two only
 
     @property
     def largest(self) -> float:
-        """The largest of all."""
-        return max(self.position, self.velocity, self.stress, self.density)
+        """The largest of all; not a number where one of them is none."""
+        import numpy as np
+
+        return float(np.max(astuple(self)))
 
 
 def ordered(particles: "Particles") -> "Particles":
@@ -199,21 +212,39 @@ def ordered(particles: "Particles") -> "Particles":
     return type(particles)(*(field[index] for field in particles))
 
 
-def gap(one: "Particles", other: "Particles", *, spacing: float, speed: float) -> Gap:
-    """How far two runs are apart; both in the order of their numbers."""
+def image(particles: "Particles", axis: int = 0) -> "Particles":
+    """The mirror image of a state in the plane where a coordinate is zero."""
     import numpy as np
 
-    pressure = float(one.density.max()) * speed**2
-    return Gap(
-        position=float(np.abs(one.position - other.position).max()) / spacing,
-        velocity=float(np.abs(one.velocity - other.velocity).max()) / speed,
-        stress=max(
-            float(np.abs(one.pressure - other.pressure).max()),
-            float(np.abs(one.deviator[:, :3] - other.deviator[:, :3]).max()),
-        )
-        / pressure,
-        density=float(np.abs(one.density / other.density - 1.0).max()),
+    sign = _sign(axis)
+    return particles._replace(
+        position=particles.position * sign,
+        velocity=particles.velocity * sign,
+        deviator=particles.deviator * np.array([sign[i] * sign[j] for i, j in COMPONENTS]),
     )
+
+
+def gap(one: "Particles", other: "Particles", *, spacing: float, speed: float) -> Gap:
+    """How far two runs are apart; both in the order of their numbers."""
+    stress = float(one.density.max()) * speed**2
+    return Gap(
+        position=_farthest(one.position, other.position) / spacing,
+        velocity=_farthest(one.velocity, other.velocity) / speed,
+        mass=_farthest(one.mass / other.mass, 1.0),
+        density=_farthest(one.density / other.density, 1.0),
+        energy=_farthest(one.energy, other.energy) / speed**2,
+        pressure=_farthest(one.pressure, other.pressure) / stress,
+        viscosity=_farthest(one.viscosity, other.viscosity) / stress,
+        deviator=_farthest(one.deviator, other.deviator) / stress,
+        plastic_strain=_farthest(one.plastic_strain, other.plastic_strain),
+        temperature=_farthest(one.temperature, other.temperature) / float(one.temperature.max()),
+        damage=_farthest(one.damage, other.damage),
+        gone=int((one.alive != other.alive).sum()),
+    )
+
+
+def _farthest(one: "np.ndarray", other: "np.ndarray | float") -> float:
+    return float(abs(one - other).max())
 
 
 def differing_values(one: "Particles", other: "Particles") -> int:

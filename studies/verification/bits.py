@@ -1,47 +1,101 @@
 """The same bits for one and two threads, and for a run that was stopped and went on, whatever the numerics."""
 
 import tempfile
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from studies.recipes import Recipe, SchemeName, Shape
-from studies.verification import Case, Row, at_most
+from studies.verification import Case, Row, at_least, at_most
 from studies.verification._impacts import advanced, differing_values, impact_setting
 
 if TYPE_CHECKING:
     from solver.problem import Problem
-    from solver.simulation import Outcome
+    from solver.simulation import Outcome, Simulation
 
 # Past the first reordering of the particles (every 50 steps), so that a restart falls between two.
 STEPS = {"axisymmetric": 70, "quarter": 60}
 STOPPED_AFTER = 33
-GEOMETRIES = ("axisymmetric", "quarter")
+# Tension comes late: the first particles fail after 120 steps, forty of them before the stop and a hundred after it.
+FAILURE_STEPS, FAILURE_STOPPED_AFTER = 160, 140
+# Across the diameter: with three particles per cell two threads share the particles of both bodies in the plane, those
+# of the plate in space, which has no use for more; and the slabs and nodes in both.
+CELLS = {"axisymmetric": 26.0, "quarter": 8.0}
+PARTICLES_PER_CELL = 3
 # Of a cell: GIMP particles whose edge lies on a node leave it a mass of round-off, with which USL cannot live.
 OFFSET = 0.3
+SOME = 1e-9  # of the energy, or one particle: an addition that does nothing proves nothing
+
+
+@dataclass(frozen=True)
+class Addition:
+    """What a recipe does without."""
+
+    parameters: Mapping[str, Any]
+    sign: str  # of its having acted, in words
+    shown: Callable[["Simulation"], float]  # above zero where it did
+    steps: int = STEPS["axisymmetric"]
+    stopped_after: int = STOPPED_AFTER
+
+
+# In the plane only.
+ADDITIONS = {
+    "damping": Addition(
+        {"damping_rate": 1e5, "damping_order": 2},
+        "energy that it took (of the initial)",
+        lambda simulation: simulation.audit().taken_energy,
+    ),
+    "contact": Addition(
+        {"contact": "bardenhagen", "friction": 0.3},
+        "energy that it took (of the initial)",
+        lambda simulation: simulation.audit().contact_energy,
+    ),
+    "failure": Addition(
+        {"failure": "spall", "failure_time": 1e-9},
+        "particles that failed",
+        lambda simulation: simulation.counters.failed,
+        FAILURE_STEPS,
+        FAILURE_STOPPED_AFTER,
+    ),
+}
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
-    for geometry in GEOMETRIES:
+    for geometry in CELLS:
         for shape in get_args(Shape):
             for scheme in get_args(SchemeName):
                 chosen = replace(recipe, shape=shape, scheme=scheme)
-                yield from _rows(f"{geometry}, {shape}, {scheme}", geometry, chosen)
+                where, problem = f"{geometry}, {shape}, {scheme}", impact(geometry, chosen)
+                yield from _rows(where, problem, STEPS[geometry], STOPPED_AFTER)
+    for name, addition in ADDITIONS.items():
+        where = f"axisymmetric, {name}"
+        problem = impact("axisymmetric", recipe, **addition.parameters)
+        yield from _rows(where, problem, addition.steps, addition.stopped_after)
+        got = addition.shown(advanced(problem, addition.steps))
+        yield at_least(f"{where}: {addition.sign}", limit=SOME, got=got)
 
 
-def _rows(where: str, geometry: str, recipe: Recipe) -> Iterator[Row]:
-    problem = impact_setting(
-        recipe, geometry=geometry, material="copper-ofhc", offset=OFFSET
-    ).problem
-    one, two = (advanced(problem, STEPS[geometry], threads=threads) for threads in (1, 2))
-    yield at_most(
-        f"{where}: values that differ between one thread and two",
-        limit=0,
-        got=differing_values(one.particles, two.particles) + (one.time != two.time),
+def impact(geometry: str, recipe: Recipe, **parameters: Any) -> "Problem":
+    """The impact of a geometry, large enough to be shared by two threads."""
+    setting = impact_setting(
+        replace(recipe, particles_per_cell=PARTICLES_PER_CELL),
+        geometry=geometry,
+        material="copper-ofhc",
+        offset=OFFSET,
+        cells_per_diameter=CELLS[geometry],
+        **parameters,
     )
+    return setting.problem
+
+
+def _rows(where: str, problem: "Problem", steps: int, stopped_after: int) -> Iterator[Row]:
+    one, two = (advanced(problem, steps, threads=threads) for threads in (1, 2))
+    bits = differing_values(one.particles, two.particles) + (one.time != two.time)
+    bits += (one.audit() != two.audit()) + (one.counters != two.counters)
+    yield at_most(f"{where}: values that differ between one thread and two", limit=0, got=bits)
     problem = replace(problem, end_time=one.time)
-    through, restarted = _through(problem), _stopped_and_resumed(problem)
+    through, restarted = _through(problem), _stopped_and_resumed(problem, stopped_after)
     bits = differing_values(through.snapshot.particles, restarted.snapshot.particles)
     bits += sum(
         getattr(through, name) != getattr(restarted, name)
@@ -56,7 +110,7 @@ def _through(problem: "Problem") -> "Outcome":
     return simulate(problem, threads=1)
 
 
-def _stopped_and_resumed(problem: "Problem") -> "Outcome":
+def _stopped_and_resumed(problem: "Problem", steps: int) -> "Outcome":
     from solver.checkpoint import Checkpointing
     from solver.errors import Interrupted
     from solver.simulation import simulate
@@ -65,9 +119,7 @@ def _stopped_and_resumed(problem: "Problem") -> "Outcome":
         path = Path(folder) / "checkpoint"
         told: list[str] = []
         try:
-            simulate(
-                problem, threads=1, checkpoint=Checkpointing(path=path, leave=_after(STOPPED_AFTER))
-            )
+            simulate(problem, threads=1, checkpoint=Checkpointing(path=path, leave=_after(steps)))
         except Interrupted:
             outcome = simulate(
                 problem, threads=1, checkpoint=Checkpointing(path=path, tell=told.append)

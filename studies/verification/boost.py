@@ -33,6 +33,11 @@ def _run(recipe: Recipe) -> Iterator[Row]:
                 within=DENSITY if gated else None,
             )
             yield relative(
+                f"{where}: internal energy (MJ/kg)",
+                expected=exact.energy / 1e6,
+                got=wave.plateau.energy / 1e6,
+            )
+            yield relative(
                 f"{where}: shock speed (m/s)",
                 expected=exact.shock_speed,
                 got=wave.speed,

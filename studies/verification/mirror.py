@@ -10,6 +10,7 @@ from studies.verification._impacts import (
     STEPS,
     advanced,
     gap,
+    image,
     impact_setting,
     mirrored,
     ordered,
@@ -24,12 +25,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 
     speed = float(SMALL["speed"])
     oblique = impact_setting(recipe, geometry="half", obliquity=OBLIQUITY).problem
-    image = ordered(advanced(mirrored(oblique)).particles)
-    turned = image._replace(
-        position=image.position * (-1.0, 1.0, 1.0),
-        velocity=image.velocity * (-1.0, 1.0, 1.0),
-        deviator=image.deviator * (1.0, 1.0, 1.0, -1.0, 1.0, -1.0),
-    )
+    turned = image(ordered(advanced(mirrored(oblique)).particles))
     straight = ordered(advanced(oblique).particles)
     yield at_most(
         f"oblique impact and its mirror image, {STEPS} steps: largest difference",

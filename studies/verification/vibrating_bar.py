@@ -8,7 +8,7 @@ discretisation.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -34,7 +34,8 @@ VOID_CELLS = 2
 # amplitude of the literature, 0.16 m, at which particles cross cells of the finer grids.
 AMPLITUDES = {"small": 1e-5, "usual": 0.1}  # m/s
 
-# What is lost falls with the cell at least in proportion.
+# What is lost falls with the cell at least in proportion. Gated is the finest pair, as every observed order is between
+# the two finest grids; that was decided when the ratios were known, see ``_halving``.
 HALVING = 0.5
 
 
@@ -65,16 +66,21 @@ def _series(claim: str, errors: list[float]) -> Iterator[Row]:
 
 
 def _halving(name: str, drift: list[float]) -> Iterator[Row]:
-    """Gated between the two finest grids, as every observed order is; the coarser pairs stand beside it.
+    """Gated between the two finest grids; the coarser pairs stand beside it and say whether they halve.
 
-    All pairs were gated at first. The coarsest does not halve: 0.516 at the small amplitude, 0.528 at the usual one.
+    All pairs were gated at first. Three miss it, from coarse to fine: at the small amplitude 0.516 and 0.50043 (then
+    0.486), at the usual one 0.5285 (then 0.490 and 0.489).
     """
     for (coarse, fine), (before, after) in zip(pairwise(CELLS), pairwise(drift), strict=True):
         claim = f"{name} amplitude: energy change at {fine} cells over that at {coarse}"
-        if fine == CELLS[-1]:
-            yield at_most(claim, limit=HALVING, got=after / before)
-        else:
-            yield reported(claim, after / before)
+        row = at_most(claim, limit=HALVING, got=after / before)
+        yield row if fine == CELLS[-1] else _beside(row)
+
+
+def _beside(row: Row) -> Row:
+    """The same comparison, reported, with what the gate would have said."""
+    word = "holds" if row.passed else "misses"
+    return replace(row, claim=f"{row.claim}, {word} {HALVING:g}", tolerance=None)
 
 
 def _motion(vibration: Vibration, cells: int, recipe: Recipe) -> Motion:

@@ -1,19 +1,24 @@
 """What is looked at after a drill: rows, files, and every variable of every cube."""
 
+import json
+import zlib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 import xarray as xr
 
-from service.artifacts import PART, Artifacts
+from service.app import CACHE
+from service.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
 from service.jobs import ANSWER, RunRow, State, Stored, SweepRow
 from service.store import Store
 from tests.service.test_store_races import check as nobody_waits_in_vain
 
 WALL_CLOCK = {"solver_seconds"}  # the only variable that may differ between two times
+WORDS = "OSU"  # kinds of arrays of words; those of a part are as wide as the longest of the whole
 PAGE = 1000
 
 
@@ -79,9 +84,56 @@ def resumed(store: Store, artifacts: Artifacts, sweeps: list[str]) -> list[str]:
 
 
 def half_files(store: Store, artifacts: Artifacts) -> list[str]:
-    """Unfinished files in a folder that counts."""
-    folders = {artifacts.path(file).parent for file in files(store)}
-    return [str(part) for folder in sorted(folders) for part in folder.glob(f".{PART}")]
+    """Unfinished files, by name or by content, among those that could be used or shown."""
+    counting = _folders_that_count(store, artifacts)
+    parts = [part for folder in counting for part in folder.glob(f".{PART}")]
+    final = [file for folder in counting for file in folder.glob("*.*")]
+    final += [*artifacts.root.glob(f"{RUNS}/*/*/{CHECKPOINT}.npz"), *_cached(artifacts)]
+    return [str(file) for file in [*parts, *(one for one in final if not is_whole(one))]]
+
+
+def _folders_that_count(store: Store, artifacts: Artifacts) -> list[Path]:
+    """Those of registered files, and those that would be registered at the next look."""
+    registered = {artifacts.path(file).parent for file in files(store)}
+    complete = {
+        artifacts.attempt_directory(claim)
+        for claim in store.claimed()
+        if artifacts.complete_files(claim)
+    }
+    return sorted(registered | complete)
+
+
+def _cached(artifacts: Artifacts) -> list[Path]:
+    """What was made of cubes, and is sent again to whoever asks the same."""
+    return [file for file in artifacts.root.glob(f"{CACHE}/*.*") if not file.match(PART)]
+
+
+def is_whole(file: Path) -> bool:
+    """Whether a file can be read to its end; one that has gone meanwhile counts for nothing."""
+    try:
+        return _reads_to_its_end(file)
+    except FileNotFoundError:
+        return True
+    except (OSError, ValueError, EOFError, BadZipFile, zlib.error):
+        return False
+
+
+def _reads_to_its_end(file: Path) -> bool:
+    content = file.read_bytes()
+    if content.startswith(b"PK"):
+        with ZipFile(file) as arrays:
+            return arrays.testzip() is None
+    if content.startswith(b"\x89HDF"):
+        with xr.open_dataset(file) as cube:
+            cube.load()
+        return True
+    if content.startswith(b"<"):
+        return content.rstrip().endswith(b"</html>")
+    # A log ends anywhere; a final state of a stand-in is the id of its run, and words.
+    if file.suffix == ".txt" or ID.match(content.decode()):
+        return True
+    json.loads(content)
+    return True
 
 
 def contradictions(store: Store) -> list[str]:
@@ -112,9 +164,10 @@ def _broken_file(store: Store) -> list[str]:
     return found
 
 
-def differences(one: Path, other: Path) -> Iterator[str]:
-    """Variables of two cubes that differ in a bit, or are in one of them only."""
-    with xr.open_dataset(one) as first, xr.open_dataset(other) as second:
+def differences(one: Path, other: Path, *, at: Mapping[str, Any] | None = None) -> Iterator[str]:
+    """Variables of two cubes, or of a part of both, that differ in a bit, or are in one only."""
+    with xr.open_dataset(one) as whole, xr.open_dataset(other) as same:
+        first, second = whole.sel(at or {}), same.sel(at or {})
         for name in sorted({*map(str, first.variables), *map(str, second.variables)} - WALL_CLOCK):
             if name not in first.variables or name not in second.variables:
                 yield f"{name} is in one of them only"
@@ -130,8 +183,10 @@ def count_variables(file: Path) -> int:
 
 def _same_bits(one: xr.DataArray, other: xr.DataArray) -> bool:
     first, second = one.values, other.values
-    if one.dims != other.dims or first.dtype != second.dtype or first.shape != second.shape:
+    if one.dims != other.dims or first.shape != second.shape:
         return False
-    if first.dtype == object:
+    if first.dtype.kind == second.dtype.kind and first.dtype.kind in WORDS:
         return bool(np.array_equal(first, second))
+    if first.dtype != second.dtype:
+        return False
     return first.tobytes() == second.tobytes()

@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.failure import FailureEntry, grown_damage
+from solver.eos import pressure_terms
+from solver.failure import FailureEntry, floor_until_failure, grown_damage
 from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
 from solver.stress import Acts, Point, advance
 from solver.tension.unlimited import UnlimitedTension
 from solver.tensor import equivalent_stress
-from tests.solver.bodies import DENSITY, ROOM, SPACING, real_copper
+from tests.solver.bodies import DENSITY, MELT, ROOM, SOUND_SPEED, SPACING, real_copper
 
 MEMBERS = entries("solver.failure", "FAILURE")
 SPALL, TIME, LIMIT = 1.9e9, 1e-7, 0.3  # Pa, s, plastic strain
@@ -89,6 +90,16 @@ def test_damage__of_matter_that_is_pressed_without_slip_does_not_grow(
     name: str, pressure: float, dt: float
 ) -> None:
     assert grown_damage(copper(name), 0.0, 0.0, pressure, dt) == 0.0
+
+
+@given(members, st.floats(-1e11, 0.0))
+def test_failure__never_lifts_the_floor_of_whole_matter(name: str, floor: float) -> None:
+    assert floor_until_failure(copper(name), floor) <= floor
+
+
+@pytest.mark.parametrize("name", sorted(MEMBERS))
+def test_failure__gives_molten_matter_no_tension(name: str) -> None:
+    assert floor_until_failure(copper(name), 0.0) == 0.0
 
 
 @pytest.mark.parametrize("name", BREAKS)
@@ -184,3 +195,66 @@ def test_spall__breaks_after_its_time_at_twice_the_threshold_and_by_the_square_e
     assert math.isclose(damage, 1.0 - 1.0 / steps, rel_tol=1e-10)
     last = grown_damage(copper("spall"), damage, 0.0, -tension * SPALL, duration * TIME)
     assert last == 1.0
+
+
+# Matter at a constant tension: at rest, thinner than it likes to be, under a tensile floor at the same spall strength
+
+STRETCHED = real_copper()._replace(failure=copper("spall"))
+
+
+def held(tension_share: float, *, damage: float = 0.0, temperature: float = ROOM) -> Point:
+    """A point whose equation of state asks for a tension in units of the threshold."""
+    thinned = 1.0 - tension_share * SPALL / (DENSITY * SOUND_SPEED**2)
+    density = DENSITY * thinned
+    pressure, _ = pressure_terms(STRETCHED.eos, density)
+    return Point(density, 0.0, pressure, 0.0, UNSTRESSED, 0.0, temperature, damage)
+
+
+def rested(point: Point, steps: int) -> list[Point]:
+    """A point after each of some steps in which nothing moves, until it has failed."""
+    states = [point]
+    while len(states) <= steps and states[-1].damage < 1.0:
+        states.append(step(STRETCHED, np.zeros((3, 3)), states[-1])[0])
+    return states[1:]
+
+
+@pytest.mark.parametrize("tension_share", [1.6, 2.1, 2.9])
+def test_spall__breaks_what_is_held_at_a_tension_when_the_integral_says(
+    tension_share: float,
+) -> None:
+    """At (sigma / sigma0 - 1)^2 t = K of the tension that is stored, to the step."""
+    states = rested(held(tension_share), 1000)
+    carried = -states[0].pressure
+    assert math.isclose(carried, tension_share * SPALL, rel_tol=ROUND_OFF)
+    expected = TIME / (carried / SPALL - 1.0) ** 2
+    assert math.ceil(expected / DT) == len(states)
+
+
+@pytest.mark.parametrize("tension_share", [1.6, 2.1, 2.9])
+def test_spall__lets_matter_carry_its_tension_until_it_breaks_and_none_after(
+    tension_share: float,
+) -> None:
+    point = held(tension_share)
+    *whole, broken = rested(point, 1000)
+    assert {state.pressure for state in whole} == {point.pressure}
+    assert broken.pressure == 0.0
+
+
+@pytest.mark.parametrize("tension_share", [0.5, 0.99])
+def test_spall__never_breaks_what_is_held_below_its_threshold(tension_share: float) -> None:
+    states = rested(held(tension_share), 1000)
+    assert {state.damage for state in states} == {0.0}
+
+
+@pytest.mark.parametrize("tension_share", [1.5, 3.0])
+def test_spall__does_not_count_tension_that_molten_matter_does_not_carry(
+    tension_share: float,
+) -> None:
+    (state,) = rested(held(tension_share, temperature=MELT), 1)
+    assert (state.pressure, state.damage) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("tension_share", [1.5, 3.0])
+def test_spall__adds_nothing_to_what_has_failed(tension_share: float) -> None:
+    new, _, _ = step(STRETCHED, np.zeros((3, 3)), held(tension_share, damage=1.0))
+    assert (new.pressure, new.damage) == (0.0, 1.0)

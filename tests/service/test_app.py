@@ -111,6 +111,30 @@ def test_host__that_is_the_address_of_the_service_is_answered(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("Host", ["127.0.0.1:8000", "evil.example"]),
+        ("Host", ["127.0.0.1:8000", "127.0.0.1:8000"]),
+        ("Origin", ["http://127.0.0.1:8000", "https://evil.example"]),
+        ("Sec-Fetch-Site", ["none", "cross-site"]),
+    ],
+)
+def test_request__that_says_twice_where_it_comes_from_or_goes_is_refused(
+    api: Api, name: str, values: list[str]
+) -> None:
+    headers = [(name, value) for value in values]
+    answers = [
+        api.http.get("/livez", headers=headers),
+        api.http.post("/v1/sweeps", json=SWEEP, headers=headers),
+    ]
+    for answer in answers:
+        assert answer.status_code == answer.json()["status"] == 400
+        assert answer.json()["type"].endswith("malformed")
+        assert name in answer.json()["detail"]
+    assert api.http.get("/v1/sweeps").json()["items"] == []
+
+
+@pytest.mark.parametrize(
     "headers",
     [
         {"Sec-Fetch-Site": "cross-site"},

@@ -3,14 +3,18 @@
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from service.directory import DataInUse, holding
+from service.directory import DataInUse, check_names, holding
+from service.local import run_sweep
+from service.serve import serve
 from service.settings import Settings
+from studies.errors import InvalidInput
+from tests.service.test_local import document, settings_of
 
 ROOT = Path(__file__).parents[2]
 HOLD = (
@@ -37,6 +41,11 @@ def held_elsewhere(folder: Path) -> Iterator["subprocess.Popen[str]"]:
     finally:
         process.kill()
         process.communicate()
+
+
+def run_sweep_in(settings: Settings) -> None:
+    """Compute a sweep there."""
+    run_sweep(document(), settings.data, settings=settings)
 
 
 def test_second__is_refused_and_told_by_whom(tmp_path: Path) -> None:
@@ -70,6 +79,49 @@ def test_second__with_the_same_database_is_refused_too(tmp_path: Path) -> None:
         pass
 
 
+def test_second__by_a_symbolic_link_to_the_database_is_refused_too(tmp_path: Path) -> None:
+    data, linked = tmp_path / "one", tmp_path / "two" / "linked.db"
+    linked.parent.mkdir()
+    linked.symlink_to(data / "whipple.db")
+    second = Settings(data=linked.parent, database_url=f"sqlite:///{linked}")
+    with (
+        held_elsewhere(data) as process,
+        pytest.raises(DataInUse, match=f"process {process.pid}; stop it, or choose another"),
+        holding(second),
+    ):
+        pass  # never reached
+
+
+def test_hard_link__to_the_database_is_refused_by_either_name(tmp_path: Path) -> None:
+    data, linked = tmp_path / "one", tmp_path / "two" / "linked.db"
+    for folder in (data, linked.parent):
+        folder.mkdir()
+    (data / "whipple.db").touch()
+    one = Settings(data=data)
+    other = Settings(data=linked.parent, database_url=f"sqlite:///{linked}")
+    check_names(one)
+    check_names(other)  # none yet
+    linked.hardlink_to(data / "whipple.db")
+    for settings in (one, other):
+        with pytest.raises(InvalidInput, match=r"with 2 names .* remove the others"):
+            check_names(settings)
+
+
+@pytest.mark.parametrize("begin", [serve, run_sweep_in])
+def test_hard_link__is_refused_before_the_database_is_touched(
+    tmp_path: Path, begin: Callable[[Settings], object]
+) -> None:
+    settings = Settings(data=tmp_path / "data", port=0)
+    settings.data.mkdir()
+    database = settings.data / "whipple.db"
+    database.touch()
+    (tmp_path / "other.db").hardlink_to(database)
+    with pytest.raises(InvalidInput, match="without hard links"):
+        begin(settings)
+    assert list(settings.data.iterdir()) == [database]
+    assert database.stat().st_size == 0
+
+
 def test_killed__leaves_it_free(tmp_path: Path) -> None:
     with held_elsewhere(tmp_path) as process:
         process.kill()
@@ -79,9 +131,6 @@ def test_killed__leaves_it_free(tmp_path: Path) -> None:
 
 
 def test_refusal__comes_before_the_database_is_touched(tmp_path: Path) -> None:
-    from service.local import run_sweep
-    from tests.service.test_local import document, settings_of
-
     settings = settings_of(tmp_path)
     with held_elsewhere(settings.data), pytest.raises(DataInUse):
         run_sweep(document(), tmp_path, settings=settings)

@@ -59,8 +59,15 @@ def test_every_operation__needs_a_key_elsewhere(api: Api) -> None:
                 assert response.status_code in (200, 503), path
             else:
                 assert is_refused(response, 401, ""), (method, path, response.text)
-    for path in ("/", "/docs", "/metrics"):
+    for path in ("/", "/metrics"):
         assert api.http.get(path).status_code == 401
+
+
+def test_refusal__points_to_a_page_that_needs_no_key(api: Api) -> None:
+    page, _, place = api.http.get("/v1/sweeps").json()["type"].partition("#")
+    explained = api.http.get(page)
+    assert explained.status_code == 200
+    assert f'id="{place}"' in explained.text
 
 
 def test_request__by_another_name_than_the_loopbacks_needs_a_key(tmp_path: Path) -> None:

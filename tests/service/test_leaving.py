@@ -143,6 +143,60 @@ def test_gone_within__ends_a_process_that_hangs_and_no_other(
     assert process.returncode == 0
 
 
+LINGERS = (
+    "import threading; from concurrent.futures import ThreadPoolExecutor\n"
+    "from service.leaving import heeding\n"
+    "threads = ThreadPoolExecutor(1)\n"
+    "threads.submit(threading.Event().wait)\n"
+    "with heeding(gone_within={seconds}) as leaving:\n"
+    "    print('ready', flush=True)\n"
+    "    leaving.asked(wait=600)\n"
+    "threads.shutdown(wait=False, cancel_futures=True)\n"
+    "print('left')\n"
+    "{then}\n"
+)
+
+
+@pytest.mark.parametrize(("seconds", "then"), [(3.0, "pass"), (600, "leaving.go()")])
+def test_thread_that_goes_on__does_not_keep_the_process(seconds: float, then: str) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-c", LINGERS.format(seconds=seconds, then=then)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.terminate()
+        assert process.communicate(timeout=WAKE_SECONDS)[0] == "left\n"
+        assert process.returncode == 0
+    finally:
+        process.kill()
+
+
+def test_go__does_nothing_unless_asked() -> None:
+    with heeding() as leaving:
+        leaving.go()
+
+
+GOES = (
+    "import atexit, os, signal; from service.leaving import heeding\n"
+    "atexit.register(print, 'in order')\n"
+    "with heeding() as leaving:\n"
+    "    os.kill(os.getpid(), signal.SIGTERM)\n"
+    "leaving.go()\n"
+    "print('not reached')\n"
+)
+
+
+def test_go__keeps_what_was_printed_and_what_was_registered_for_the_end() -> None:
+    answer = subprocess.run(
+        [sys.executable, "-c", GOES], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False
+    )
+    assert (answer.returncode, answer.stdout) == (0, "in order\n")
+
+
 def test_ignored__stays_ignored() -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:

@@ -358,6 +358,26 @@ def test_stream__of_nothing_is_a_404(api: Api, path: str) -> None:
     assert live_of(api).open == 0
 
 
+@pytest.mark.parametrize("kind", ["sweeps", "runs"])
+def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, kind: str) -> None:
+    sweep = api.submit()
+    run = api.store.sweep_runs(sweep).items[0].run.id
+    api.compute()
+    path = f"/v1/{kind}/{sweep if kind == 'sweeps' else run}/events"
+    whole, last = told_at_once(api, path), api.store.last_event()
+    assert told_at_once(api, path, last=last) == whole[-1:]  # its end alone
+    for beyond in (last + 1, 10**17):  # it was seen before a backup was restored
+        assert told_at_once(api, path, last=beyond) == whole
+
+
+def test_queue__behind_an_event_that_is_not_there_yet_is_told_from_now_on(api: Api) -> None:
+    api.submit()
+    beyond = api.store.last_event() + 1000
+    with served(api) as url, listening(url, "/v1/queue/events", last=beyond) as heard:
+        api.http.post("/v1/queue/pause")
+        assert next(heard).data["kind"] == "paused"
+
+
 @pytest.mark.parametrize("last", ["x", "-1", "1" * 19, "²", "1.5"])
 def test_stream__behind_what_is_no_event_is_refused(api: Api, last: str) -> None:
     id = api.submit()

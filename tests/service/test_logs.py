@@ -11,7 +11,11 @@ from typing import Any
 import pytest
 
 from service import logs
+from service.jobs import Kind
+from service.store import Store
 from tests.service.api import Api, open_api
+from tests.service.by_hand import EPOCH, claim_runs, result
+from tests.service.doubles import sweep_of
 
 Lines = Callable[[], list[dict[str, Any]]]
 
@@ -35,17 +39,38 @@ def of_requests(lines: Lines) -> list[dict[str, Any]]:
 
 
 def test_line__has_time_level_logger_and_message(lines: Lines) -> None:
-    logging.getLogger("service.dispatcher").info("done", extra={"run": "7-1-ab", "sweep": "9"})
+    logging.getLogger("service.dispatcher").info("done", extra={"run": "7", "sweep": "9"})
     [line] = lines()
     assert line["time"].endswith("+00:00")
     assert (line["level"], line["logger"]) == ("info", "service.dispatcher")
-    assert (line["message"], line["run"], line["sweep"]) == ("done", "7-1-ab", "9")
+    assert (line["message"], line["run"], line["sweep"]) == ("done", "7", "9")
 
 
 def test_line__is_one_whatever_its_text_holds(lines: Lines) -> None:
     logging.getLogger("service").warning('a\nb\r\x1b[31m"%s', "\u2028{}")
     [line] = lines()
     assert line["message"] == 'a\nb\r\x1b[31m"\u2028{}'
+
+
+def test_line__of_an_attempt_names_its_run_as_a_request_does(lines: Lines, store: Store) -> None:
+    store.create_sweep(sweep_of(1))
+    [claim] = claim_runs(store, 1)
+    logging.getLogger("service").info("done", extra=logs.about(claim))
+    [line] = lines()
+    assert (line["run"], line["attempt"]) == (claim.id, 1)
+    assert "sweep" not in line
+
+
+def test_line__of_a_publication_names_its_sweep(lines: Lines, store: Store) -> None:
+    sweep = store.create_sweep(sweep_of(1))
+    [run] = claim_runs(store, 1)
+    store.finish(run, result())
+    [claim] = store.claim(1, EPOCH)
+    assert claim.kind is Kind.PUBLISH
+    logging.getLogger("service").info("done", extra=logs.about(claim))
+    [line] = lines()
+    assert (line["sweep"], line["attempt"]) == (sweep.id, 1)
+    assert "run" not in line
 
 
 def test_line__takes_no_other_field(lines: Lines) -> None:
@@ -96,7 +121,7 @@ def test_request__that_fails_has_its_id_on_every_line(
         logging.getLogger("service.store").warning("about to fail")
         raise RuntimeError("nobody foresaw this")
 
-    monkeypatch.setattr(api.store, "sweep", broken)
+    monkeypatch.setattr(api.store, "sweep_and_files", broken)
     answer = api.http.get("/v1/sweeps/7", headers={"X-Request-ID": "night.8"})
     assert answer.status_code == 500
     assert answer.json()["request_id"] == "night.8"

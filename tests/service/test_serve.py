@@ -2,7 +2,10 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +24,8 @@ from service.serve import _listening, _Server
 from service.settings import Settings
 from studies.errors import InvalidInput
 from tests.service.doubles import DEADLINE
+
+ROOT = Path(__file__).parents[2]
 
 
 @dataclass
@@ -90,6 +95,42 @@ def test_signal__that_came_before_the_server_is_heeded_too(
     assert serve_until(app, tmp_path, at_once) == "SIGTERM"
     assert watched.told == ["close"]
     assert "serves" not in capsys.readouterr().out
+
+
+STUCK = (
+    "import sys, threading; from concurrent.futures import ThreadPoolExecutor\n"
+    "from contextlib import contextmanager; from pathlib import Path\n"
+    "from fastapi import FastAPI\n"
+    "from service import serve; from service.settings import Settings\n"
+    "from tests.service.test_serve import Watched\n"
+    "@contextmanager\n"
+    "def open_service(settings, start_engine):\n"
+    "    app = FastAPI()\n"
+    "    app.state.engine = app.state.live = Watched()\n"
+    "    yield app\n"
+    "serve.open_service = open_service\n"
+    "ThreadPoolExecutor(1).submit(threading.Event().wait)\n"
+    "serve.serve(Settings(data=Path(sys.argv[1]), port=0))\n"
+)
+
+
+def test_signal__ends_the_process_though_a_thread_goes_on(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", STUCK, str(tmp_path)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("whipple serves")
+        begin = time.monotonic()
+        process.terminate()
+        assert process.wait(DEADLINE) == 0
+        assert time.monotonic() - begin < serve.GONE_SECONDS
+    finally:
+        process.kill()
+        process.communicate()
 
 
 def ask_in(app: FastAPI, folder: Path, ask: Callable[[httpx.Client], Any]) -> Any:

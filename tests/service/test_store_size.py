@@ -13,17 +13,19 @@ import sqlalchemy as sa
 from fastapi.testclient import TestClient
 
 from service.app import build_app
-from service.jobs import State, SweepState
+from service.artifacts import Artifacts
+from service.jobs import KeyRow, Scope, State, SweepState
 from service.settings import Settings
 from service.store import Store
-from service.store.queries import tallies_of
+from service.store.queries import now, tallies_of
 from service.store.tables import JOBS
 from tests.service.api import ADDRESS, NoEngine
-from tests.service.by_hand import EPOCH, finish_all, result, statements
+from tests.service.by_hand import EPOCH, claim_runs, finish_all, result, statements
 from tests.service.databases import Postgresql
 from tests.service.doubles import run_id, runs_of, sweep_of
 
 LARGE, PART = 10_000, 100  # runs
+PARTS = 8  # sweeps of so many
 PAGE = 3  # statements, whatever the size
 
 
@@ -36,6 +38,9 @@ class Filled:
     part: str
     small: str
     cancelled: tuple[str, ...]
+    older: str  # cursor of a page without the large sweep and what is younger
+    key: KeyRow
+    secret: str  # of the key
     said: dict[str, int]  # statements to accept each
     commits: int  # of the large one
 
@@ -71,7 +76,7 @@ def filling(url: str) -> Iterator[Filled]:
             large = store.create_sweep(sweep_of(LARGE))
         said = {"small": len(few), "large": len(many)}
         of_large = len(commits)
-        for number in range(20, 28):
+        for number in range(20, 20 + PARTS):
             part = store.create_sweep(sweep_of(runs_of(*["fine"] * PART, first=number * LARGE)))
         store.claim(LARGE // 5, EPOCH)
         others = (JOBS.c.id > run_id(9)) & (JOBS.c.id != run_id(10 * LARGE))
@@ -80,7 +85,10 @@ def filling(url: str) -> Iterator[Filled]:
             connection.execute(ended.values(state=State.SUCCEEDED))
             if not store._database.is_sqlite:  # PostgreSQL does it by itself, SQLite only when told
                 connection.exec_driver_sql("ANALYZE")
-        yield Filled(store, large.id, part.id, small.id, cancelled, said, of_large)
+        older = store.sweeps(limit=PARTS + 1).next_cursor
+        assert older is not None
+        sweeps = (large.id, part.id, small.id, cancelled, older)
+        yield Filled(store, *sweeps, *store.create_key("anna", [Scope.READ]), said, of_large)
 
 
 def _cancelled(store: Store) -> tuple[str, ...]:
@@ -89,8 +97,10 @@ def _cancelled(store: Store) -> tuple[str, ...]:
     for number in range(5):
         runs = runs_of("fine", "fine", first=(50 + number) * LARGE)
         ids.append(store.create_sweep(sweep_of(runs)).id)
+        [first] = claim_runs(store, 1)
+        assert store.finish(first, result())
         store.cancel_sweep(ids[-1])
-    finish_all(store)
+        finish_all(store)
     assert {store.sweep(id).state for id in ids} == {SweepState.CANCELLED}
     return tuple(ids)
 
@@ -122,12 +132,16 @@ def _counts(filled: Filled) -> object:
 
 Ask = Callable[[Filled], object]
 QUESTIONS: dict[str, Ask] = {
-    "sweeps": lambda f: f.store.sweeps(),
-    "sweeps of a state": lambda f: f.store.sweeps(state=SweepState.QUEUED),
-    "sweep": lambda f: f.store.sweep(f.large),
+    "sweeps": lambda f: f.store.sweeps(cursor=f.older),
+    "sweeps of a state": lambda f: f.store.sweeps(cursor=f.older, state=SweepState.CANCELLED),
+    "sweeps with files": lambda f: f.store.front(cursor=f.older),
+    "sweeps, a large one too": lambda f: f.store.sweeps(),
+    "sweep": lambda f: f.store.sweep(f.part),
+    "sweep with files": lambda f: f.store.sweep_and_files(f.part),
+    "sweep with a file": lambda f: f.store.sweep_and_file(f.part, "cube.nc"),
+    "sweep, the large one": lambda f: f.store.sweep(f.large),
     "counts": _counts,
     "document": lambda f: f.store.sweep_document(f.part),
-    "bulletin": lambda f: f.store.bulletin(f.cancelled),
     "points": lambda f: f.store.sweep_runs(f.part),
     "points of a state": lambda f: f.store.sweep_runs(f.part, state=State.QUEUED),
     "run": lambda f: f.store.run(run_id(7)),
@@ -147,15 +161,16 @@ QUESTIONS: dict[str, Ask] = {
 
 @pytest.mark.parametrize("question", QUESTIONS)
 def test_question__takes_at_most_three_statements(filled: Filled, question: str) -> None:
-    with statements(filled.store) as sent:
+    with statements(_fresh(filled.store)) as sent:
         QUESTIONS[question](filled)
     assert len([one for one in sent if not one.startswith("BEGIN")]) <= PAGE
 
 
+ENDED = 20  # number of a run that has a result, but no registered log
 PAGES: dict[str, Callable[[Filled], str]] = {
     "sweeps, for people": lambda f: "/",
     "sweeps": lambda f: "/v1/sweeps",
-    "sweeps of a state": lambda f: "/v1/sweeps?state=queued",
+    "sweeps of a state": lambda f: "/v1/sweeps?state=running",
     "sweep": lambda f: f"/v1/sweeps/{f.large}",
     "document": lambda f: f"/v1/sweeps/{f.large}/document",
     "points": lambda f: f"/v1/sweeps/{f.large}/runs",
@@ -165,25 +180,51 @@ PAGES: dict[str, Callable[[Filled], str]] = {
     "run": lambda f: f"/v1/runs/{run_id(7)}",
     "files of a run": lambda f: f"/v1/runs/{run_id(7)}/files",
     "log of a run": lambda f: f"/v1/runs/{run_id(7)}/log",
+    "log of a run that has ended": lambda f: f"/v1/runs/{run_id(ENDED)}/log",
     "events of a run": lambda f: f"/v1/runs/{run_id(7)}/history",
     "queue": lambda f: "/v1/queue",
 }
 
 
-def statements_for(filled: Filled, page: str, folder: Path) -> int:
-    """Statements that are sent while a page is answered."""
-    app = build_app(Settings(data=folder), filled.store, NoEngine())
-    with closing(app.state.slices), closing(app.state.live), statements(filled.store) as sent:
-        answer = TestClient(app, base_url=ADDRESS).get(PAGES[page](filled))
-    assert answer.status_code in (200, 404), answer.text  # files of these runs are nowhere
+def statements_for(filled: Filled, page: str, folder: Path, *, with_key: bool) -> int:
+    """Statements that are sent while a page is answered by a service that has just begun.
+
+    That a key was used is noted once a minute, beside the answers: not while this is looked at.
+    """
+    store = _fresh(filled.store)
+    store._set(filled.key.id, used=now())
+    _write_files(filled, Artifacts(folder))
+    app = build_app(Settings(data=folder), store, NoEngine())
+    given = {"Authorization": f"Bearer {filled.secret}"} if with_key else {}
+    with closing(app.state.slices), closing(app.state.live), statements(store) as sent:
+        answer = TestClient(app, base_url=ADDRESS, headers=given).get(PAGES[page](filled))
+    assert answer.status_code == 200, answer.text
     return len([one for one in sent if not one.startswith("BEGIN")])
 
 
+def _fresh(store: Store) -> Store:
+    """The store as it is when its service has just begun: no counts are remembered."""
+    store._tallies._known.clear()
+    return store
+
+
+def _write_files(filled: Filled, artifacts: Artifacts) -> None:
+    """The files that are sent as pages: runs and publications of this store left none."""
+    files = [artifacts.path(filled.store.artifact(filled.cancelled[0], "cube.nc"))]
+    for id, last in filled.store.known_attempts([run_id(7), run_id(ENDED)]).items():
+        assert last.token is not None
+        files.append(artifacts.log_of(id, last.attempt, last.token))
+    for file in files:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(b"...")
+
+
+@pytest.mark.parametrize("with_key", [False, True], ids=["without_key", "with_key"])
 @pytest.mark.parametrize("page", PAGES)
 def test_page__is_answered_with_at_most_three_statements(
-    filled: Filled, page: str, tmp_path: Path
+    filled: Filled, page: str, with_key: bool, tmp_path: Path
 ) -> None:
-    assert statements_for(filled, page, tmp_path) <= PAGE
+    assert statements_for(filled, page, tmp_path, with_key=with_key) <= PAGE
 
 
 def test_orders__take_as_many_statements_for_many_runs_as_for_one(filled: Filled) -> None:
@@ -203,17 +244,25 @@ def test_orders__take_as_many_statements_for_many_runs_as_for_one(filled: Filled
 # --- plans -----------------------------------------------------------------------------------------
 
 
+@dataclass(frozen=True)
+class Plan:
+    """How a database says that it will answer a statement."""
+
+    statement: str
+    text: str
+
+
 @contextmanager
-def plans(store: Store) -> Iterator[list[str]]:
+def plans(store: Store) -> Iterator[list[Plan]]:
     """The plans of the statements that the block sends, asked for before each is executed."""
-    told: list[str] = []
+    told: list[Plan] = []
     words = "EXPLAIN QUERY PLAN" if store._database.is_sqlite else "EXPLAIN"
 
     def explain(_c: Any, cursor: Any, statement: str, parameters: Any, *_rest: Any) -> None:
         if not statement.startswith("BEGIN"):
             first = parameters[0] if isinstance(parameters, list) else parameters  # of many
             cursor.execute(f"{words} {statement}", first)
-            told.append("\n".join(str(row[-1]) for row in cursor.fetchall()))
+            told.append(Plan(statement, "\n".join(str(row[-1]) for row in cursor.fetchall())))
 
     engine = store._database._engine
     sa.event.listen(engine, "before_cursor_execute", explain)
@@ -224,15 +273,33 @@ def plans(store: Store) -> Iterator[list[str]]:
 
 
 LONG = ("jobs", "points", "events")  # tables with a row or more for each run
-# Numbers about all rows read all of them. Whether a sweep has begun is known at the first run that has, the last
-# event is the first row from behind.
-WHOLE = {
-    "sweeps": LONG,
-    "sweeps of a state": LONG,
-    "sweep": LONG,
-    "queue": ("jobs",),
-    "tally": ("jobs",),
-    "last event": ("events",),
+NAMES = {"publications": "jobs", "runs": "jobs"}  # that statements have for them
+
+
+@dataclass(frozen=True)
+class Whole:
+    """What a statement reads from the first row to the last, and is right to."""
+
+    statement: str  # words of it
+    reads: frozenset[str]  # tables, by the names that the statement has for them
+    only: Callable[[Filled], str] | None = None  # whose points alone it takes
+
+
+def _whole(statement: str, *reads: str, only: Callable[[Filled], str] | None = None) -> Whole:
+    return Whole(statement, frozenset(reads), only)
+
+
+# The large sweep has most of the points and runs of the store: its own are found soonest among all.
+OF_LARGE = _whole("AS point_state", "points", "jobs", only=lambda f: f.large)
+# A publication for each sweep, and each has to be looked at for its state.
+OF_A_STATE = _whole("AS revivals", "publications")
+WHOLE: dict[str, Sequence[Whole]] = {
+    "sweeps of a state": [OF_A_STATE],
+    "sweeps, a large one too": [OF_LARGE],
+    "sweep, the large one": [OF_LARGE],
+    "queue": [_whole("FROM control", "jobs")],  # numbers about all jobs
+    "tally": [_whole("AS bucket", "jobs")],
+    "last event": [_whole("max(events.number)", "events")],  # the first row from behind
 }
 
 
@@ -243,44 +310,88 @@ def test_question__is_read_through_an_index(filled: Filled, question: str) -> No
 
 def whole_tables_of(filled: Filled, question: str) -> list[str]:
     """Lines of the plans of a question that read every row, although it is about some."""
+    _fresh(filled.store)
     with plans(filled.store) as told:
         QUESTIONS[question](filled)
-    tables = [table for table in LONG if table not in WHOLE.get(question, ())]
-    return [line for plan in told for line in whole_tables(plan, tables)]
+    right = WHOLE.get(question, ())
+    return [
+        read.line
+        for plan in told
+        for read in whole_reads(plan.text)
+        if not any(_is_right(one, filled, plan, read) for one in right)
+    ]
+
+
+def _is_right(whole: Whole, filled: Filled, plan: Plan, read: "Read") -> bool:
+    """Whether a table is read whole where that is right."""
+    is_own = whole.only is None or read.name != "points" or whole.only(filled) in read.after
+    return whole.statement in plan.statement and read.name in whole.reads and is_own
+
+
+@pytest.mark.parametrize("question", ["sweep", "points", "counts", "sweeps with files"])
+def test_question__without_its_index_is_seen(filled: Filled, question: str) -> None:
+    """The check itself: what is read whole in vain does not pass for what may be."""
+    plan = Plan("SELECT count(*) AS point_state", "Seq Scan on points  (cost=1)\n  Filter: (a)")
+    [read] = whole_reads(plan.text)
+    assert not any(_is_right(one, filled, plan, read) for one in WHOLE.get(question, ()))
+
+
+def test_counts__of_the_large_sweep_may_read_no_other_points(filled: Filled) -> None:
+    for id, is_right in ((filled.large, True), (filled.part, False)):
+        text = f"Seq Scan on points  (cost=1)\n  Filter: ((sweep_id)::text = '{id}'::text)"
+        plan = Plan("SELECT count(*) AS point_state", text)
+        [read] = whole_reads(plan.text)
+        assert _is_right(OF_LARGE, filled, plan, read) is is_right
 
 
 def test_claim__is_read_through_its_index_in_its_order(filled: Filled) -> None:
     with plans(filled.store) as told:
         claims = filled.store.claim(2, EPOCH)
     assert len(claims) == 2
-    [take] = [plan for plan in told if "jobs_queue" in plan]
+    [take] = [plan.text for plan in told if "jobs_queue" in plan.text]
     assert "TEMP B-TREE" not in take
     assert "Sort Key: jobs" not in take
-    assert not whole_tables(take, ("jobs",)), take
+    assert not whole_reads(take)
 
 
 def test_finish__reads_a_few_rows_however_long_its_sweep(filled: Filled) -> None:
     [claim] = filled.store.claim(1, EPOCH)
     with plans(filled.store) as told:
         assert filled.store.finish(claim, result())
-    for plan in told:
-        assert not whole_tables(plan, ("jobs", "points", "events")), plan
+    assert [read for plan in told for read in whole_reads(plan.text)] == []
+
+
+@dataclass(frozen=True)
+class Read:
+    """A table, or an index of it, that is read from its first row to its last."""
+
+    name: str  # that the statement has for it
+    line: str  # of the plan
+    after: str  # the line behind: what is kept of the rows
 
 
 # How the two databases say that they read a table, or an index of it; SQLite says SEARCH where it does not.
 SCAN = re.compile(
-    r"(?:SCAN|Seq Scan on|Index (?:Only )?Scan (?:Backward )?using \S+ on) (\w+)", re.ASCII
+    r"(?:SCAN |(?:Seq Scan|Index (?:Only )?Scan (?:Backward )?using \S+) on (?:\w+ (?=\w))?)(\w+)",
+    re.ASCII,
 )
 
 
-def whole_tables(plan: str, tables: Sequence[str]) -> list[str]:
-    """Lines of a plan that read one of these tables, or an index of it, from its first row to its last."""
+def whole_reads(plan: str) -> list[Read]:
+    """What a plan reads of the long tables that it reads whole."""
     lines = plan.splitlines()
     return [
-        line
+        Read(name, line, after)
         for line, after in zip_longest(lines, lines[1:], fillvalue="")
-        if (read := SCAN.search(line)) and read[1] in tables and "Index Cond" not in after
+        if (name := _scanned(line)) and "Index Cond" not in after
     ]
+
+
+def _scanned(line: str) -> str | None:
+    """The name of the long table that a line of a plan reads; a number behind it says nothing."""
+    read = SCAN.search(line)
+    name = re.sub(r"_\d+$", "", read[1]) if read else ""
+    return name if NAMES.get(name, name) in LONG else None
 
 
 @pytest.mark.parametrize(
@@ -298,7 +409,10 @@ def whole_tables(plan: str, tables: Sequence[str]) -> list[str]:
             False,
         ),
         ("SCAN sweeps", False),
+        ("SCAN publications", True),
+        ("->  Seq Scan on jobs publications  (cost=0.00..493.04)\n  Filter: (a)", True),
+        ("->  Seq Scan on jobs jobs_1  (cost=0.00..493.04)\n  Filter: (a)", True),
     ],
 )
 def test_plan__that_reads_every_row_is_seen(plan: str, is_whole: bool) -> None:
-    assert bool(whole_tables(plan, LONG)) is is_whole
+    assert bool(whole_reads(plan)) is is_whole

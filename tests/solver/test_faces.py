@@ -189,6 +189,58 @@ def test_closed_face__does_not_turn_round_what_already_comes_back() -> None:
     assert not impulse.any()
 
 
+STRESS = (3e8, -1e8, -2e8, 0.5e8, -0.7e8, 1.1e8)  # 11 22 33 12 23 31
+VELOCITY = (5.0, -7.0, 11.0)
+
+
+def tensor(a: Any) -> np.ndarray:
+    """Components 11 22 33 12 23 31 as a matrix."""
+    return np.array([[a[0], a[3], a[5]], [a[3], a[1], a[4]], [a[5], a[4], a[2]]])
+
+
+def stressed_past(kind: Face, axis: int, side: int, geometry: Any = BOX) -> Any:
+    """A stressed particle a tenth of a cell past a closed face, after it was put back."""
+    particles = empty_particles(1)
+    particles.position[0] = np.where(geometry.cells > 0, 2.0 * SPACING, 0.0)
+    particles.position[0, axis] = (-0.1, 4.1)[side] * SPACING
+    particles.velocity[0], particles.deviator[0] = VELOCITY, STRESS
+    faces = np.zeros((3, 2), np.int64)
+    faces[axis, side] = int(kind)
+    cross_faces(geometry, faces, clamp(), particles, np.zeros(3))
+    return particles
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("side", [0, 1])
+def test_symmetric_face__puts_the_mirror_image_in_the_place_of_a_particle(
+    axis: int, side: int
+) -> None:
+    """Also where its velocity points inwards, as it does at one of the two sides."""
+    particles = stressed_past(Face.SYMMETRIC, axis, side)
+    mirror = np.diag(np.where(np.arange(3) == axis, -1.0, 1.0))
+    assert (particles.velocity[0] == mirror @ VELOCITY).all()
+    assert (tensor(particles.deviator[0]) == mirror @ tensor(STRESS) @ mirror).all()
+
+
+def test_axis__turns_the_shear_of_a_particle_that_crosses_it() -> None:
+    """Half a turn about z: r and theta change their signs, and so does the stress across r and z."""
+    particles = stressed_past(Face.SYMMETRIC, 0, 0, box(4, 4))
+    assert particles.position[0, 0] > 0.0
+    assert particles.velocity[0, 0] == -VELOCITY[0]
+    assert particles.deviator[0, 3] == -STRESS[3]
+    assert (particles.deviator[0, :3] == STRESS[:3]).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize("kind", [Face.FIXED, Face.WALL])
+def test_wall__leaves_the_stress_of_a_particle_that_it_turns_round(
+    kind: Face, axis: int, side: int
+) -> None:
+    """What hits a wall is no image: the same matter comes back."""
+    assert (stressed_past(kind, axis, side).deviator[0] == STRESS).all()
+
+
 @pytest.mark.parametrize("place", [-1e9, -7.0, 4.0, 4.0 + 1e-15, 12.0, 1e9])
 def test_closed_face__puts_back_inside_the_grid_from_anywhere(place: float) -> None:
     particles, _, _ = crossed(Face.FIXED, Face.FIXED, place=place, velocity=0.0)

@@ -8,7 +8,15 @@ import pytest
 import xarray as xr
 
 from studies import cube
-from studies.compare import ONLY_SIMULATION, Comparison, Residual, compare, statistics
+from studies.compare import (
+    NO_MESH,
+    ONLY_SIMULATION,
+    Comparison,
+    Residual,
+    compare,
+    sentence,
+    statistics,
+)
 from studies.sightings import bring_to
 from tests.studies import fakes
 
@@ -170,3 +178,44 @@ def test_observations__judge_the_simulation_and_each_law() -> None:
     assert shot.shot is not None
     answer = fakes.HOLE_LAWS[0].evaluate(shot.shot, "").value
     assert law.everywhere.bias == pytest.approx(answer - 17.9e-3)
+
+
+# --- error bars that hold no mesh error -----------------------------------------------------------
+
+
+@pytest.mark.parametrize("offsets", [(0.0,), fakes.OFFSETS])
+def test_single_grid__judges_no_law_by_its_error_bar(offsets: tuple[float, ...]) -> None:
+    sweep = fakes.refined_holes((16.0,), offsets)
+    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
+    found = residual(compare(dataset), "maiden_c")
+    assert found.everywhere.n == 6
+    assert (found.everywhere.judged, found.everywhere.within) == (0, 0)
+    assert found.everywhere.bar is None
+    assert f"whose {NO_MESH}" in sentence(found)
+    assert "inside the error bar" not in sentence(found)
+
+
+def test_single_grid__does_not_judge_the_simulation_by_an_observation_either() -> None:
+    comparison = compare(holes(fakes.observed(4e3, 3e-3, 17.9e-3)))
+    found = residual(comparison, "simulation", "observation")
+    assert found.everywhere.judged == 0
+    assert f"; its {NO_MESH}" in sentence(found)
+
+
+def test_observation__judges_a_law_by_its_own_error_bar() -> None:
+    comparison = compare(holes(fakes.observed(4e3, 3e-3, 17.9e-3)))
+    found = residual(comparison, "maiden_al", "observation")
+    assert found.everywhere.judged == 1
+    assert "inside the error bar" in sentence(found)
+    unbarred = compare(holes(fakes.observed(4e3, 3e-3, 17.9e-3, None)))
+    assert "which has no error bar" in sentence(residual(unbarred, "maiden_al", "observation"))
+
+
+def test_point_with_one_grid_left__is_compared_and_not_judged() -> None:
+    sweep = fakes.refined_holes()
+    known = fakes.results(sweep)
+    for point in sweep.runs():
+        if point.coordinates["speed"] == 2e3 and point.coordinates["cells_per_diameter"] > 16.0:
+            known[point.run.id] = replace(known[point.run.id], state="failed", reason="late")
+    found = residual(compare(cube.build(sweep, known, fakes.catalogue())), "maiden_c")
+    assert (found.everywhere.n, found.everywhere.judged) == (6, 5)

@@ -11,7 +11,7 @@ from studies.convergence import (
     FORMAL_ORDER,
     ORDERS,
     SAFETY,
-    SAFETY_OF_TWO,
+    SAFETY_UNOBSERVED,
     VERDICTS,
     Convergence,
     Sample,
@@ -120,38 +120,135 @@ def test_order__above_the_formal_one_is_reported_and_not_used() -> None:
 # --- what must not be extrapolated ------------------------------------------------------------------
 
 
-def test_oscillation__keeps_the_finest_value_and_half_the_range() -> None:
-    found = alone(20.0, 19.0, 22.0)
+def lowest_order_error(fine: float, middle: float, ratio: float = 2.0) -> float:
+    """Error of the finest value if the lowest accepted order had left its difference."""
+    return abs(fine - middle) / (ratio ** ORDERS[0] - 1.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ((20.0, 19.0, 22.0), "change sign"),
+        ((20.0, 20.5, 19.9), "change sign"),
+        ((20.0, 17.0, 18.0), "do not shrink"),
+        ((20.0, 20.05, 10.0), "change sign"),  # the range is the larger
+    ],
+)
+def test_oscillation__keeps_the_finest_value_and_is_no_surer_than_convergence(
+    values: Sequence[float], words: str
+) -> None:
+    found = alone(*values)
     assert found.verdict == "oscillatory"
-    assert found.value == 20.0
-    assert found.mesh == pytest.approx(1.5)
+    assert words in found.reason
+    assert found.value == values[0]
+    slowest = SAFETY * lowest_order_error(values[0], values[1])
+    assert found.mesh == pytest.approx(max(slowest, max(values) - min(values)))
     assert math.isnan(found.extrapolated)
     assert math.isnan(found.order)
     assert math.isnan(found.gci)
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "words", "safety"),
     [
-        ((20.0, 22.0, 23.0), "grow with refinement"),
-        ((20.0, 21.0, 22.0), "grow with refinement"),  # order 0: no limit either
-        ((20.0, 20.1, 21.0), "outside of"),  # order 3.2
-        ((20.0, 21.0, 22.2), "outside of"),  # order 0.26
-        ((20.0, 20.0, 20.0), "do not differ"),
-        ((0.0, 0.0, 0.0), "do not differ"),
-        ((20.0, 20.0, 21.0), "the same value"),
+        ((20.0, 22.0, 23.0), "grow with refinement", SAFETY_UNOBSERVED),
+        ((20.0, 21.0, 22.0), "grow with refinement", SAFETY_UNOBSERVED),  # order 0: no limit either
+        ((20.0, 21.0, 21.0), "the same value", SAFETY_UNOBSERVED),
+        ((20.0, 20.1, 21.0), "outside of", SAFETY),  # order 3.2
+        ((20.0, 21.0, 22.2), "outside of", SAFETY_UNOBSERVED),  # order 0.26
+        ((20.0, 20.0, 21.0), "the same value", SAFETY),
     ],
 )
-def test_not_asymptotic__keeps_the_finest_value_and_the_whole_range(
-    values: Sequence[float], words: str
+def test_not_asymptotic__keeps_the_finest_value_and_widens_its_bar(
+    values: Sequence[float], words: str, safety: float
 ) -> None:
     found = alone(*values)
     assert found.verdict == "not in the asymptotic range"
     assert words in found.reason
     assert found.value == values[0]
-    assert found.mesh == pytest.approx(max(values) - min(values))
+    slowest = safety * lowest_order_error(values[0], values[1])
+    assert found.mesh == pytest.approx(max(slowest, max(values) - min(values)))
     assert math.isnan(found.extrapolated)
     assert math.isnan(found.gci)
+
+
+@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("value", [20.0, 0.0])
+def test_equal_values__leave_the_noise_and_without_noise_nothing(value: float, count: int) -> None:
+    noisy = converge(Sample(2.0**place, value, sub_cell=0.1) for place in range(count))
+    assert noisy.mesh == pytest.approx(0.1)
+    assert noisy.uncertainty == pytest.approx(math.hypot(0.1, 0.1))
+    silent = alone(*[value] * count)
+    assert math.isnan(silent.mesh)
+    assert math.isnan(silent.uncertainty)
+
+
+# --- a worse verdict has no smaller bar -----------------------------------------------------------
+
+RATIOS = st.floats(1.3, 3.0)  # Celik et al. (2008) ask for more than 1.3
+# Up to the highest accepted order; rounded, so that a power law is never one of order 1e-320.
+ANY_ORDER = st.floats(-3.0, ORDERS[1] - 0.01).map(lambda order: round(order, 6))
+FOUND = 1e-6  # relative: what round-off of differences near 20 leaves of an order
+
+
+def power_law(order: float, ratios: tuple[float, float], difference: float) -> list[Sample]:
+    """A power law (a logarithm for order 0) with this difference of the two finest grids."""
+    spacings = (1.0, ratios[0], ratios[0] * ratios[1])
+    grown = [
+        math.log(h) if order == 0.0 else math.expm1(order * math.log(h)) / order for h in spacings
+    ]
+    return [
+        Sample(h, LIMIT + difference * one / grown[1])
+        for h, one in zip(spacings, grown, strict=True)
+    ]
+
+
+@given(st.floats(0.3, 1.9), RATIOS, RATIOS, st.sampled_from((ERROR, -ERROR)))
+def test_error_bar__covers_the_limit_of_a_power_law(
+    order: float, first: float, second: float, difference: float
+) -> None:
+    # From 0.3 on: the lower the order, the less of its error do three grids show.
+    found = converge(power_law(order, (first, second), difference))
+    true_error = abs(difference) / (first**order - 1.0)
+    assert found.mesh >= true_error * (1.0 - FOUND)
+
+
+@given(ANY_ORDER, ANY_ORDER, RATIOS, RATIOS)
+def test_error_bar__never_shrinks_when_the_order_falls(
+    one: float, other: float, first: float, second: float
+) -> None:
+    low, high = (
+        converge(power_law(order, (first, second), ERROR)) for order in sorted((one, other))
+    )
+    assert low.mesh >= high.mesh * (1.0 - FOUND)
+
+
+@given(st.floats(-100.0, 100.0), RATIOS, RATIOS, st.floats(0.0, 1.0))
+def test_error_bar__without_convergence_is_as_wide_as_any_with_it(
+    coarse: float, first: float, second: float, noise: float
+) -> None:
+    widest = converge(power_law(ORDERS[0] + FOUND, (first, second), ERROR))
+    assert widest.verdict == "converging"  # and the widest bar that it can have
+    spacings, values = (1.0, first, first * second), (LIMIT, LIMIT + ERROR, LIMIT + coarse)
+    found = converge(map(Sample, spacings, values, (noise,) * 3))
+    assert found.verdict == "converging" or found.mesh >= widest.mesh * (1.0 - 10.0 * FOUND)
+    assert found.verdict == "converging" or found.mesh >= max(values) - min(values)
+
+
+@given(ANY_ORDER, RATIOS, RATIOS, st.floats(0.0, 2.0), st.floats(0.0, 2.0))
+def test_error_bar__never_shrinks_when_noise_grows(
+    order: float, first: float, second: float, one: float, other: float
+) -> None:
+    samples = power_law(order, (first, second), ERROR)
+    quiet, noisy = (
+        converge(Sample(s.spacing, s.value, sub_cell=noise) for s in samples)
+        for noise in sorted((one, other))
+    )
+    assert noisy.mesh >= quiet.mesh * (1.0 - FOUND)
+    assert noisy.uncertainty >= quiet.uncertainty * (1.0 - FOUND)
+
+
+# --- noise ----------------------------------------------------------------------------------------
 
 
 def test_scatter__above_a_difference_hides_the_order() -> None:
@@ -168,11 +265,35 @@ def test_scatter__hides_an_oscillation_too() -> None:
     assert found.verdict == "not in the asymptotic range"
 
 
+def test_one_offset__has_the_noise_that_its_measurement_states() -> None:
+    values = (20.0, 20.5, 21.5)
+    loud, quiet = (
+        converge(Sample(2.0**place, value, noise) for place, value in enumerate(values))
+        for noise in (0.6, 0.4)
+    )
+    assert quiet.verdict == "converging"
+    assert loud.verdict == "not in the asymptotic range"
+    assert "not above what a single run cannot see" in loud.reason
+
+
+def test_one_offset_among_several__is_judged_by_what_it_states() -> None:
+    several = [Sample(1.0, value, sub_cell=0.6) for value in (19.9, 20.1)]
+    found = converge([*several, Sample(2.0, 20.5, sub_cell=0.6), Sample(4.0, 21.5, sub_cell=0.6)])
+    assert found.verdict == "not in the asymptotic range"
+    assert found.offsets == pytest.approx(0.1)
+
+
+def test_one_offset__without_a_statement_is_called_that() -> None:
+    assert "no statement of what it cannot see" in alone(20.0, 20.5, 21.5).reason
+    stated = converge(Sample(h, LIMIT + ERROR * h, sub_cell=0.1) for h in HALVING)
+    assert "no statement" not in stated.reason
+
+
 def test_two_grids__assume_first_order_and_a_factor_of_three() -> None:
     found = converge([Sample(1.0, 20.0), Sample(1.5, 20.3)])
     assert found.verdict == "two grids"
     assert found.value == 20.0
-    assert found.mesh == pytest.approx(SAFETY_OF_TWO * 0.3 / 0.5)
+    assert found.mesh == pytest.approx(SAFETY_UNOBSERVED * 0.3 / 0.5)
     assert math.isnan(found.order)
     assert math.isnan(found.extrapolated)
 

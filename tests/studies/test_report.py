@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -195,3 +196,29 @@ def test_template__cannot_print_a_number_by_another_way() -> None:
 
 def test_document__has_no_nan_and_goes_through_json() -> None:
     assert "NaN" not in report.as_json(report.document(cube_of("grid"), compare(cube_of("grid"))))
+
+
+@pytest.mark.parametrize("case", ["one run", "offsets"])
+def test_single_grid__is_said_to_judge_nothing(case: str) -> None:
+    said = said_of(cube_of(case))
+    assert said["mesh"].endswith("so nothing is called inside or outside of it.")
+    sentences = [one["sentence"] for one in said["residuals"] if one["reference"] == "simulation"]
+    assert len(sentences) > 3
+    assert not [one for one in sentences if "inside the error bar" in one]
+
+
+def test_several_resolutions__are_said_to_have_a_mesh_error() -> None:
+    assert "Its error bar joins mesh error, scatter" in said_of(cube_of("refined"))["mesh"]
+
+
+def test_figure__has_no_band_where_no_error_bar_is_known() -> None:
+    sweep = SWEEPS["two grids"]
+    equal = replace(fakes.measured(0.012), parts={}, uncertainty=0.0)
+    known = {
+        name: replace(one, measurements=dict.fromkeys(one.measurements, equal))
+        for name, one in fakes.results(sweep).items()
+    }
+    said = said_of(cube.build(sweep, known, fakes.catalogue()))
+    (figure,) = [one for one in said["figures"] if one["name"] == "hole_diameter_convergence"]
+    kinds = {series["kind"] for panel in figure["panels"] for series in panel["series"]}
+    assert kinds == {"level"}

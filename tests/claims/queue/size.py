@@ -1,6 +1,9 @@
 """Ten thousand runs: statements are counted and plans are read, on both databases."""
 
+import re
+from collections import Counter
 from collections.abc import Iterator
+from itertools import product
 from pathlib import Path
 
 from tests.claims import Row, at_most, claim
@@ -19,13 +22,13 @@ from tests.service.test_store_size import (
     whole_tables_of,
 )
 
-TABLES = ("jobs", "points", "sweeps")
+WRITE = re.compile(r"(?:UPDATE|DELETE FROM|INSERT INTO) (\w+)")
 
 
 @claim(
     "size",
-    says="10 000 runs: one transaction to accept, at most three statements a page, read through indices, cancel one "
-    "statement a table",
+    says="10 000 runs: one transaction to accept, at most three statements a page, also with a key, read through "
+    "indices, cancel one statement a table",
 )
 def size() -> Iterator[Row]:
     with folder() as place:
@@ -42,9 +45,10 @@ def sized(name: str, url: str, place: Path) -> Iterator[Row]:
         )
         few, many = here.said["small"], here.said["large"]
         yield Row(f"{name}: statements to accept {LARGE} runs, as for 1", few, many, few == many)
-        for page in PAGES:
-            count = statements_for(here, page, place)
-            yield at_most(f"{name}: statements for the page {page}", limit=PAGE, got=count)
+        for page, with_key in product(PAGES, (False, True)):
+            count = statements_for(here, page, place / name, with_key=with_key)
+            words = f"{name}: statements for the page {page}{', with a key' if with_key else ''}"
+            yield at_most(words, limit=PAGE, got=count)
         yield from _plans(name, here)
         yield from _cancel(name, here)
 
@@ -56,17 +60,27 @@ def _plans(name: str, here: Filled) -> Iterator[Row]:
         yield Row(words, "none", ", ".join(whole) or "none", not whole)
     with plans(here.store) as told:
         here.store.claim(2, EPOCH)
-    [take] = [plan for plan in told if "jobs_queue" in plan]
+    [take] = [plan.text for plan in told if "jobs_queue" in plan.text]
     is_sorted = "TEMP B-TREE" in take or "Sort Key: jobs" in take
     yield Row(f"{name}: a claim sorts the queue", "no", "yes" if is_sorted else "no", not is_sorted)
 
 
 def _cancel(name: str, here: Filled) -> Iterator[Row]:
-    """How often each table is written to."""
+    """What is sent to cancel, and how often each table is written to."""
+    few, many = _sent_to_cancel(here, here.small), _sent_to_cancel(here, here.large)
+    words = f"{name}: statements to cancel {LARGE} runs, as for 1"
+    yield Row(words, len(few), len(many), len(many) == len(few))
+    for table, writes in sorted(Counter(filter(None, map(_written, many))).items()):
+        yield Row(f"{name}: of these, writes to {table}", 1, writes, writes == 1)
+
+
+def _sent_to_cancel(here: Filled, sweep_id: str) -> list[str]:
     with statements(here.store) as sent:
-        here.store.cancel_sweep(here.large)
-    for table in TABLES:
-        writes = [
-            one for one in sent if one.startswith((f"UPDATE {table}", f"DELETE FROM {table}"))
-        ]
-        yield Row(f"{name}: statements on {table} to cancel", 1, len(writes), len(writes) == 1)
+        here.store.cancel_sweep(sweep_id)
+    return sent
+
+
+def _written(statement: str) -> str | None:
+    """The table that a statement writes to, whatever it does there."""
+    write = WRITE.match(statement)
+    return write[1] if write else None

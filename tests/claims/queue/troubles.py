@@ -3,10 +3,10 @@
 import os
 import sqlite3
 import subprocess
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,8 @@ TROUBLED = replace(WORK, targets="tests.acceptance.troubled", run_seconds=0.2)
 LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "20"}
 CAUSES = {3000.0: Cause.MEMORY_LIMIT, 3100.0: Cause.TIME_LIMIT, 3200.0: Cause.CRASH}  # by speed
 DISK, RESERVE = 128 << 20, 32 << 20  # bytes of a file system of its own, and what is to stay free
-LOOKS = 3.0  # s; several looks at the queue
+LOOKS = 5  # turns of the dispatcher
+STEP = 1 << 20  # bytes; a tenth of it changes what the dispatcher says of the room that it sees
 DAY = 86_400
 PATIENCE = 120.0  # s
 
@@ -59,7 +60,7 @@ def troubles_of_runs() -> Iterator[Row]:
         once = sum(run.attempt == 1 and run.crashes == 0 and run.cause is None for run in fine)
         yield Row("neighbours done at the first attempt", len(fine), once, once == len(fine))
         [cube] = fetch(here, ids, place / "cubes")
-        yield _same_holes(quiet, cube)
+        yield from _rows_of_neighbours(quiet, cube)
         yield from _rows_of_the_end(here)
 
 
@@ -126,17 +127,17 @@ def full(**more: Any) -> Iterator[Row]:
         yield _status("a submission meanwhile", 503, here.service.post(another(here.work)))
         yield _status("a look at the sweeps meanwhile", 200, here.service.get("/v1/sweeps"))
         os.truncate(filler, filler.stat().st_size - RESERVE // 2)  # the store can be written to
-        yield from _rows_of_want(here, seen)
+        yield from _rows_of_want(here, seen, filler)
         filler.unlink()
         yield from _all_is_well(here, ids, place)
 
 
-def _rows_of_want(here: Drill, seen: int) -> Iterator[Row]:
+def _rows_of_want(here: Drill, seen: int, filler: Path) -> Iterator[Row]:
     """What is told, and that nothing is begun, while less than the reserve is free."""
     wait_until(lambda: _bodies(here, "requeued", seen), seconds=PATIENCE)
     why = wait_until(lambda: here.store.queue().hindrance, seconds=PATIENCE)
     yield Row("why nothing is begun", "the reserve", why, "the reserve is" in why)
-    time.sleep(LOOKS)
+    _wait_for_looks(here, filler)
     ends = {
         (body["cause"], "the disk was full" in body["reason"])
         for body in _bodies(here, "requeued", seen)
@@ -149,6 +150,18 @@ def _rows_of_want(here: Drill, seen: int) -> Iterator[Row]:
     )
     begun = len(_bodies(here, "started", seen))
     yield Row("attempts begun meanwhile", 0, begun, begun == 0)
+
+
+def _wait_for_looks(here: Drill, filler: Path) -> None:
+    """Until the dispatcher has looked so often: each time it says anew how much room there is."""
+    for _ in range(LOOKS):
+        said = here.store.queue().hindrance
+        os.truncate(filler, filler.stat().st_size - STEP)
+        wait_until(partial(_says_something_else, here, said), seconds=PATIENCE)
+
+
+def _says_something_else(here: Drill, said: str | None) -> bool:
+    return here.store.queue().hindrance != said
 
 
 def _bodies(here: Drill, kind: str, seen: int) -> list[Mapping[str, Any]]:
@@ -227,19 +240,17 @@ def _status(what: str, expected: int, got: int | None) -> Row:
     return Row(f"{what}: status", expected, got, got == expected)
 
 
-def _same_holes(quiet: Path, got: Path) -> Row:
-    """The neighbours' numbers."""
-    with xr.open_dataset(quiet) as one, xr.open_dataset(got) as other:
-        speeds = [speed for speed in one.speed.values if round(float(speed), 3) not in CAUSES]
-        pair = [cube.hole_diameter.sel(speed=speeds).values for cube in (one, other)]
-        states = other.run_state.values
-    same = np.array_equal(*pair) and not np.isnan(pair[0]).any()
-    return Row(
-        f"neighbours' holes, bit for bit (states {sorted(set(states.ravel().tolist()))})",
-        True,
-        same,
-        same,
-    )
+def _rows_of_neighbours(quiet: Path, got: Path) -> Iterator[Row]:
+    """All that the cube says of the neighbours, and that it is something."""
+    with xr.open_dataset(quiet) as cube:
+        speeds = [speed for speed in cube.speed.values if round(float(speed), 3) not in CAUSES]
+        holes = cube.hole_diameter.sel(speed=speeds).values
+    without = int(np.isnan(holes).sum())
+    yield Row("neighbours without a hole", 0, without, without == 0)
+    odd = list(inspection.differences(quiet, got, at={"speed": speeds}))
+    compared = inspection.count_variables(got)
+    said = ", ".join(odd) or "none"
+    yield Row(f"of {compared} variables of the neighbours, other bits", "none", said, not odd)
 
 
 @contextmanager
