@@ -49,7 +49,7 @@ STAGES = (
     Stage("types", 120, ["mypy"]),
     Stage("imports", 30, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
     Stage("tests", 900, ["python", "-m", "pytest", "-q", "-m", "not claim", *SIDE_BY_SIDE]),
-    Stage("quick claims", 120, ["python", "-m", "tests.claims", "--quick"]),
+    Stage("quick claims", 120, ["python", "-m", "tests.claims", "--quick", "--side-by-side"]),
 )
 
 

@@ -1,11 +1,14 @@
 """The command that recomputes claims::
 
-python -m tests.claims [NAME ...] [--quick] [--json FILE] [--list]
+python -m tests.claims [NAME ...] [--quick] [--side-by-side] [--json FILE] [--list]
 """
 
 import argparse
 import sys
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 from tests.claims import Claim, framework
@@ -28,23 +31,43 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if asked.list:
         print(_listing(claims))
         return ALL_FINE
-    return judge(claims, json_file=asked.json)
+    return judge(claims, json_file=asked.json, side_by_side=asked.side_by_side)
 
 
-def judge(claims: Iterable[Claim], *, json_file: Path | None = None) -> int:
-    """Run claims one after the other, say what came out, and return the exit status."""
-    verdicts: list[Verdict] = []
-    for one in claims:
-        print(f"... {one.set} {one.name}: {one.says}", file=sys.stderr, flush=True)
-        for verdict in framework.run(one):
-            verdicts.append(verdict)
-            print(verdict.trace, end="", file=sys.stderr, flush=True)
+def judge(
+    claims: Iterable[Claim], *, json_file: Path | None = None, side_by_side: bool = False
+) -> int:
+    """Run claims, say what came out, and return the exit status."""
+    verdicts = _side_by_side(claims) if side_by_side else _one_by_one(claims)
     if json_file:
         framework.write_json(verdicts, json_file)
     print(framework.table(verdicts))
     print(f"\n{_count(verdicts, Word.REPORT)} reported and not gated")
     print(f"{_count(verdicts, Word.PASS)} passed, {_count(verdicts, Word.FAIL)} failed")
     return SOME_FAILED if _count(verdicts, Word.FAIL) else ALL_FINE
+
+
+def _one_by_one(claims: Iterable[Claim]) -> list[Verdict]:
+    verdicts: list[Verdict] = []
+    for one in claims:
+        print(f"... {one.set} {one.name}: {one.says}", file=sys.stderr, flush=True)
+        for verdict in framework.run(one):
+            verdicts.append(verdict)
+            print(verdict.trace, end="", file=sys.stderr, flush=True)
+    return verdicts
+
+
+def _side_by_side(claims: Iterable[Claim]) -> list[Verdict]:
+    """Each set in a process of its own: its claims share what one of them computed."""
+    names = defaultdict(list)
+    for one in claims:
+        names[one.set].append(one.name)
+    with ProcessPoolExecutor(max(len(names), 1), mp_context=get_context("spawn")) as pool:
+        return [verdict for part in pool.map(_of_names, names.values()) for verdict in part]
+
+
+def _of_names(names: Sequence[str]) -> list[Verdict]:
+    return _one_by_one(framework.select(names))
 
 
 def _count(verdicts: Sequence[Verdict], word: Word) -> int:
@@ -67,6 +90,8 @@ def _parser() -> argparse.ArgumentParser:
         "names", nargs="*", metavar="NAME", help="a claim, or a set of them; all without one"
     )
     parser.add_argument("--quick", action="store_true", help="those of a few seconds only")
+    words = "each set in a process of its own"
+    parser.add_argument("--side-by-side", action="store_true", help=words)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the verdicts there too")
     parser.add_argument("--list", action="store_true", help="name the claims and run none")
     return parser

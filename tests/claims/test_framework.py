@@ -102,6 +102,17 @@ def test_judge__json_holds_the_same_verdicts(tmp_path: Path) -> None:
     assert rows[2]["got"] == 99.0
 
 
+def test_main__sets_side_by_side_have_the_same_rows_in_the_same_order(tmp_path: Path) -> None:
+    found = []
+    for more in ([], ["--side-by-side"]):
+        file = tmp_path / "claims.json"
+        assert main(["law-c-calibration", "johnson-cook", *more, "--json", str(file)]) == 0
+        rows = json.loads(file.read_text())["claims"]
+        found.append([(row["name"], row["claim"], row["got"]) for row in rows])
+    assert found[0] == found[1]
+    assert len({name for name, _, _ in found[0]}) == 2
+
+
 def test_main__an_unknown_set_proves_nothing() -> None:
     assert main(["no-such-set"]) == 2
 
