@@ -36,6 +36,12 @@ class Herd:
         """Whether nothing is left."""
         return not self.pids()
 
+    def left(self) -> set[int]:
+        """Those that do not end by themselves; the last helpers of a process see its end, and follow."""
+        with suppress(AssertionError):
+            wait_until(self.is_empty)
+        return self.pids()
+
     def end(self) -> None:
         """Kill what is left."""
         for pid in self.pids():

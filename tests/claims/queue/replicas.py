@@ -104,7 +104,7 @@ class Replicas:
         for one in self.services:
             if one.is_alive():
                 assert one.leave() == 0, one.said()
-        return self.herd.pids()
+        return self.herd.left()
 
 
 @contextmanager
