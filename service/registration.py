@@ -36,7 +36,7 @@ class Registrar:
             ending = self._excused(ending)
             counts = self._give_up(claim, ending, found.files)
         log.log(
-            logging.INFO if counts else logging.WARNING,
+            logging.INFO if counts and not found.losses else logging.WARNING,
             "%s %s: %s",
             claim.kind,
             claim.key,
