@@ -5,10 +5,7 @@ python -m tests.claims [NAME ...] [--quick] [--side-by-side] [--json FILE] [--li
 
 import argparse
 import sys
-from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 from tests.claims import Claim, framework
@@ -38,36 +35,13 @@ def judge(
     claims: Iterable[Claim], *, json_file: Path | None = None, side_by_side: bool = False
 ) -> int:
     """Run claims, say what came out, and return the exit status."""
-    verdicts = _side_by_side(claims) if side_by_side else _one_by_one(claims)
+    verdicts = framework.side_by_side(claims) if side_by_side else framework.one_by_one(claims)
     if json_file:
         framework.write_json(verdicts, json_file)
     print(framework.table(verdicts))
     print(f"\n{_count(verdicts, Word.REPORT)} reported and not gated")
     print(f"{_count(verdicts, Word.PASS)} passed, {_count(verdicts, Word.FAIL)} failed")
     return SOME_FAILED if _count(verdicts, Word.FAIL) else ALL_FINE
-
-
-def _one_by_one(claims: Iterable[Claim]) -> list[Verdict]:
-    verdicts: list[Verdict] = []
-    for one in claims:
-        print(f"... {one.set} {one.name}: {one.says}", file=sys.stderr, flush=True)
-        for verdict in framework.run(one):
-            verdicts.append(verdict)
-            print(verdict.trace, end="", file=sys.stderr, flush=True)
-    return verdicts
-
-
-def _side_by_side(claims: Iterable[Claim]) -> list[Verdict]:
-    """Each set in a process of its own: its claims share what one of them computed."""
-    names = defaultdict(list)
-    for one in claims:
-        names[one.set].append(one.name)
-    with ProcessPoolExecutor(max(len(names), 1), mp_context=get_context("spawn")) as pool:
-        return [verdict for part in pool.map(_of_names, names.values()) for verdict in part]
-
-
-def _of_names(names: Sequence[str]) -> list[Verdict]:
-    return _one_by_one(framework.select(names))
 
 
 def _count(verdicts: Sequence[Verdict], word: Word) -> int:

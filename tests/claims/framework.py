@@ -4,11 +4,15 @@ import importlib
 import json
 import math
 import pkgutil
+import sys
 import time
 import traceback
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -190,6 +194,30 @@ def table(verdicts: Sequence[Verdict]) -> str:
         "  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip()
         for line in ruled
     )
+
+
+def one_by_one(claims: Iterable[Claim]) -> list[Verdict]:
+    """Run claims, and say on stderr which, and where an exception came from."""
+    verdicts: list[Verdict] = []
+    for one in claims:
+        print(f"... {one.set} {one.name}: {one.says}", file=sys.stderr, flush=True)
+        for verdict in run(one):
+            verdicts.append(verdict)
+            print(verdict.trace, end="", file=sys.stderr, flush=True)
+    return verdicts
+
+
+def side_by_side(claims: Iterable[Claim]) -> list[Verdict]:
+    """Each set in a process of its own: its claims share what one of them computed."""
+    names = defaultdict(list)
+    for one in claims:
+        names[one.set].append(one.name)
+    with ProcessPoolExecutor(max(len(names), 1), mp_context=get_context("spawn")) as pool:
+        return [verdict for part in pool.map(_of_names, names.values()) for verdict in part]
+
+
+def _of_names(names: Sequence[str]) -> list[Verdict]:
+    return one_by_one(select(names))
 
 
 def write_json(verdicts: Sequence[Verdict], file: Path) -> None:
