@@ -11,6 +11,7 @@ from service.store import turns
 from service.store.queries import batches, log_event, release_publications, revive
 from service.store.tables import ARTIFACTS, JOBS, POINTS, SWEEPS
 
+FAILURE = "ResultLost"
 REASON = "its registered result was lost or damaged"
 
 # Their rows, as long as they have the results that were found to be lost.
@@ -18,11 +19,11 @@ _FORGET = (
     JOBS.update()
     .where(JOBS.c.id == sa.bindparam("run"), JOBS.c.sha256 == sa.bindparam("was"))
     .where(sa.or_(*(JOBS.c.state == state for state in TERMINAL)))  # a list fits no many at once
-    .values(state=State.FAILED, cause=Cause.ERROR, failure="ResultLost", reason=REASON)
+    .values(state=State.FAILED, cause=Cause.ERROR, failure=FAILURE, reason=REASON)
     .values(dict.fromkeys(("path", "size", "sha256", "summary", "seconds"), sa.null()))
     .values(crashes=JOBS.c.crashes + 1, crash_step=None)
 )
-_IS_FORGOTTEN = JOBS.c.failure == "ResultLost"
+_IS_FORGOTTEN = JOBS.c.failure == FAILURE
 
 
 def forget_results(
