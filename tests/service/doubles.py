@@ -16,12 +16,14 @@ from tests.service.targets import Run
 DEADLINE = 60.0  # s; a busy machine is slow, a hanging test is not waited for
 
 
-def wait_until(condition: Callable[[], Any], *, seconds: float = DEADLINE) -> Any:
-    """What ``condition`` returns as soon as it is true; fails when that takes too long."""
+def wait_until(
+    condition: Callable[[], Any], *, seconds: float = DEADLINE, pause: float = 0.02
+) -> Any:
+    """What ``condition`` returns as soon as it is true, looked at after each pause; fails when that takes too long."""
     end = time.monotonic() + seconds
     while not (answer := condition()):
         assert time.monotonic() < end, f"not within {seconds} s"
-        time.sleep(0.02)
+        time.sleep(pause)
     return answer
 
 
