@@ -20,12 +20,13 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from service.jobs import ANSWER, Claim, Kind, Stored
+from service.jobs import Claim, Kind, Stored
 from studies.atomic import write_atomically
+from studies.files import ANSWER, FILM, STATE
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"
-OF_A_RUN = (ANSWER, "state.npz", "film.npz", LOG)  # the answer is written last but for the log
+OF_A_RUN = (ANSWER, STATE, FILM, LOG)  # the answer is written last but for the log
 CHECKPOINT = "checkpoint"
 PART = "*.part"  # a file that is being written, or was when its process was killed
 ID = re.compile("[0-9a-f]{32}")

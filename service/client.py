@@ -21,6 +21,7 @@ import httpx
 
 from service.connection import Connection, ServiceError, Unreachable
 from solver.errors import WhippleError
+from studies.files import OF_A_SWEEP
 
 if TYPE_CHECKING:
     from studies.opening import Dataset
@@ -37,7 +38,6 @@ __all__ = [
 
 DEFAULT_URL = "http://127.0.0.1:8000"
 KEY_VARIABLE = "WHIPPLE_API_KEY"
-FILES = ("cube.nc", "report.html", "report.json")
 TERMINAL = frozenset({"succeeded", "failed", "cancelled"})
 POLL_SECONDS = 1.0  # how often ``wait`` asks
 PATIENCE = 30.0  # s, for a service that has answered and is gone, or too busy
@@ -278,7 +278,7 @@ class SweepHandle:
     def fetch(self, out: str | Path) -> Path:
         """Cube and report into a folder, which is returned; raises ServiceError if they are not there yet."""
         folder = _folder(out)
-        for name in FILES:
+        for name in OF_A_SWEEP:
             self._connection.download(f"{self._path}/{name}", folder / name)
         return folder
 

@@ -19,11 +19,12 @@ from typing import Any
 
 from service.artifacts import LOG, Artifacts, describe
 from service.attempt import Ending, legible
-from service.jobs import ANSWER, Cause, Claim, Kind, Result, Stored
+from service.jobs import Cause, Claim, Kind, Result, Stored
 from service.losses import Loss, ResultsLost, list_in
 from service.rereads import REREADS, Rereads, summary_of
 from service.supervisor import ILL
 from solver.errors import WhippleError
+from studies.files import ANSWER
 
 log = logging.getLogger(__name__)
 

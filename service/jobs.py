@@ -24,6 +24,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from solver.errors import WhippleError
+from studies.files import ANSWER, FILM, STATE
 
 if TYPE_CHECKING:
     from studies.sweep import Sweep
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 
 PRIORITIES = range(-100, 101)  # that a sweep may have; smaller is sooner, as with nice
-ANSWER = "result.json"  # the file of a run that its row points to
-STATE = "state.npz"  # its final state
 
 
 class Kind(StrEnum):
@@ -86,7 +85,7 @@ class Keep(StrEnum):
 
 
 # Files of a run that only some sweeps keep: whoever asks for this or for more does.
-KEPT_BY = {STATE: Keep.FINAL, "film.npz": Keep.FILM}
+KEPT_BY = {STATE: Keep.FINAL, FILM: Keep.FILM}
 
 
 class Scope(StrEnum):

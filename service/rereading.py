@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from service.artifacts import describe, digest, to_disk
-from service.jobs import ANSWER
 from service.rereads import REREADS, Reread, Rereads, summary_of
 from service.version import version
 from studies.atomic import write_text
+from studies.files import ANSWER
 
 Words = Mapping[str, Any]
 

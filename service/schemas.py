@@ -22,12 +22,13 @@ from service.jobs import (
 )
 from studies import examples
 from studies.cost import PresetCost
+from studies.files import CUBE, PAGE, TWIN
 from studies.sweep_document import read_yaml
 
 FILES = {
-    "cube.nc": "application/x-netcdf",
-    "report.html": "text/html; charset=utf-8",
-    "report.json": "application/json",
+    CUBE: "application/x-netcdf",
+    PAGE: "text/html; charset=utf-8",
+    TWIN: "application/json",
 }
 
 

@@ -27,10 +27,11 @@ from typing import Any
 from service import attempt_log
 from service.artifacts import LOG, OF_A_RUN, describe
 from service.attempt import Ending, Ticket
-from service.jobs import ANSWER, Cause, Kind, Stored
+from service.jobs import Cause, Kind, Stored
 from service.rereads import REREADS
 from service.space import free_bytes
 from service.worker import STATUS_MEMORY
+from studies.files import ANSWER, OF_A_SWEEP
 
 log = logging.getLogger(__name__)
 
@@ -38,7 +39,7 @@ Words = Mapping[str, Any]
 Tell = Callable[[Words], None]
 
 # What each kind of job must leave behind, and what it may.
-FILES = {Kind.RUN: (ANSWER,), Kind.PUBLISH: ("cube.nc", "report.html", "report.json")}
+FILES = {Kind.RUN: (ANSWER,), Kind.PUBLISH: OF_A_SWEEP}
 MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (REREADS, LOG)}
 
 ORDERS_OF_A_CHILD = 100  # imports take a second or so: a hundredth of that each

@@ -23,6 +23,7 @@ from solver.state import Snapshot
 from studies import measurements, scenarios
 from studies.atomic import write_atomically
 from studies.checkpoints import Checkpoints
+from studies.files import ANSWER, FILM, STATE
 from studies.film import Film
 from studies.journal import Journal, Say
 from studies.measurements import History, Measurement, Reading
@@ -205,7 +206,7 @@ def compute(
     result = replace(result, provenance=made)
     log.end(result)
     text = json.dumps(result.as_json(), allow_nan=False, indent=1)
-    write_atomically(directory / "result.json", lambda file: Path(file).write_text(text))
+    write_atomically(directory / ANSWER, lambda file: Path(file).write_text(text))
     return result
 
 
@@ -262,7 +263,7 @@ def _succeed(
     numbers = _numbers(watched, outcome)
     _save_state(directory, outcome)
     if watched.film:
-        watched.film.save(directory / "film.npz", compressed=True)
+        watched.film.save(directory / FILM, compressed=True)
     return RunResult(
         run.id,
         "succeeded",
@@ -323,7 +324,7 @@ def _save_state(directory: Path, outcome: Outcome) -> None:
                 file, body=outcome.snapshot.body[living], time=outcome.snapshot.time, **fields
             )
 
-    write_atomically(directory / "state.npz", save)
+    write_atomically(directory / STATE, save)
 
 
 def _finite(value: float) -> float | None:

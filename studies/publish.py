@@ -14,9 +14,8 @@ import xarray as xr
 from studies import compare, cube, page, report
 from studies.atomic import write_text
 from studies.catalogue import Catalogue
+from studies.files import CUBE, PAGE, TWIN
 from studies.layout import Outcome
-
-CUBE, PAGE, TWIN = "cube.nc", "report.html", "report.json"
 
 
 def publish(

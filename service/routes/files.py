@@ -20,12 +20,12 @@ from service.routes.serving import content_of, served_as, serves
 from service.slices import Part, Slices
 from service.store import Store
 from studies.errors import Finding, InvalidInput
+from studies.files import CUBE, PAGE, TWIN
 from studies.nearest import nearest_cure, shown
 from studies.variables import variable_name
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 
-CUBE, PAGE, TWIN = "cube.nc", "report.html", "report.json"
 # The report brings its script along; the sandbox keeps that script away from this service.
 REPORT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "

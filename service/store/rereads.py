@@ -5,10 +5,11 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
-from service.jobs import ANSWER, Claim, Kind, State
+from service.jobs import Claim, Kind, State
 from service.rereads import Reread, Rereads
 from service.store.queries import batches, log_event, release_publications
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS
+from studies.files import ANSWER
 
 REMEASURE = {"remeasure": True}  # spec of a publication that first reads states again
 

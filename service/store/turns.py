@@ -24,6 +24,7 @@ from service.store.queries import (
     unless_result,
 )
 from service.store.tables import ARTIFACTS, JOBS, LANES, POINTS, SWEEPS
+from studies.files import FILM
 
 LAST = 1e300  # a turn after every other
 TURN = [JOBS.c.priority, JOBS.c.turn, JOBS.c.ordinal]
@@ -113,7 +114,7 @@ def queue_for_film(connection: sa.Connection, claim: Claim, moment: datetime) ->
     """Queue a run that has just got its result again, if a sweep that joined it asked for a film."""
     if claim.keep is not Keep.FILM:
         is_wanted = JOBS.c.keep.in_([Keep.FILM]) & JOBS.c.state.in_([State.SUCCEEDED]) & IS_WANTED
-        film = sa.exists().where(ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name == "film.npz")
+        film = sa.exists().where(ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name == FILM)
         again = JOBS.update().where(JOBS.c.id == claim.id, is_wanted, sa.not_(film))
         fresh = {"crashes": 0, "crash_step": None, "fraction": None, "finished": None}
         connection.execute(again.values(state=State.QUEUED, queued=moment, **fresh))

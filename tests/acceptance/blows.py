@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from service.artifacts import ANSWER, Artifacts
+from service.artifacts import Artifacts
 from service.jobs import Claim, Kind, State
 from service.store import Store
+from studies.files import ANSWER
 from tests.service.doubles import is_gone
 
 FIRST, LAST = (

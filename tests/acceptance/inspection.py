@@ -13,8 +13,9 @@ import xarray as xr
 
 from service.app import CACHE
 from service.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
-from service.jobs import ANSWER, RunRow, State, Stored, SweepRow
+from service.jobs import RunRow, State, Stored, SweepRow
 from service.store import Store
+from studies.files import ANSWER
 from tests.service.test_store_races import check as nobody_waits_in_vain
 
 WALL_CLOCK = {"solver_seconds"}  # the only variable that may differ between two times

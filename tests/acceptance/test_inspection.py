@@ -11,9 +11,10 @@ import pytest
 import xarray as xr
 
 from service.app import CACHE
-from service.artifacts import ANSWER, Artifacts, describe
+from service.artifacts import Artifacts, describe
 from service.jobs import Claim, Stored
 from service.store import Store
+from studies.files import ANSWER
 from tests.acceptance.inspection import damaged, differences, half_files
 from tests.service.by_hand import claim_runs, result
 from tests.service.doubles import sweep_of

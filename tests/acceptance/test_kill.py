@@ -16,9 +16,10 @@ import pytest
 import yaml
 
 from service.artifacts import LOG, Artifacts
-from service.jobs import ANSWER, RunRow, State, Stored, SweepRow, SweepState
+from service.jobs import RunRow, State, Stored, SweepRow, SweepState
 from service.settings import Settings
 from service.store import Store
+from studies.files import ANSWER
 from tests.service.cluster import family
 from tests.service.doubles import is_gone, open_store, settings_in, wait_until
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from service.artifacts import Artifacts
-from service.jobs import ANSWER, STATE
 from service.store import Store
+from studies.files import ANSWER, STATE
 from tests.acceptance.serving import Service, serving
 from tests.service.api import SWEEP
 from tests.service.doubles import open_store, settings_in

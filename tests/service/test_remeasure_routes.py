@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 
 from service import remeasuring
-from service.jobs import STATE, Kind
+from service.jobs import Kind
+from studies.files import STATE
 from tests.service.api import Api, open_api
 from tests.service.doubles import stored
 

@@ -17,11 +17,12 @@ from service import supervisor
 from service.artifacts import Artifacts
 from service.attempt import Ended, Ticket
 from service.directory import holding
-from service.jobs import STATE, Cause, Conflict, Kind, NotFound, State, SweepState
+from service.jobs import Cause, Conflict, Kind, NotFound, State, SweepState
 from service.remeasuring import Plan, order, plan_of
 from service.store import Store
 from service.supervisor import supervise
 from studies import measurements
+from studies.files import STATE
 from studies.sweep import Sweep
 from tests.service.api import SWEEP
 from tests.service.bench import Bench

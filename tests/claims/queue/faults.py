@@ -14,10 +14,11 @@ from typing import Protocol
 import httpx
 import yaml
 
-from service.artifacts import ANSWER, Artifacts, digest
+from service.artifacts import Artifacts, digest
 from service.faults import POINTS, VARIABLE
 from service.jobs import Kind, State, SweepRow, SweepState
 from service.store import Store
+from studies.files import ANSWER
 from tests.acceptance import inspection
 from tests.acceptance.drill import Drill, Work, drill
 from tests.acceptance.herd import herded

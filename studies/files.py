@@ -1,0 +1,6 @@
+"""Names of the files that a run and a sweep leave, for whoever writes, moves or serves them."""
+
+ANSWER = "result.json"  # of a run: what was measured, or why nothing was
+STATE = "state.npz"  # its final state
+FILM = "film.npz"  # its frames
+CUBE, PAGE, TWIN = OF_A_SWEEP = ("cube.nc", "report.html", "report.json")
