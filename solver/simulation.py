@@ -287,7 +287,7 @@ def _initial(body: Body) -> Particles:
     particles.mass[:] = body.mass
     particles.density[:] = body.density
     particles.energy[:] = body.energy
-    a, b = pressure_terms(body.matter.eos, body.density)
+    a, b = pressure_terms(body.matter.eos, body.density, body.energy)
     particles.pressure[:] = a + b * body.energy
     particles.temperature[:] = temperature(body.matter.eos, body.density, body.energy)
     return particles

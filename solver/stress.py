@@ -12,9 +12,9 @@ import numpy as np
 from solver.eos import (
     below_range,
     outside_range,
-    pressure_terms,
     reference_density,
     reference_sound_speed,
+    solve_pressure,
     sound_speed_squared,
     temperature,
 )
@@ -266,21 +266,19 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
         old.pressure + viscosity.heating * old.viscosity
     )
     energy = old.energy + 0.5 * old_work / old.density
-    # Energy at the time of the density: half the work of the new stress on top; e = known - p dv / 2 and p = a + b e.
+    # Energy at the time of the density: half the work of the new stress on top; e = known - p dv / 2.
     expansion = (ratio - 1.0) / old.density
     known = energy + 0.5 * contract(new_deviator, shape_change) / old.density
     known -= 0.5 * viscosity.heating * q * expansion
-    a, b = pressure_terms(matter.eos, density)
-    stiffness = 1.0 + 0.5 * b * expansion
-    pressure = (a + b * known) / stiffness
     floor = floor_until_failure(matter.failure, pressure_floor(matter.tension, homologous))
+    pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
     carried = floor if pressure < floor else pressure
     damage = grown_damage(matter.failure, old.damage, old.plastic_strain + slip, carried, dt)
     if damage >= 1.0:  # neither shear nor tension, from this step on
         known -= 0.5 * contract(new_deviator, shape_change) / old.density
         new_deviator = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        pressure = (a + b * known) / stiffness
         floor = 0.0
+        pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
         if old.damage >= 1.0:
             slip = 0.0
     acts = Acts(int(pressure < floor), int(homologous >= 1.0), int(sound < 0.0))

@@ -4,14 +4,15 @@ A file adds one: a parameter record (a NamedTuple of floats and tables) under ``
 functions below implemented for its type. ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound
 speed equal to the derivative along the isentrope, and for finite answers at the corners.
 
-The pressure is linear in the energy, p = a(rho) + b(rho) e, which is what lets the energy equation be solved together
-with the pressure in closed form.
+The pressure is handed out as its tangent in the energy, p = a + b e: where it is linear in it, as in Mie and
+Grueneisen's forms, the energy equation is solved together with the pressure in closed form, and elsewhere by Newton's
+rule. ``solve_pressure`` does both.
 """
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from solver.jit import generic
+from solver.jit import device, generic
 
 
 class EosEntry(NamedTuple):
@@ -25,8 +26,13 @@ class EosEntry(NamedTuple):
 
 
 @generic
-def pressure_terms(eos, density):
-    """(a, b) of p = a + b e, in Pa and kg/m3, at a density in kg/m3."""
+def pressure_terms(eos, density, energy):
+    """(a, b) of the tangent p = a + b e, in Pa and kg/m3, at a density in kg/m3 and an energy in J/kg."""
+
+
+@generic
+def linearisations(eos):
+    """How many tangents it takes to solve for the energy: 1 where the pressure is linear in it."""
 
 
 @generic
@@ -57,3 +63,23 @@ def reference_density(eos):
 @generic
 def reference_sound_speed(eos):
     """Bulk sound speed of the reference state, m/s."""
+
+
+@device
+def solve_pressure(eos, density, known, expansion, guess, floor):
+    """Pressure p(rho, e) in Pa of the energy e = known - max(p, floor) expansion / 2, expansion in m3/kg.
+
+    ``guess`` lies near e; the answer itself is not floored.
+    """
+    pressure = 0.0
+    for _ in range(linearisations(eos)):
+        a, b = pressure_terms(eos, density, guess)
+        pressure = (a + b * known) / (1.0 + 0.5 * b * expansion)
+        guess = known - 0.5 * max(pressure, floor) * expansion
+    return pressure
+
+
+@device
+def linear(eos):
+    """The answer of a form whose pressure is linear in the energy, for ``linearisations``."""
+    return 1

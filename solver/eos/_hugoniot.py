@@ -13,6 +13,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from solver.eos import (
+    linear,
+    linearisations,
     outside_range,
     pressure_terms,
     reference_density,
@@ -51,7 +53,7 @@ def isentrope(eos):
     energy = np.zeros(mu.size)
     slope = 0.0
     for index in range(1, mu.size):
-        a, b = pressure_terms(eos, eos.density * (1.0 + mu[index]))
+        a, b = pressure_terms(eos, eos.density * (1.0 + mu[index]), 0.0)
         scale = eos.density * (1.0 + mu[index]) ** 2
         energy[index] = (energy[index - 1] + half * (slope + a / scale)) / (1.0 - half * b / scale)
         slope = (a + b * energy[index]) / scale
@@ -75,15 +77,22 @@ def isentropic_sound_speed_squared(eos, mu, density, pressure):
 
 
 @device
+def horner(coefficients, t):
+    """A polynomial of ``ISENTROPE_DEGREE``, coefficients by power."""
+    value = 0.0
+    for power in range(ISENTROPE_DEGREE, -1, -1):
+        value = value * t + coefficients[power]
+    return value
+
+
+@device
 def _temperature(eos, density, energy):
     mu = density / eos.density - 1.0
     if mu <= 0.0:
         return eos.temperature + energy / eos.heat_capacity
     inside = min(mu, eos.mu_tangent)
     t = inside / (1.0 + inside)
-    ratio = 0.0
-    for power in range(ISENTROPE_DEGREE, -1, -1):
-        ratio = ratio * t + eos.isentrope[power]
+    ratio = horner(eos.isentrope, t)
     on_isentrope = eos.temperature * math.exp(eos.gamma0 * mu / (1.0 + mu))
     return on_isentrope + (energy - ratio * _hugoniot_energy(eos, inside)) / eos.heat_capacity
 
@@ -105,6 +114,7 @@ def _reference_sound_speed(eos):
 
 def implement_common(record):
     """Register what does not depend on the form."""
+    implements(linearisations, record)(linear)
     implements(temperature, record)(_temperature)
     implements(outside_range, record)(_outside_range)
     implements(reference_density, record)(_reference_density)

@@ -9,6 +9,8 @@ from typing import NamedTuple
 from solver.eos import (
     EosEntry,
     below_range,
+    linear,
+    linearisations,
     outside_range,
     pressure_terms,
     reference_density,
@@ -38,7 +40,7 @@ EOS = EosEntry("ideal_gas", IdealGas, ideal_gas)
 
 
 @implements(pressure_terms, IdealGas)
-def _(eos, density):
+def _(eos, density, energy):
     return 0.0, (eos.gamma - 1.0) * density
 
 
@@ -53,6 +55,9 @@ def _(eos, density, energy):
         eos.sound_speed * eos.sound_speed / (eos.gamma * (eos.gamma - 1.0))
     )  # c^2 = gamma (gamma - 1) e
     return eos.temperature + (energy - reference) / eos.heat_capacity
+
+
+implements(linearisations, IdealGas)(linear)
 
 
 @implements(outside_range, IdealGas)

@@ -10,6 +10,8 @@ from typing import NamedTuple
 from solver.eos import (
     EosEntry,
     below_range,
+    linear,
+    linearisations,
     outside_range,
     pressure_terms,
     reference_density,
@@ -38,7 +40,7 @@ EOS = EosEntry("linear_elastic", LinearElastic, linear_elastic)
 
 
 @implements(pressure_terms, LinearElastic)
-def _(eos, density):
+def _(eos, density, energy):
     return eos.bulk_modulus * (density / eos.density - 1.0), 0.0
 
 
@@ -52,6 +54,9 @@ def _(eos, density, energy):
     x = density / eos.density
     cold = eos.bulk_modulus / eos.density * (math.log(x) - 1.0 + 1.0 / x)
     return eos.temperature + (energy - cold) / eos.heat_capacity
+
+
+implements(linearisations, LinearElastic)(linear)
 
 
 @implements(outside_range, LinearElastic)

@@ -62,7 +62,7 @@ def _(eos, mu):
 
 
 @implements(pressure_terms, MieGrueneisen)
-def _(eos, density):
+def _(eos, density, energy):
     mu = density / eos.density - 1.0
     if mu < 0.0:
         return eos.density * eos.c0 * eos.c0 * mu, eos.gamma0 * density

@@ -58,7 +58,7 @@ def _(eos, mu):
 
 
 @implements(pressure_terms, MieGrueneisenCubic)
-def _(eos, density):
+def _(eos, density, energy):
     mu = max(density / eos.density - 1.0, THINNEST)
     hugoniot, _ = reference_curve(eos, mu)
     if mu < 0.0:

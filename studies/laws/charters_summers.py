@@ -24,11 +24,11 @@ def depth_ratio(speed: ArrayLike, density_ratio: ArrayLike, sound_speed: ArrayLi
 
 def _ratio(shot: Shot, variant: str) -> float:
     density_ratio = shot.projectile.density / shot.target.density
-    return float(depth_ratio(shot.speed, density_ratio, shot.target.eos.c0))
+    return float(depth_ratio(shot.speed, density_ratio, shot.target.sound_speed))
 
 
 def _mach(shot: Shot) -> float:
-    return shot.speed / shot.target.eos.c0
+    return shot.speed / shot.target.sound_speed
 
 
 LAW = Law(

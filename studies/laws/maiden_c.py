@@ -20,7 +20,7 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, sound_speed: ArrayL
 
 
 def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.target.eos.c0))
+    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed))
 
 
 LAW = Law(

@@ -6,7 +6,7 @@ confidence}``; the words of ``confidence`` are in ``schema.CONFIDENCES``. Where 
 a number that it could have (no melting, no limit in tension), write ``value = "none"`` and the
 source of that choice. ``yield_stresses`` lists the published values that a law may be evaluated
 with. ``tests/contracts/test_materials.py`` finds the file and asks for a source of every number,
-for plausible elastic constants, and for a bulk modulus near rho0 c0^2.
+for plausible elastic constants, and for a bulk modulus near that of the equation of state.
 
 A user's material is the same schema, in a file or inline in a sweep.
 """
@@ -30,6 +30,7 @@ from studies.materials.schema import (
     Quantity,
     Tension,
     Thermal,
+    Tillotson,
     YieldStress,
     simulated,
 )
@@ -48,6 +49,7 @@ __all__ = [
     "Quantity",
     "Tension",
     "Thermal",
+    "Tillotson",
     "YieldStress",
     "load",
     "names",

@@ -6,12 +6,14 @@ melts, it bears any tension).
 """
 
 import dataclasses
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from solver.units import (
     Dimensionless,
+    JoulePerKilogram,
     JoulePerKilogramKelvin,
     Kelvin,
     KilogramPerCubicMetre,
@@ -70,6 +72,30 @@ class MieGrueneisen:
     s: Dimensionless = field(metadata=limits("slope of the Hugoniot", 0.0, 10.0))
     gamma0: Dimensionless = field(metadata=limits("Grueneisen parameter", 0.0, 10.0))
 
+    def sound_speed(self, density: float) -> float:
+        """Bulk sound speed at rest, m/s."""
+        return self.c0
+
+
+@dataclass(frozen=True)
+class Tillotson:
+    """Equation of state from compressed solid to vapour."""
+
+    kind: ClassVar[str] = "tillotson"
+    a: Dimensionless = field(metadata=limits("Grueneisen parameter of the vapour", 0.01, 10.0))
+    b: Dimensionless = field(metadata=limits("what the cold solid has more of it", 0.0, 10.0))
+    A: Pascal = field(metadata=limits("bulk modulus", 1e5, 1e13))
+    B: Pascal = field(metadata=limits("stiffening with compression", 0.0, 1e13))
+    e0: JoulePerKilogram = field(metadata=limits("energy that halves b", 1e3, 1e9))
+    e_iv: JoulePerKilogram = field(metadata=limits("incipient vaporisation", 1e3, 1e9))
+    e_cv: JoulePerKilogram = field(metadata=limits("complete vaporisation", 1e3, 1e9))
+    alpha: Dimensionless = field(metadata=limits("decay of the solid's part", 0.0, 100.0))
+    beta: Dimensionless = field(metadata=limits("decay of the cold part", 0.0, 100.0))
+
+    def sound_speed(self, density: float) -> float:
+        """Bulk sound speed at rest, m/s."""
+        return math.sqrt(self.A / density)
+
 
 @dataclass(frozen=True)
 class Thermal:
@@ -124,9 +150,10 @@ class Tension:
     spall_strength: Pascal | None = field(metadata=limits("spall strength", 0.0, 1e12))
 
 
+Eos = MieGrueneisen | Tillotson
 Strength = NoYield | PerfectlyPlastic | LinearHardening | JohnsonCook
 
-EQUATIONS_OF_STATE: Mapping[str, type] = {kind.kind: kind for kind in (MieGrueneisen,)}
+EQUATIONS_OF_STATE: Mapping[str, type] = {kind.kind: kind for kind in (MieGrueneisen, Tillotson)}
 STRENGTHS: Mapping[str, type] = {
     kind.kind: kind for kind in (NoYield, PerfectlyPlastic, LinearHardening, JohnsonCook)
 }
@@ -167,13 +194,18 @@ class Material:
     family: str  # what laws mean by "same material": "copper", "aluminium"
     density: KilogramPerCubicMetre
     elastic: Elastic
-    eos: MieGrueneisen
+    eos: Eos
     thermal: Thermal
     strength: Strength
     tension: Tension
     yield_stresses: tuple[YieldStress, ...] = ()
     brinell_hardness: Dimensionless | None = None
     sources: Mapping[str, Quantity] = field(default_factory=dict, compare=False, repr=False)
+
+    @property
+    def sound_speed(self) -> float:
+        """Bulk sound speed at rest, m/s: what laws mean by it."""
+        return self.eos.sound_speed(self.density)
 
     def source_of(self, path: str) -> Quantity:
         """The number at a path with its source; KeyError where none is known."""
@@ -252,7 +284,7 @@ class Material:
 
 
 # What laws, reports and checks read and no simulation does: runs that differ in these alone are the same. The bulk
-# modulus that acts is rho0 c0^2 of the equation of state; the stated one is there to be compared with it.
+# modulus that acts is that of the equation of state; the stated one is there to be compared with it.
 NOT_SIMULATED = ("name", "title", "family", "yield_stresses", "brinell_hardness")
 NOT_SET = ("elastic.bulk_modulus",)
 

@@ -88,7 +88,8 @@ class Shot:
         default=None,
     )
     eos_form: EosForm = explained(
-        "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it",
+        "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it; other equations of state have "
+        "one form",
         default="hugoniot",
     )
     thermal_softening: bool = explained(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from solver.registry import entries
 from solver.units import Dimensionless, Second
 from studies.errors import Finding
+from studies.materials.schema import MieGrueneisen, Tillotson
 from studies.recipes import Tension
 from studies.scenarios import Materials
 from studies.scenarios._fields import described, explained
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 EosForm = Literal["hugoniot", "cubic"]
 Failure = Literal["none", "plastic-strain", "spall"]
 
-EOS_FORMS = {"hugoniot": "mie_grueneisen", "cubic": "mie_grueneisen_cubic"}
+EOS_FORMS = {"hugoniot": "mie_grueneisen", "cubic": "mie_grueneisen_cubic"}  # of mie-grueneisen
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,16 +58,10 @@ def matter(
     from solver.tension.recoverable import RecoverableTension
     from solver.tension.unlimited import UnlimitedTension
 
-    eos = entries("solver.eos", "EOS")[EOS_FORMS[eos_form]].make(
-        density=material.density,
-        heat_capacity=material.thermal.heat_capacity,
-        temperature=material.thermal.room_temperature,
-        **asdict(material.eos),
-    )
     spall = material.tension.spall_strength if tension == "recoverable" else None
     melt = material.thermal.melt_temperature if thermal_softening else None
     return Matter(
-        eos=eos,
+        eos=eos_of(material, eos_form),
         strength=_strength(material),
         tension=UnlimitedTension() if spall is None else RecoverableTension(spall),
         shear_modulus=material.elastic.shear_modulus,
@@ -74,6 +69,33 @@ def matter(
         melt_temperature=math.inf if melt is None else melt,
         failure=failure or NoFailure(),
     )
+
+
+def eos_of(material: "Material", form: EosForm = "hugoniot") -> Any:
+    """The solver's record of a material's equation of state; only Mie and Grueneisen's is written in several forms."""
+    name = material.eos.kind
+    chosen = EOS_FORMS[form] if name == MieGrueneisen.kind else name.replace("-", "_")
+    return entries("solver.eos", "EOS")[chosen].make(
+        density=material.density,
+        heat_capacity=material.thermal.heat_capacity,
+        temperature=material.thermal.room_temperature,
+        **asdict(material.eos),
+    )
+
+
+def check_eos(form: EosForm, materials: Materials) -> list[Finding]:
+    """A form other than the default needs materials that can be written in it; boiling begins before it ends."""
+    findings = []
+    for role, material in materials.items():
+        eos = material.eos
+        if form != "hugoniot" and not isinstance(eos, MieGrueneisen):
+            limit = f"hugoniot: {material.name} ({eos.kind}) has one form"
+            findings.append(Finding("eos_form", form, limit, "leave eos_form out"))
+        if isinstance(eos, Tillotson) and not eos.e_iv < eos.e_cv:
+            limit = f"below {role}.eos.e_cv, {eos.e_cv:g} J/kg"
+            cure = "boiling begins at e_iv and ends at e_cv: correct one of them"
+            findings.append(Finding(f"{role}.eos.e_iv", f"{eos.e_iv:g} J/kg", limit, cure))
+    return findings
 
 
 def failure_of(given: Fracture, material: "Material") -> Any:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from solver.units import Dimensionless, Metre, MetrePerSecond, Second
 from studies.errors import Finding
+from studies.materials.schema import MieGrueneisen
 from studies.parameters import MaterialName
 from studies.quantities import round_quantity
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
@@ -120,6 +121,7 @@ def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
 
 
 def _shock_speed(material: "Material", jump: float) -> float:
+    assert isinstance(material.eos, MieGrueneisen)
     return material.eos.c0 + material.eos.s * jump
 
 
@@ -159,7 +161,7 @@ def _fill(given: PlateImpact) -> PlateImpact:
 def _check(given: PlateImpact, materials: Materials) -> list[Finding]:
     findings = check_numerics(given)
     for role in BODIES:
-        if not hasattr(materials[role].eos, "c0"):
+        if not isinstance(materials[role].eos, MieGrueneisen):
             limit = "a material whose equation of state is a Hugoniot"
             findings.append(Finding(role, materials[role].name, limit, "use mie-grueneisen"))
     if _thicknesses(given)[1] < 10.0 * _cell(given):

@@ -25,7 +25,7 @@ def fluid(solid: Solid) -> "Matter":
         heat_capacity=HEAT_CAPACITY,
         temperature=ROOM,
     )
-    return _matter(eos, shear_modulus=0.0)
+    return matter_of(eos, shear_modulus=0.0)
 
 
 def elastic(isotropic: Isotropic) -> "Matter":
@@ -38,7 +38,7 @@ def elastic(isotropic: Isotropic) -> "Matter":
         heat_capacity=HEAT_CAPACITY,
         temperature=ROOM,
     )
-    return _matter(eos, shear_modulus=isotropic.shear_modulus)
+    return matter_of(eos, shear_modulus=isotropic.shear_modulus)
 
 
 def gas(gamma: float, *, densest: float, sound_speed: float) -> "Matter":
@@ -52,10 +52,11 @@ def gas(gamma: float, *, densest: float, sound_speed: float) -> "Matter":
         heat_capacity=HEAT_CAPACITY,
         temperature=ROOM,
     )
-    return _matter(eos, shear_modulus=0.0)
+    return matter_of(eos, shear_modulus=0.0)
 
 
-def _matter(eos: Any, *, shear_modulus: float) -> "Matter":
+def matter_of(eos: Any, *, shear_modulus: float = 0.0) -> "Matter":
+    """Matter of an equation of state that never yields, parts or melts."""
     from solver.problem import Matter
     from solver.strength.elastic import Elastic
     from solver.tension.unlimited import UnlimitedTension

@@ -206,7 +206,7 @@ def held(tension_share: float, *, damage: float = 0.0, temperature: float = ROOM
     """A point whose equation of state asks for a tension in units of the threshold."""
     thinned = 1.0 - tension_share * SPALL / (DENSITY * SOUND_SPEED**2)
     density = DENSITY * thinned
-    pressure, _ = pressure_terms(STRETCHED.eos, density)
+    pressure, _ = pressure_terms(STRETCHED.eos, density, 0.0)
     return Point(density, 0.0, pressure, 0.0, UNSTRESSED, 0.0, temperature, damage)
 
 

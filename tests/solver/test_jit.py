@@ -13,6 +13,7 @@ import pytest
 
 from solver import jit
 from solver.eos import pressure_terms, sound_speed_squared, temperature
+from solver.eos.tillotson import tillotson
 from solver.jit import kernel
 from solver.simulation import start
 from solver.state import Particles
@@ -50,7 +51,7 @@ def compiled_floor(tension, homologous):
 @kernel
 def compiled_state(eos, density, energy):
     """Pressure, square of the sound speed and temperature as kernels get them."""
-    a, b = pressure_terms(eos, density)
+    a, b = pressure_terms(eos, density, energy)
     pressure = a + b * energy
     sound = sound_speed_squared(eos, density, energy, pressure)
     return pressure, sound, temperature(eos, density, energy)
@@ -86,6 +87,22 @@ STRENGTHS: tuple[Any, ...] = (
 )
 
 
+TILLOTSON = tillotson(
+    density=DENSITY,
+    a=0.5,
+    b=1.5,
+    A=139e9,
+    B=110e9,
+    e0=32.5e6,
+    e_iv=1.38e6,
+    e_cv=6.9e6,
+    alpha=5.0,
+    beta=5.0,
+    heat_capacity=383.0,
+    temperature=298.0,
+)
+
+
 def name_of(record: object) -> str:
     return type(record).__name__
 
@@ -110,9 +127,10 @@ def test_generic__floors_alike_compiled_and_plain(tension: Any) -> None:
 
 
 @pytest.mark.parametrize("share", [0.4, 0.9, 1.0, 1.4, 2.9])
-def test_generic__of_generics_answers_alike_compiled_and_plain(share: float) -> None:
+@pytest.mark.parametrize("eos", [real_copper().eos, TILLOTSON], ids=name_of)
+def test_generic__of_generics_answers_alike_compiled_and_plain(eos: Any, share: float) -> None:
     """The pressure of a form asks the form's own reference curve, a generic function again."""
-    eos, density, energy = real_copper().eos, share * DENSITY, 2e6
+    density, energy = share * DENSITY, 2e6
     plain = compiled_state.py_func(eos, density, energy)
     assert np.allclose(compiled_state(eos, density, energy), plain, rtol=LAST_PLACES, atol=0.0)
 

@@ -87,3 +87,12 @@ def noh_quick() -> Iterator[Row]:
 @claim("noh-point", says="Noh's sphere is reported with its trend; nothing is done for it")
 def noh_point() -> Iterator[Row]:
     return shown(noh.point_rows(DEFAULT))
+
+
+@claim(
+    "tillotson",
+    says="copper with Tillotson's equation of state has its exact shocks, and boils along its isentrope",
+    quick=True,
+)
+def tillotson() -> Iterator[Row]:
+    return case("tillotson")
