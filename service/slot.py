@@ -11,7 +11,7 @@ from importlib import metadata
 from multiprocessing import spawn
 from typing import Any
 
-from service import steady, supervisor
+from service import steady, supervisor, warm
 from service.attempt import Ending, Ticket
 from service.version import version
 from solver import PHYSICS_VERSION
@@ -57,7 +57,7 @@ def dask_setup(worker: Any) -> None:
 def dask_teardown(worker: Any) -> None:
     """Called in a worker that was told to end, or has lost its scheduler; it waits for its thread."""
     supervisor.leave()
-    supervisor.dismiss()
+    warm.dismiss()
 
 
 def compute(ticket: Ticket) -> Ending:

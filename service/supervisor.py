@@ -1,54 +1,40 @@
 """The supervisor: gives an attempt to a warm process, listens to it, and ends it when it must end.
 
-Called in a worker of the engine. ``service.worker`` is the process, and says which words the two
-exchange. A worker with one thread has one such process: it takes order after order and is replaced
-after a crash, an error, a cancel, a limit, or ``ORDERS_OF_A_CHILD``. It dies with us: its stdin ends,
-and the system kills it with the thread that started it, even if compiled code blocks all of its own.
+Called in a worker of the engine. ``service.warm`` has the processes; a worker with one thread has one of
+them, which is replaced after a crash, an error, a cancel or a limit.
 
 The answer is files in the attempt's folder. Whatever happens touches this attempt alone.
 """
 
 import errno
-import json
-import logging
 import math
-import os
-import selectors
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
-from service import attempt_log
+from service import attempt_log, warm
 from service.artifacts import LOG, OF_A_RUN, describe
 from service.attempt import Ending, Ticket
 from service.jobs import Cause, Kind, Stored
 from service.rereads import REREADS
 from service.space import free_bytes
+from service.warm import Words
 from service.worker import STATUS_MEMORY
 from studies.files import ANSWER, OF_A_SWEEP
 
-log = logging.getLogger(__name__)
-
-Words = Mapping[str, Any]
 Tell = Callable[[Words], None]
 
 # What each kind of job must leave behind, and what it may.
 FILES = {Kind.RUN: (ANSWER,), Kind.PUBLISH: OF_A_SWEEP}
 MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (REREADS, LOG)}
 
-ORDERS_OF_A_CHILD = 100  # imports take a second or so: a hundredth of that each
 TRIES = 3  # processes that may die before they take an order
 TICK = 0.1  # s, how often stop and limits are looked at
 PATIENCE = 0.5  # s, between the word "stop" and the kill
 LEAVE_SECONDS = 8.0  # between the word "leave" and the word "stop"
 TELL_INTERVAL = 1.0  # s, between two pieces of progress
-KILL_SECONDS = 30.0  # for a killed process to go: one that waits for a dead mount does not
 PAUSE_SECONDS = 20.0  # of a worker on which nothing works: others take what there is to do
 ILL = frozenset({errno.EIO, errno.ESTALE, errno.EROFS, errno.ENOTCONN, errno.EHOSTDOWN})  # a mount
 
@@ -58,13 +44,7 @@ AT_THE_LIMIT = 0.9
 LAST_WORDS = 4096
 WANT_OF_MEMORY = (b"MemoryError", b"bad_alloc", b"ut of memory", b"Cannot allocate memory")
 
-# One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported.
-SINGLE_THREAD = dict.fromkeys(
-    ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
-)
-
 _SUPERVISORS: dict[str, "Supervisor"] = {}  # at work in this process, by key of their ticket
-_IDLE: list["Child"] = []  # processes without an order
 
 
 def supervise(ticket: Ticket, tell: Tell) -> Ending:
@@ -88,12 +68,6 @@ def leave(keys: list[str] | None = None, seconds: float = LEAVE_SECONDS) -> None
     """The same, but let them write a checkpoint; one that has not left in time is stopped."""
     for supervisor in _chosen(keys):
         supervisor.leave(seconds)
-
-
-def dismiss() -> None:
-    """End the processes that have no order."""
-    while _IDLE:
-        _IDLE.pop().dismiss()
 
 
 def _chosen(keys: list[str] | None) -> list["Supervisor"]:
@@ -135,7 +109,7 @@ class Supervisor:
         ):  # done before; the worker that held the answer died, and Dask asks again
             return self._collect()
         for _ in range(TRIES):
-            child = _hire()
+            child = warm.hire()
             try:
                 child.take(self._ticket)
                 end = self._watch(child)
@@ -178,7 +152,7 @@ class Supervisor:
 
     # --- while it is under way -------------------------------------------------------------------
 
-    def _watch(self, child: "Child") -> Words | None:
+    def _watch(self, child: warm.Child) -> Words | None:
         """The words that end the order; None when there are none to come."""
         limit, kill_at = self._begin + self._ticket.seconds_limit, math.inf
         while True:
@@ -221,7 +195,7 @@ class Supervisor:
             told["checkpoint"] = self._checkpoint
         self._tell(told)
 
-    def _weigh(self, child: "Child") -> None:
+    def _weigh(self, child: warm.Child) -> None:
         if self._ticket.memory_limit is not None:
             self._most_data = max(self._most_data, child.data())
 
@@ -232,11 +206,11 @@ class Supervisor:
 
     # --- how it ended ----------------------------------------------------------------------------
 
-    def _let_go(self, child: "Child", end: Words) -> None:
+    def _let_go(self, child: warm.Child, end: Words) -> None:
         """Keep the process for the next order, unless something may be wrong with it."""
         is_fit = ("done" in end or "left" in end) and not end["spent"] and self._cut is None
-        if is_fit and child.orders < ORDERS_OF_A_CHILD:
-            _IDLE.append(child)
+        if is_fit:
+            warm.keep(child)
         else:
             child.end()
 
@@ -261,7 +235,7 @@ class Supervisor:
         """Without last words: we ended it, or it died, or it cannot even die."""
         if status is None:
             return self.pause(
-                "Stuck", f"its process was killed, and has not ended {KILL_SECONDS:g} s later"
+                "Stuck", f"its process was killed, and has not ended {warm.KILL_SECONDS:g} s later"
             )
         if self._cut is Cause.LOST:
             return self.ending(Cause.LOST, "Stopped", "stopped on request")
@@ -297,122 +271,3 @@ class Supervisor:
         kind = self._ticket.kind
         files = [self._directory / name for name in (*FILES[kind], *MORE_FILES[kind])]
         return self.ending(None, files=tuple(describe(file) for file in files if file.is_file()))
-
-
-class Child:
-    """A process that takes orders."""
-
-    def __init__(self) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "service.worker"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            cwd="/",
-            env=_environment(),
-            start_new_session=True,
-            bufsize=0,
-        )
-        self.orders = 0  # taken so far
-        self._rest = b""  # begin of a line
-        self._unsaid = bytearray()  # what it has not listened to yet
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._stdin, self._stdout = self._process.stdin, self._process.stdout
-        os.set_blocking(self._stdin.fileno(), False)
-        self._selector = selectors.DefaultSelector()
-        self._selector.register(self._stdout, selectors.EVENT_READ)
-
-    def take(self, ticket: Ticket) -> None:
-        """Give it an order."""
-        self.orders += 1
-        self.say({"order": asdict(ticket)})
-
-    def say(self, words: Words) -> None:
-        """Say a line to it, as soon as it listens: ``hear`` goes on with what it does not take now."""
-        self._unsaid += json.dumps(words).encode() + b"\n"
-        self._go_on_saying()
-
-    def _go_on_saying(self) -> None:
-        try:
-            while self._unsaid and (written := self._stdin.write(self._unsaid)):
-                del self._unsaid[:written]
-        except BrokenPipeError:  # it is gone; whoever asks for its end will see
-            self._unsaid.clear()
-        is_watched = self._stdin in self._selector.get_map()
-        if self._unsaid and not is_watched:
-            self._selector.register(self._stdin, selectors.EVENT_WRITE)
-        elif is_watched and not self._unsaid:
-            self._selector.unregister(self._stdin)
-
-    def hear(self, seconds: float) -> list[Words]:
-        """What it says within so many seconds, as soon as it says or takes something."""
-        if not self._selector.get_map():  # its stdout has ended
-            time.sleep(seconds)
-            return []
-        ready = self._ready(seconds)
-        if self._stdin in ready:
-            self._go_on_saying()
-        if self._stdout not in ready:
-            return []
-        chunk = os.read(self._stdout.fileno(), 1 << 16)
-        if not chunk:
-            self._selector.unregister(self._stdout)
-        *lines, self._rest = (self._rest + chunk).split(b"\n")
-        return [json.loads(line) for line in lines]
-
-    def has_more(self) -> bool:
-        """Whether there is something to hear now; what it forked may keep its stdout open."""
-        return self._stdout in self._ready(0.0)
-
-    def _ready(self, seconds: float) -> list[Any]:
-        """Those of its pipes that can be read or written within so many seconds."""
-        return [key.fileobj for key, _ in self._selector.select(seconds)]
-
-    def is_alive(self) -> bool:
-        """Whether it has not ended; one that has is not waited for, so that its id stays taken."""
-        flags = os.WEXITED | os.WNOHANG | os.WNOWAIT
-        return os.waitid(os.P_PID, self._process.pid, flags) is None
-
-    def data(self) -> int:
-        """Bytes of data that it holds, as the limit counts them; 0 if nobody says."""
-        try:
-            pages = Path(f"/proc/{self._process.pid}/statm").read_text().split()[5]
-        except (OSError, IndexError):
-            return 0
-        return int(pages) * os.sysconf("SC_PAGE_SIZE")
-
-    def dismiss(self) -> None:
-        """Let it go; it has no order and will leave at once."""
-        self._stdin.close()
-        self.end()
-
-    def end(self) -> int | None:
-        """End it, and everything that it started; its status, None: it does not go, though it was killed."""
-        with suppress(ProcessLookupError):  # nothing is left
-            os.killpg(self._process.pid, signal.SIGKILL)
-        self._selector.close()
-        self._stdin.close()
-        self._stdout.close()
-        try:
-            return self._process.wait(KILL_SECONDS)
-        except subprocess.TimeoutExpired:
-            log.warning("the process %s was killed, and does not end", self._process.pid)
-            return None
-
-
-def _hire() -> Child:
-    """A process that waits for an order, or a new one."""
-    while True:
-        try:
-            child = _IDLE.pop()
-        except IndexError:
-            return Child()
-        if child.is_alive():
-            return child
-        child.end()
-
-
-def _environment() -> dict[str, str]:
-    """Ours, one thread, the same modules, and a trace in the log when the interpreter dies."""
-    path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path)
-    return {**os.environ, **SINGLE_THREAD, "PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"}

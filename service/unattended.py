@@ -5,7 +5,7 @@ import socket
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
-from service import supervisor
+from service import supervisor, warm
 from service.directory import DataInUse, holding
 from service.doctor import has_database
 from service.jobs import Cause, Kind
@@ -77,4 +77,4 @@ def _publish_all(settings: Settings, store: Store) -> None:
                 if shortage is not None:
                     raise WhippleError(f"{shortage}; make room, and ask again")
     finally:
-        supervisor.dismiss()
+        warm.dismiss()

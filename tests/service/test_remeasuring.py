@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 import xarray as xr
 
-from service import supervisor
+from service import warm
 from service.artifacts import Artifacts
 from service.attempt import Ended, Ticket
 from service.directory import holding
@@ -92,7 +92,7 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
             solved.store.create_sweep(Sweep.parse(document))
         solved.compute_all()
         assert {row.state for row in solved.store.sweeps().items} == {SweepState.SUCCEEDED}
-    supervisor.dismiss()  # the next process is one that knows the new definition
+    warm.dismiss()  # the next process is one that knows the new definition
     return folder
 
 
@@ -107,7 +107,7 @@ def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
 @pytest.fixture(scope="module", autouse=True)
 def _processes() -> Iterator[None]:
     yield
-    supervisor.dismiss()
+    warm.dismiss()
 
 
 @contextmanager
@@ -210,7 +210,7 @@ def test_death__between_reading_and_publishing_loses_nothing(
     solved: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     id = solved.id(TINY)
-    supervisor.dismiss()  # the next process sees the environment
+    warm.dismiss()  # the next process sees the environment
     monkeypatch.setenv(FAULT, str(tmp_path / "died"))
     old = {one: solved.store.run(one).sha256 for one in solved.run_ids(id)}
     raise_the_version()
@@ -225,7 +225,7 @@ def test_death__between_reading_and_publishing_loses_nothing(
     solved.bench.say(Ended(ticket.key, ending))
     again, _other = solved.compute_all(targets=RAISED)
     monkeypatch.delenv(FAULT)
-    supervisor.dismiss()
+    warm.dismiss()
     assert again.spec["again"] == ticket.spec["again"]
     assert [file.stat().st_mtime_ns for file in written] == stamps  # read once
     assert (solved.cube(id)[MEASUREMENT] == VALUE).all()

@@ -4,7 +4,7 @@ import threading
 from pathlib import Path
 from types import SimpleNamespace
 
-from service import slot, supervisor
+from service import slot, supervisor, warm
 from service.attempt import Ending
 from service.supervisor import supervise
 from solver import PHYSICS_VERSION
@@ -53,5 +53,5 @@ def test_teardown__lets_the_attempt_leave_with_a_checkpoint(tmp_path: Path) -> N
     finally:
         supervisor.stop()
         thread.join(60)
-        supervisor.dismiss()
+        warm.dismiss()
     assert is_gone(pid_of(order))

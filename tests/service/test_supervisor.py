@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from service import attempt_log, supervisor
+from service import attempt_log, supervisor, warm
 from service.artifacts import digest
 from service.attempt import Ticket
 from service.jobs import Cause, Keep, Kind
@@ -37,7 +37,7 @@ from tests.service.targets import MEBIBYTE, STEPS
 def _no_process_is_left() -> Iterator[None]:
     """Processes without an order end with the test that made them."""
     yield
-    supervisor.dismiss()
+    warm.dismiss()
 
 
 @pytest.fixture
@@ -163,8 +163,8 @@ def test_no_process__costs_the_run_nothing(
     def refuse(*_arguments: Any, **_words: Any) -> None:
         raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    supervisor.dismiss()
-    monkeypatch.setattr(supervisor.subprocess, "Popen", refuse)
+    warm.dismiss()
+    monkeypatch.setattr(warm.subprocess, "Popen", refuse)
     ending = supervise(ticket(tmp_path), nobody)
     assert (ending.cause, ending.failure) == (Cause.LOST, "BlockingIOError")
     assert "its worker cannot compute" in ending.reason
@@ -287,12 +287,12 @@ def test_process__that_does_not_even_die_is_left_alone(
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
 ) -> None:
-    monkeypatch.setattr(supervisor, "KILL_SECONDS", 0.1)
+    monkeypatch.setattr(warm, "KILL_SECONDS", 0.1)
     order = ticket(tmp_path, "deaf")
     attempt = Attempt(order)
     pid = attempt.pid()
     with monkeypatch.context() as patch:
-        patch.setattr(supervisor.os, "killpg", lambda _pid, _signal: None)
+        patch.setattr(warm.os, "killpg", lambda _pid, _signal: None)
         supervisor.stop([order.key])
         try:
             wait_until(lambda: order.key not in supervisor._SUPERVISORS, seconds=20)

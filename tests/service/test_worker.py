@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from service import supervisor, worker
+from service import supervisor, warm, worker
 from service.attempt import Ticket
 from service.jobs import Cause
 from service.supervisor import supervise
@@ -33,7 +33,7 @@ ROOT = Path(__file__).parents[2]
 def _no_process_is_left() -> Iterator[None]:
     """Processes without an order end with the test that made them."""
     yield
-    supervisor.dismiss()
+    warm.dismiss()
 
 
 # --- order after order ---------------------------------------------------------------------------
@@ -49,7 +49,7 @@ def test_process__is_the_same_for_order_after_order(tmp_path: Path) -> None:
 def test_process__is_replaced_after_so_many_orders(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(supervisor, "ORDERS_OF_A_CHILD", 2)
+    monkeypatch.setattr(warm, "ORDERS_OF_A_CHILD", 2)
     processes = [
         seen(supervise(ticket(tmp_path / str(number)), nobody))["process"] for number in range(4)
     ]
@@ -96,7 +96,7 @@ def test_process__that_cannot_start_costs_the_run_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(supervisor, "PAUSE_SECONDS", 0.0)
-    monkeypatch.setattr(supervisor, "_environment", lambda: {"PYTHONHOME": "/nowhere"})
+    monkeypatch.setattr(warm, "_environment", lambda: {"PYTHONHOME": "/nowhere"})
     ending = supervise(ticket(tmp_path), nobody)
     assert (ending.cause, ending.failure) == (Cause.LOST, "ChildProcessError")
 
@@ -197,7 +197,7 @@ def test_life_line__no_order_no_work() -> None:
 
 def test_dismissed__an_idle_process_ends(tmp_path: Path) -> None:
     process = int(seen(supervise(ticket(tmp_path), nobody))["process"])
-    supervisor.dismiss()
+    warm.dismiss()
     assert is_gone(process)
 
 
