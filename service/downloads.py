@@ -1,6 +1,6 @@
 """Files as answers: strong tags, digests, parts, and what a caller has already is not sent again.
 
-Of RFC 9110 this speaks If-None-Match, Range with one part, and If-Range with a strong tag; a Range that
+Of RFC 9110 this speaks If-Match, If-None-Match, Range with one part, and If-Range with a strong tag; a Range that
 it does not understand, or that asks for several parts, is answered with the whole file, as that text
 allows. A file is opened before the first byte of the answer, so that what is sent is what was announced
 even if the file is replaced or goes on growing meanwhile.
@@ -18,7 +18,7 @@ import anyio.to_thread
 from fastapi import Request, Response
 from fastapi.responses import StreamingResponse
 
-from service.errors import NotSatisfiable
+from service.errors import Changed, NotSatisfiable
 from service.jobs import NotFound
 
 CHUNK = 1 << 18  # bytes read at once
@@ -43,8 +43,10 @@ class Offer:
 
 
 def send(request: Request, offer: Offer) -> Response:
-    """The answer to a GET or HEAD of a file; raises NotFound, NotSatisfiable."""
+    """The answer to a GET or HEAD of a file; raises NotFound, NotSatisfiable, Changed."""
     headers = _headers(offer)
+    if not _is_meant(request.headers.get("if-match"), offer.tag):
+        raise Changed
     if offer.tag is not None and _has_it(request.headers.get("if-none-match", ""), offer.tag):
         return Response(status_code=304, headers=headers)
     try:
@@ -80,6 +82,11 @@ def _headers(offer: Offer) -> dict[str, str]:
         digest = base64.b64encode(bytes.fromhex(offer.sha256)).decode()
         headers |= {"ETag": offer.tag, "Repr-Digest": f"sha-256=:{digest}:"}
     return headers
+
+
+def _is_meant(if_match: str | None, tag: str | None) -> bool:
+    """Whether the file is one that the caller wants; strong comparison, RFC 9110 section 13.1.1."""
+    return if_match is None or bool({"*", tag} & {one.strip() for one in if_match.split(",")})
 
 
 def _has_it(if_none_match: str, tag: str) -> bool:

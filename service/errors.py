@@ -52,6 +52,13 @@ class NotSatisfiable(WhippleError):
         self.headers = {"Content-Range": f"bytes */{size}"}
 
 
+class Changed(WhippleError):
+    """A file is asked for as it was, and it is another now."""
+
+    def __init__(self) -> None:
+        super().__init__("the file is not the one that If-Match names; ask again without it")
+
+
 class Busy(WhippleError):
     """So many already ask for this that one more would only make all of them slower."""
 
@@ -118,6 +125,7 @@ PROBLEMS: Mapping[type[Exception], Problem] = {
     NotSatisfiable: Problem(
         HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, "range", "The file has no such part"
     ),
+    Changed: Problem(HTTPStatus.PRECONDITION_FAILED, "changed", "The file is another one now"),
     KeyReused: Problem(
         HTTPStatus.UNPROCESSABLE_ENTITY,
         "idempotency-key-reused",

@@ -109,6 +109,20 @@ def test_file__is_sent_in_part_where_the_copy_is_the_same(
         assert (whole.status_code, whole.content) == (200, content)
 
 
+def test_file__that_is_another_one_now_is_a_412_problem(api: Api, file: tuple[str, bytes]) -> None:
+    path, content = file
+    tag = api.http.get(path).headers["ETag"]
+    for meant in (tag, f'"old", {tag}', "*"):
+        assert api.http.get(path, headers={"If-Match": meant}).content == content
+    for other in ('"old"', f"W/{tag}"):  # a weak tag is never the same as a strong one
+        for method in ("GET", "HEAD"):
+            refused = api.http.request(
+                method, path, headers={"If-Match": other, "Range": "bytes=0-0"}
+            )
+            assert refused.status_code == 412
+    assert refused.headers["Content-Type"] == "application/problem+json"
+
+
 def test_file__behind_its_end_is_a_416_problem(api: Api, file: tuple[str, bytes]) -> None:
     path, content = file
     response = api.http.get(path, headers={"Range": f"bytes={len(content)}-"})
