@@ -39,9 +39,7 @@ from solver.eos import (
 from solver.eos._hugoniot import ISENTROPE_DEGREE, horner
 from solver.jit import device, implements
 
-RANGE = (
-    2.0  # compression mu up to which the isentrope is tabulated: copper behind shocks of some 3 TPa
-)
+RANGE = 2.0  # compression mu up to which the isentrope is tabulated
 INTEGRATION_STEPS = 2048
 TANGENTS = 6  # steps of Newton's rule; each leaves a tenth or less of the error
 

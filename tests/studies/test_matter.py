@@ -12,7 +12,7 @@ from solver.tension.recoverable import RecoverableTension
 from solver.tension.unlimited import UnlimitedTension
 from studies import materials
 from studies.scenarios import Materials
-from studies.scenarios._matter import Fracture, check_failure, failure_of, matter
+from studies.scenarios._matter import Fracture, check_eos, check_failure, failure_of, matter
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
@@ -25,6 +25,21 @@ def test_matter__has_the_constants_of_the_material() -> None:
     assert made.tension == RecoverableTension(1.9e9)
     assert (made.room_temperature, made.melt_temperature) == (294.0, 1356.0)
     assert made.failure == NoFailure()
+
+
+def test_eos__of_another_kind_has_one_form() -> None:
+    boiling = materials.load("copper-ofhc-tillotson")
+    roles = {"projectile": COPPER, "target": boiling}
+    assert check_eos("hugoniot", roles) == check_eos("cubic", ROLES) == []
+    [finding] = check_eos("cubic", roles)
+    assert (finding.field, finding.value) == ("eos_form", "cubic")
+    assert boiling.name in finding.limit
+
+
+def test_eos__begins_to_boil_before_it_has_boiled() -> None:
+    never = materials.load("copper-ofhc-tillotson").with_value("eos.e_iv", 6.9e6)
+    [finding] = check_eos("hugoniot", {"projectile": COPPER, "target": never})
+    assert finding.field == "target.eos.e_iv"
 
 
 def test_matter__without_softening_never_melts() -> None:
