@@ -2,7 +2,7 @@
 
 ``device``      a function of scalars and small arrays, callable from kernels and from plain Python alike
 ``generic``     a device function chosen by the *type* of its first argument, a parameter record
-``implements``  registers the text of a generic function for one record type
+``implements``  registers the text of a generic function for one record type, or for ``object``: all that bring none
 ``kernel``      a compiled loop over particles or nodes, cached on disk
 
 Choosing by type keeps kernels cacheable: a jitted function handed over as an argument, or a kernel made in a
@@ -46,10 +46,11 @@ def generic(declaration: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(declaration)
     def dispatch(record: Any, *arguments: Any) -> Any:
-        return texts[type(record)](record, *arguments)
+        kind = type(record) if type(record) in texts or object not in texts else object
+        return texts[kind](record, *arguments)
 
     def choose(record: Any, *arguments: Any) -> Any:
-        return texts.get(getattr(record, "instance_class", type(None)))
+        return texts.get(getattr(record, "instance_class", type(None)), texts.get(object))
 
     overload(dispatch, strict=False, jit_options=_OPTIONS)(choose)
     dispatch.texts = texts  # type: ignore[attr-defined]

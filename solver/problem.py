@@ -57,7 +57,7 @@ class Matter(NamedTuple):
     tension: Any
     shear_modulus: Pascal
     room_temperature: Kelvin
-    melt_temperature: Kelvin  # inf: never softens, never melts
+    melt_temperature: Kelvin  # at the reference density; inf: never softens, never melts
     failure: Any = NoFailure()
 
 

@@ -43,7 +43,8 @@ class Counters:
     """How often a safeguard acted on a state, over all steps and particles: no clamp goes uncounted.
 
     Limits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
-    their strain rate below the reference rate, and the shear modulus of expanded matter.
+    their strain rate below the reference rate, the shear modulus of expanded matter, and in Steinberg and Guinan's
+    strength the softest solid and the thinnest.
     """
 
     tension_floors: int = 0

@@ -21,7 +21,7 @@ from solver.eos import (
 from solver.failure import floor_until_failure, grown_damage
 from solver.geometry import exit_face
 from solver.jit import device, kernel
-from solver.strength import hardening, rate_and_heat
+from solver.strength import hardening, melting, rate_and_heat, stiffness
 from solver.tension import pressure_floor
 from solver.tensor import (
     added,
@@ -247,15 +247,18 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     strain, trace = strain_increment(gradient, dt)
     ratio = volume_ratio(gradient, dt)
     density = old.density / ratio
-    homologous = homologous_temperature(matter, old.temperature)
+    compression = old.density / reference_density(matter.eos)
+    homologous = homologous_temperature(matter, old.temperature, compression)
 
     turned = rotated(old.deviator, spin_increment(gradient, dt))
     shape_change = deviator(strain, trace)
-    modulus = matter.shear_modulus * min(1.0, density / reference_density(matter.eos))
+    stiff = relative_stiffness(matter, density, old.pressure, old.temperature)
+    modulus = matter.shear_modulus * stiff
     trial = added(turned, shape_change, 2.0 * modulus)
     rate = equivalent_strain(shape_change) / dt
+    factor = rate_and_heat(matter.strength, rate, homologous, stiff)
     new_deviator, slip = return_to_yield(
-        matter.strength, trial, modulus, old.plastic_strain, rate, homologous
+        matter.strength, trial, modulus, old.plastic_strain, factor
     )
 
     sound = sound_speed_squared(matter.eos, old.density, old.energy, old.pressure)
@@ -298,12 +301,24 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
 
 
 @device
-def homologous_temperature(matter, kelvin):
+def homologous_temperature(matter, kelvin, compression):
     """(T - T_room) / (T_melt - T_room) within 0..1; 0 for matter that never melts."""
     if math.isinf(matter.melt_temperature):
         return 0.0
-    part = (kelvin - matter.room_temperature) / (matter.melt_temperature - matter.room_temperature)
+    melt = matter.melt_temperature * melting(matter.strength, compression)
+    if melt <= matter.room_temperature:  # a liquid
+        return 1.0
+    part = (kelvin - matter.room_temperature) / (melt - matter.room_temperature)
     return min(max(part, 0.0), 1.0)
+
+
+@device
+def relative_stiffness(matter, density, pressure, kelvin):
+    """Shear modulus over that at rest; heat does not matter to matter that never softens."""
+    if math.isinf(matter.melt_temperature):
+        kelvin = matter.room_temperature
+    compression = density / reference_density(matter.eos)
+    return stiffness(matter.strength, compression, pressure, kelvin)
 
 
 @device
@@ -316,15 +331,14 @@ def artificial_viscosity(viscosity, density, sound_speed, spacing, rate):
 
 
 @device
-def return_to_yield(strength, trial, modulus, plastic_strain, rate, homologous):
+def return_to_yield(strength, trial, modulus, plastic_strain, factor):
     """Radial return of a trial deviator; gives the deviator on the surface and the plastic strain increment.
 
     Solves trial - 3 G d = sigma_y(eps_p + d) by the secant rule; the left side falls and the right one does not, so the
-    two starting points enclose the answer. The rate is that of the total deviatoric strain, whose elastic part
-    is of the order of sigma_y / G and does not matter where strain is large.
+    two starting points enclose the answer. The rate in ``factor`` (of the hardening) is that of the total deviatoric
+    strain, whose elastic part is of the order of sigma_y / G and does not matter where strain is large.
     """
     size = equivalent_stress(trial)
-    factor = rate_and_heat(strength, rate, homologous)
     limit = hardening(strength, plastic_strain) * factor
     if size <= limit:
         return trial, 0.0
@@ -351,7 +365,9 @@ def signal_speed(matter, viscosity, spacing, rate, point):
     """
     slowest = SOUND_SPEED_FLOOR * reference_sound_speed(matter.eos)
     bulk = sound_speed_squared(matter.eos, point.density, point.energy, point.pressure)
-    modulus = matter.shear_modulus * min(1.0, point.density / reference_density(matter.eos))
+    modulus = matter.shear_modulus * relative_stiffness(
+        matter, point.density, point.pressure, point.temperature
+    )
     longitudinal = bulk + 4.0 / 3.0 * modulus / point.density
     sound = max(longitudinal, slowest * slowest)
     damping = 0.0

@@ -38,6 +38,8 @@ _DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "kg": ("mass", ("g", "kg")),
     "K": ("temperature", ("K", "degC")),
     "Pa": ("pressure or stress", ("MPa", "GPa")),
+    "Pa-1": ("rate of change with pressure", ("1/TPa", "1/Pa")),
+    "K-1": ("rate of change with temperature", ("1/K",)),
     "J": ("energy", ("J", "kJ")),
     "N s": ("momentum", ("N s",)),
     "s-1": ("rate", ("1/s",)),

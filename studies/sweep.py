@@ -201,13 +201,18 @@ def known_words(
 
 
 def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
-    """The constants that all materials of a role have, by dotted path.
+    """The constants that all materials of a role have, by dotted path; of one name and two units, they are two.
 
     Where no material of the role is known, one finding says so; any constant is let through then.
     """
     known = [material.parameters() for material in candidates] or [_all_constants()]
-    shared = set.intersection(*(set(constants) for constants in known))
-    return {f"{role}.{path}": known[0][path] for path in known[0] if path in shared}
+    units = [{path: one.unit for path, one in constants.items()} for constants in known]
+    shared = set.intersection(*(set(one.items()) for one in units))
+    return {
+        f"{role}.{path}": known[0][path]
+        for path, unit in units[0].items()
+        if (path, unit) in shared
+    }
 
 
 def _all_constants() -> dict[str, Parameter]:

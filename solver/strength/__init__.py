@@ -1,15 +1,16 @@
 """Strength: the yield stress as a function of plastic strain, its rate and the homologous temperature.
 
 A file adds one: a parameter record under ``STRENGTH`` and, for its type, the two factors of the yield stress,
-``hardening`` and ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*). Two factors, because the
-return to the yield surface (written once, in ``stress.py``) iterates on the first and needs the logarithm and the
-power of the second only once. ``tests/contracts/test_strength.py`` asks each member never to be negative, to return
-to its surface, to dissipate and to be objective.
+``hardening`` and ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*, G / G0). Two factors, because
+the return to the yield surface (written once, in ``stress.py``) iterates on the first and needs the logarithm and the
+power of the second only once. A form that knows how the shear modulus and the melting point follow the state says so
+in ``stiffness`` and ``melting``; the others leave them out. ``tests/contracts/test_strength.py`` asks each member never
+to be negative, to return to its surface, to dissipate and to be objective.
 """
 
 from typing import NamedTuple
 
-from solver.jit import device, generic
+from solver.jit import device, generic, implements
 
 
 class StrengthEntry(NamedTuple):
@@ -21,18 +22,45 @@ class StrengthEntry(NamedTuple):
 
 @generic
 def hardening(strength, plastic_strain):
-    """Yield stress in Pa at the reference rate and room temperature; must not fall with plastic strain."""
+    """Yield stress in Pa at the reference rate, room temperature and rest; must not fall with plastic strain."""
 
 
 @generic
-def rate_and_heat(strength, strain_rate, homologous):
-    """Factor of the yield stress; rate in 1/s, homologous = (T - T_room) / (T_melt - T_room) within 0..1."""
+def rate_and_heat(strength, strain_rate, homologous, stiff):
+    """Factor of the yield stress; rate in 1/s, homologous = (T - T_room) / (T_melt - T_room) within 0..1.
+
+    ``stiff`` is what ``stiffness`` answered for the same state.
+    """
+
+
+@generic
+def stiffness(strength, compression, pressure, kelvin):
+    """Shear modulus over that at rest, above 0; compression = rho / rho0, pressure in Pa, temperature in K."""
+
+
+@implements(stiffness, object)
+def _(strength, compression, pressure, kelvin):
+    """By default constant, and less where matter is thin."""
+    return min(1.0, compression)
+
+
+@generic
+def melting(strength, compression):
+    """Melting temperature at a compression rho / rho0, over that at the reference density."""
+
+
+@implements(melting, object)
+def _(strength, compression):
+    """By default constant."""
+    return 1.0
 
 
 @device
-def yield_stress(strength, plastic_strain, strain_rate, homologous):
+def yield_stress(strength, plastic_strain, strain_rate, homologous, stiff=1.0):
     """Yield stress in Pa."""
-    return hardening(strength, plastic_strain) * rate_and_heat(strength, strain_rate, homologous)
+    return hardening(strength, plastic_strain) * rate_and_heat(
+        strength, strain_rate, homologous, stiff
+    )
 
 
 @device

@@ -31,7 +31,7 @@ def _(strength, plastic_strain):
 
 
 @implements(rate_and_heat, JohnsonCook)
-def _(strength, strain_rate, homologous):
+def _(strength, strain_rate, homologous, stiff):
     rate = 1.0 + strength.C * math.log(max(strain_rate / strength.reference_rate, 1.0))
     if homologous <= 0.0:
         return rate

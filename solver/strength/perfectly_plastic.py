@@ -21,5 +21,5 @@ def _(strength, plastic_strain):
 
 
 @implements(rate_and_heat, PerfectlyPlastic)
-def _(strength, strain_rate, homologous):
+def _(strength, strain_rate, homologous, stiff):
     return solid(homologous)

@@ -19,6 +19,8 @@ from solver.units import (
     KilogramPerCubicMetre,
     MetrePerSecond,
     Pascal,
+    PerKelvin,
+    PerPascal,
     PerSecond,
 )
 from studies.nearest import nearest_cure
@@ -144,6 +146,24 @@ class JohnsonCook:
 
 
 @dataclass(frozen=True)
+class SteinbergGuinan:
+    """min(Y0 (1 + beta eps)^n, Y_max) G / G0; G and the melting point follow the state.
+
+    The melting point of the material is that at its density at rest.
+    """
+
+    kind: ClassVar[str] = "steinberg-guinan"
+    Y0: Pascal = field(metadata=limits("initial yield stress", 0.0, 1e12))
+    Y_max: Pascal = field(metadata=limits("hardest yield stress", 0.0, 1e12))
+    beta: Dimensionless = field(metadata=limits("hardening", 0.0, 1e5))
+    n: Dimensionless = field(metadata=limits("hardening exponent", 0.0, 10.0))
+    A: PerPascal = field(metadata=limits("rise of the shear modulus with pressure", 0.0, 1e-9))
+    B: PerKelvin = field(metadata=limits("fall of the shear modulus with temperature", 0.0, 0.1))
+    a: Dimensionless = field(metadata=limits("rise of the melting point with density", 0.0, 10.0))
+    gamma0: Dimensionless = field(metadata=limits("Grueneisen parameter", 0.0, 10.0))
+
+
+@dataclass(frozen=True)
 class Tension:
     """What the material bears in hydrostatic tension."""
 
@@ -151,11 +171,12 @@ class Tension:
 
 
 Eos = MieGrueneisen | Tillotson
-Strength = NoYield | PerfectlyPlastic | LinearHardening | JohnsonCook
+Strength = NoYield | PerfectlyPlastic | LinearHardening | JohnsonCook | SteinbergGuinan
 
 EQUATIONS_OF_STATE: Mapping[str, type] = {kind.kind: kind for kind in (MieGrueneisen, Tillotson)}
 STRENGTHS: Mapping[str, type] = {
-    kind.kind: kind for kind in (NoYield, PerfectlyPlastic, LinearHardening, JohnsonCook)
+    kind.kind: kind
+    for kind in (NoYield, PerfectlyPlastic, LinearHardening, JohnsonCook, SteinbergGuinan)
 }
 # The sections of a material: the record of each, or the records by kind.
 SECTIONS: Mapping[str, type | Mapping[str, type]] = {

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from solver.registry import entries
 from solver.units import Dimensionless, Second
 from studies.errors import Finding
-from studies.materials.schema import MieGrueneisen, Tillotson
+from studies.materials.schema import MieGrueneisen
+from studies.quantities import readable
 from studies.recipes import Tension
 from studies.scenarios import Materials
 from studies.scenarios._fields import described, explained
@@ -20,6 +21,18 @@ EosForm = Literal["hugoniot", "cubic"]
 Failure = Literal["none", "plastic-strain", "spall"]
 
 EOS_FORMS = {"hugoniot": "mie_grueneisen", "cubic": "mie_grueneisen_cubic"}  # of mie-grueneisen
+
+# Constants whose first lies below the second, or may equal it, and what to do where it does not.
+ORDERED = (
+    ("eos.e_iv", "eos.e_cv", False, "boiling begins at e_iv and ends at e_cv: correct one of them"),
+    ("strength.Y0", "strength.Y_max", True, "metal hardens from Y0 to Y_max: correct one of them"),
+    (
+        "thermal.room_temperature",
+        "thermal.melt_temperature",
+        False,
+        "a liquid bears no shear and makes no shield: correct one of them",
+    ),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,17 +97,33 @@ def eos_of(material: "Material", form: EosForm = "hugoniot") -> Any:
 
 
 def check_eos(form: EosForm, materials: Materials) -> list[Finding]:
-    """A form other than the default needs materials that can be written in it; boiling begins before it ends."""
+    """A form other than the default needs materials that can be written in it."""
+    return [
+        Finding(
+            "eos_form",
+            form,
+            f"hugoniot: {material.name} ({material.eos.kind}) has one form",
+            "leave eos_form out",
+        )
+        for material in materials.values()
+        if form != "hugoniot" and not isinstance(material.eos, MieGrueneisen)
+    ]
+
+
+def check_constants(materials: Materials) -> list[Finding]:
+    """Constants of a material that make sense only in one order."""
     findings = []
     for role, material in materials.items():
-        eos = material.eos
-        if form != "hugoniot" and not isinstance(eos, MieGrueneisen):
-            limit = f"hugoniot: {material.name} ({eos.kind}) has one form"
-            findings.append(Finding("eos_form", form, limit, "leave eos_form out"))
-        if isinstance(eos, Tillotson) and not eos.e_iv < eos.e_cv:
-            limit = f"below {role}.eos.e_cv, {eos.e_cv:g} J/kg"
-            cure = "boiling begins at e_iv and ends at e_cv: correct one of them"
-            findings.append(Finding(f"{role}.eos.e_iv", f"{eos.e_iv:g} J/kg", limit, cure))
+        parameters = material.parameters()
+        for low, high, may_equal, cure in ORDERED:
+            if not {low, high} <= set(parameters):
+                continue
+            least, most = material.value_at(low), material.value_at(high)
+            if least is None or most is None or least < most or (least == most and may_equal):
+                continue
+            unit = parameters[low].unit or "1"
+            limit = f"{'at most' if may_equal else 'below'} {role}.{high}, {readable(most, unit)}"
+            findings.append(Finding(f"{role}.{low}", readable(least, unit), limit, cure))
     return findings
 
 

@@ -16,7 +16,7 @@ from studies.quantities import round_quantity
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
 from studies.scenarios._fields import described, explained
 from studies.scenarios._lattice import body, line, points
-from studies.scenarios._matter import EosForm, matter
+from studies.scenarios._matter import EosForm, check_constants, matter
 from studies.scenarios._numerics import (
     Numerics,
     check_numerics,
@@ -159,7 +159,7 @@ def _fill(given: PlateImpact) -> PlateImpact:
 
 
 def _check(given: PlateImpact, materials: Materials) -> list[Finding]:
-    findings = check_numerics(given)
+    findings = check_numerics(given) + check_constants(materials)
     for role in BODIES:
         if not isinstance(materials[role].eos, MieGrueneisen):
             limit = "a material whose equation of state is a Hugoniot"

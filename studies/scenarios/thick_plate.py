@@ -16,7 +16,7 @@ from studies.scenarios._impact import (
     spacing,
 )
 from studies.scenarios._impact_watch import IMPACT
-from studies.scenarios._matter import check_eos, check_failure
+from studies.scenarios._matter import check_constants, check_eos, check_failure
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
 # at 7 km/s is 3.5 diameters deep and three wide on each side.
@@ -60,7 +60,7 @@ def _fill(given: ThickPlate) -> ThickPlate:
 
 def _check(given: ThickPlate, materials: Materials) -> list[Finding]:
     findings = check_shot(given) + check_failure(given, materials)
-    findings += check_eos(given.eos_form, materials)
+    findings += check_eos(given.eos_form, materials) + check_constants(materials)
     for name, value in (("target_depth", _depth(given)), ("target_radius", _radius(given))):
         if value < given.projectile_diameter:
             findings.append(

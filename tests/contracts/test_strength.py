@@ -8,10 +8,26 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from solver.eos import pressure_terms, reference_density
 from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
-from solver.strength import StrengthEntry, hardening, rate_and_heat, yield_stress
-from solver.stress import RETURN_TOLERANCE, Point, advance, homologous_temperature, return_to_yield
+from solver.strength import (
+    StrengthEntry,
+    hardening,
+    melting,
+    rate_and_heat,
+    stiffness,
+    yield_stress,
+)
+from solver.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
+from solver.stress import (
+    RETURN_TOLERANCE,
+    Point,
+    advance,
+    homologous_temperature,
+    relative_stiffness,
+    return_to_yield,
+)
 from solver.tensor import added, contract, equivalent_stress, rotated, scaled
 from tests.solver.bodies import (
     DENSITY,
@@ -31,6 +47,7 @@ COPPER: dict[str, tuple[float, ...]] = {
     "johnson_cook": (90e6, 292e6, 0.31, 0.025, 1.09, 1.0),
     "linear_hardening": (157e6, 425e6),
     "perfectly_plastic": (240e6,),
+    "steinberg_guinan": (120e6, 640e6, 36.0, 0.45, 28.3e-12, 3.77e-4, 1.5, 2.02),
 }
 NEVER_YIELDS = {"elastic"}
 ROUND_OFF = 1e-12
@@ -67,6 +84,19 @@ def stretched(
     return point
 
 
+def returned(
+    strength: Any,
+    trial: tuple[float, ...],
+    modulus: float,
+    plastic_strain: float,
+    rate: float,
+    homologous: float,
+) -> tuple[tuple[float, ...], float]:
+    """The return to yield at a rate and a temperature, as stiff as at rest."""
+    factor = rate_and_heat(strength, rate, homologous, 1.0)
+    return return_to_yield(strength, trial, modulus, plastic_strain, factor)
+
+
 @pytest.fixture(params=list(MEMBERS))
 def strength(request: pytest.FixtureRequest) -> Any:
     return copper(request.param)
@@ -101,7 +131,7 @@ def test_yield_stress__does_not_fall_with_rate(
     name: str, one: float, other: float, homologous: float
 ) -> None:
     low, high = sorted((one, other))
-    slow, fast = (rate_and_heat(copper(name), rate, homologous) for rate in (low, high))
+    slow, fast = (rate_and_heat(copper(name), rate, homologous, 1.0) for rate in (low, high))
     assert slow <= fast
 
 
@@ -110,7 +140,7 @@ def test_yield_stress__does_not_grow_with_temperature(
     name: str, rate: float, one: float, other: float
 ) -> None:
     low, high = sorted((one, other))
-    cold, warm = (rate_and_heat(copper(name), rate, homologous) for homologous in (low, high))
+    cold, warm = (rate_and_heat(copper(name), rate, homologous, 1.0) for homologous in (low, high))
     assert warm <= cold
 
 
@@ -124,7 +154,7 @@ def test_melt__leaves_no_shear_stress(
     name: str, direction: tuple[float, ...], plastic_strain: float
 ) -> None:
     trial = scaled(direction, 1e9)
-    molten, _ = return_to_yield(copper(name), trial, SHEAR_MODULUS, plastic_strain, 1e5, 1.0)
+    molten, _ = returned(copper(name), trial, SHEAR_MODULUS, plastic_strain, 1e5, 1.0)
     assert equivalent_stress(molten) == 0.0
 
 
@@ -154,7 +184,7 @@ def test_return__ends_on_the_surface_of_the_new_plastic_strain(
     strength = copper(name)
     size = beyond * yield_stress(strength, plastic_strain, rate, homologous)
     trial = scaled(direction, size)
-    stress, slip = return_to_yield(strength, trial, SHEAR_MODULUS, plastic_strain, rate, homologous)
+    stress, slip = returned(strength, trial, SHEAR_MODULUS, plastic_strain, rate, homologous)
     surface = yield_stress(strength, plastic_strain + slip, rate, homologous)
     assert math.isclose(equivalent_stress(stress), surface, rel_tol=ROUND_OFF)
 
@@ -171,7 +201,7 @@ def test_return__moves_along_the_elastic_slope(
     """trial - 3 G slip = sigma_y, to the tolerance that stress.py states."""
     strength = copper(name)
     size = beyond * yield_stress(strength, plastic_strain, rate, homologous)
-    stress, slip = return_to_yield(
+    stress, slip = returned(
         strength, scaled(direction, size), SHEAR_MODULUS, plastic_strain, rate, homologous
     )
     gap = size - 3.0 * SHEAR_MODULUS * slip - equivalent_stress(stress)
@@ -185,7 +215,7 @@ def test_return__leaves_stress_inside_the_surface_alone(
     strength = copper(name)
     size = share * min(yield_stress(strength, plastic_strain, 1.0, 0.0), 1e12)
     trial = scaled(direction, size)
-    assert return_to_yield(strength, trial, SHEAR_MODULUS, plastic_strain, 1.0, 0.0) == (trial, 0.0)
+    assert returned(strength, trial, SHEAR_MODULUS, plastic_strain, 1.0, 0.0) == (trial, 0.0)
 
 
 @given(members, directions(), plastic_strains, rates, st.floats(0.0, 1.0), st.floats(0.0, 1e12))
@@ -199,9 +229,7 @@ def test_return__dissipates(
 ) -> None:
     """The stress does work, never negative, on the strain that the return turns from elastic into plastic."""
     trial = scaled(direction, size)
-    stress, slip = return_to_yield(
-        copper(name), trial, SHEAR_MODULUS, plastic_strain, rate, homologous
-    )
+    stress, slip = returned(copper(name), trial, SHEAR_MODULUS, plastic_strain, rate, homologous)
     plastic = scaled(added(trial, stress, -1.0), 0.5 / SHEAR_MODULUS)
     assert slip >= 0.0
     assert contract(stress, plastic) >= 0.0
@@ -219,12 +247,58 @@ def test_return__turns_with_the_trial_stress(
     size = beyond * yield_stress(strength, plastic_strain, 1e5, 0.3)
     trial = scaled(direction, size)
     arguments = (SHEAR_MODULUS, plastic_strain, 1e5, 0.3)
-    stress, slip = return_to_yield(strength, trial, *arguments)
-    turned, turned_slip = return_to_yield(strength, rotated(trial, spin), *arguments)
+    stress, slip = returned(strength, trial, *arguments)
+    turned, turned_slip = returned(strength, rotated(trial, spin), *arguments)
     # The secant rule stops at RETURN_TOLERANCE of the trial stress: round-off of the rotation may cost it a turn.
     assert abs(turned_slip - slip) * 3.0 * SHEAR_MODULUS <= 2.0 * RETURN_TOLERANCE * size
     gap = added(turned, rotated(stress, spin), -1.0)
     assert equivalent_stress(gap) <= 2.0 * RETURN_TOLERANCE * size
+
+
+@given(members, st.floats(0.01, 4.0), st.floats(-3e9, 5e11), st.floats(0.0, 1e5))
+def test_stiffness__is_positive_and_that_at_rest_is_one(
+    name: str, compression: float, pressure: float, kelvin: float
+) -> None:
+    assert math.isclose(stiffness(copper(name), 1.0, 0.0, 300.0), 1.0, rel_tol=ROUND_OFF)
+    value = stiffness(copper(name), compression, pressure, kelvin)
+    assert math.isfinite(value)
+    assert value > 0.0
+
+
+@given(members, st.floats(0.01, 4.0), st.floats(0.01, 4.0))
+def test_melting__does_not_come_earlier_under_compression(
+    name: str, one: float, other: float
+) -> None:
+    low, high = sorted((one, other))
+    assert melting(copper(name), 1.0) == 1.0
+    assert 0.0 <= melting(copper(name), low) <= melting(copper(name), high)
+
+
+def test_melting__of_metal_with_gaps_is_that_of_the_metal_between_them() -> None:
+    steinberg = copper("steinberg_guinan")
+    assert melting(steinberg, 0.5) == melting(steinberg, THINNEST_SOLID) < 1.0
+
+
+@pytest.mark.parametrize("kelvin", [0.0, ROOM, 1e4])
+def test_homologous_temperature__of_a_liquid_is_one(kelvin: float) -> None:
+    liquid = real_copper()._replace(melt_temperature=ROOM)
+    assert homologous_temperature(liquid, kelvin, 1.0) == 1.0
+
+
+def test_stiffness__does_not_feel_heat_in_matter_that_never_softens() -> None:
+    hard = elastic_copper()._replace(strength=copper("steinberg_guinan"))
+    cold, hot = (relative_stiffness(hard, DENSITY, 1e9, kelvin) for kelvin in (ROOM, 1e4))
+    assert cold == hot > 1.0
+
+
+def test_steinberg_guinan__melts_before_it_is_as_soft_as_its_floor() -> None:
+    """Pulled as hard as a tensile floor lets it be, or cold with the pressure of its compression."""
+    matter = real_copper()._replace(strength=copper("steinberg_guinan"), melt_temperature=1790.0)
+    for compression in np.linspace(0.8, 2.0, 121):
+        melt = matter.melt_temperature * melting(matter.strength, compression)
+        pressure, _ = pressure_terms(matter.eos, compression * reference_density(matter.eos), 0.0)
+        law = stiffness(matter.strength, compression, max(pressure, -2e9), melt)
+        assert law / min(compression / THINNEST_SOLID, 1.0) > 2.0 * SOFTEST
 
 
 def test_johnson_cook__has_the_published_point() -> None:
@@ -252,7 +326,7 @@ FOUR_DIGITS = 5e-4  # half of the last digit of the smallest first one
 def test_johnson_cook__has_its_value_at_a_point(
     strain: float, rate: float, kelvin: float, expected: float
 ) -> None:
-    homologous = homologous_temperature(real_copper(), kelvin)
+    homologous = homologous_temperature(real_copper(), kelvin, 1.0)
     got = yield_stress(copper("johnson_cook"), strain, rate, homologous)
     assert math.isclose(got / 1e6, expected, rel_tol=FOUR_DIGITS)
 
@@ -268,32 +342,33 @@ def test_johnson_cook__is_what_a_stretched_point_bears(
 
 
 def test_johnson_cook__grows_by_its_constant_with_each_decade_of_rate() -> None:
-    slow, fast = (rate_and_heat(copper("johnson_cook"), rate, 0.0) for rate in (1e4, 1e5))
+    slow, fast = (rate_and_heat(copper("johnson_cook"), rate, 0.0, 1.0) for rate in (1e4, 1e5))
     assert math.isclose(fast - slow, 0.025 * math.log(10.0), rel_tol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("rate", [0.0, 1e-9, 1.0])
 def test_johnson_cook__does_not_soften_below_its_reference_rate(rate: float) -> None:
-    assert rate_and_heat(copper("johnson_cook"), rate, 0.0) == 1.0
+    assert rate_and_heat(copper("johnson_cook"), rate, 0.0, 1.0) == 1.0
 
 
 @pytest.mark.parametrize(("homologous", "share"), [(0.0, 1.0), (0.5, 1.0 - 0.5**1.09), (1.0, 0.0)])
 def test_johnson_cook__softens_with_its_power_of_temperature(
     homologous: float, share: float
 ) -> None:
-    got = rate_and_heat(copper("johnson_cook"), 1.0, homologous)
+    got = rate_and_heat(copper("johnson_cook"), 1.0, homologous, 1.0)
     assert math.isclose(got, share, rel_tol=ROUND_OFF)
 
 
 def test_johnson_cook__fades_smoothly_just_below_melting() -> None:
     """1 - (1 - x)^m is m x for small x."""
-    got = rate_and_heat(copper("johnson_cook"), 1.0, 1.0 - 1e-6)
+    got = rate_and_heat(copper("johnson_cook"), 1.0, 1.0 - 1e-6, 1.0)
     assert math.isclose(got, 1.09e-6, rel_tol=1e-6)
 
 
 def test_johnson_cook__without_a_softening_exponent_is_strong_until_it_melts() -> None:
     plain = MEMBERS["johnson_cook"].record(90e6, 292e6, 0.31, 0.025, math.inf, 1.0)
-    assert [rate_and_heat(plain, 1.0, homologous) for homologous in (0.0, 0.999, 1.0)] == [1, 1, 0]
+    shares = [rate_and_heat(plain, 1.0, homologous, 1.0) for homologous in (0.0, 0.999, 1.0)]
+    assert shares == [1, 1, 0]
 
 
 @pytest.mark.parametrize(
@@ -309,9 +384,9 @@ def test_johnson_cook__without_a_softening_exponent_is_strong_until_it_melts() -
 def test_homologous_temperature__runs_from_room_to_melt_and_no_farther(
     kelvin: float, expected: float
 ) -> None:
-    got = homologous_temperature(real_copper(), kelvin)
+    got = homologous_temperature(real_copper(), kelvin, 1.0)
     assert math.isclose(got, expected, rel_tol=ROUND_OFF)
 
 
 def test_homologous_temperature__stays_zero_where_nothing_melts() -> None:
-    assert homologous_temperature(elastic_copper(), 1e5) == 0.0
+    assert homologous_temperature(elastic_copper(), 1e5, 1.0) == 0.0

@@ -17,11 +17,12 @@ from solver.eos.tillotson import tillotson
 from solver.jit import kernel
 from solver.simulation import start
 from solver.state import Particles
-from solver.strength import yield_stress
+from solver.strength import melting, stiffness, yield_stress
 from solver.strength.elastic import Elastic
 from solver.strength.johnson_cook import JohnsonCook
 from solver.strength.linear_hardening import LinearHardening
 from solver.strength.perfectly_plastic import PerfectlyPlastic
+from solver.strength.steinberg_guinan import SteinbergGuinan
 from solver.tension import pressure_floor
 from solver.tension.recoverable import RecoverableTension
 from solver.tension.unlimited import UnlimitedTension
@@ -40,6 +41,12 @@ STEPS = 5
 def compiled_yield_stress(strength, plastic_strain, rate, homologous):
     """The generic function as kernels call it."""
     return yield_stress(strength, plastic_strain, rate, homologous)
+
+
+@kernel
+def compiled_stiffness(strength, compression, pressure, kelvin):
+    """Generic functions that have a text for all records and one of their own for some."""
+    return stiffness(strength, compression, pressure, kelvin), melting(strength, compression)
 
 
 @kernel
@@ -84,6 +91,7 @@ STRENGTHS: tuple[Any, ...] = (
     PerfectlyPlastic(240e6),
     LinearHardening(157e6, 425e6),
     JohnsonCook(90e6, 292e6, 0.31, 0.025, 1.09, 1.0),
+    SteinbergGuinan(120e6, 640e6, 36.0, 0.45, 28.3e-12, 3.77e-4, 1.5, 2.02),
 )
 
 
@@ -119,6 +127,17 @@ def test_generic__gives_each_type_its_own_text() -> None:
     compiled = [compiled_yield_stress(strength, 0.2, 1.0, 0.0) for strength in STRENGTHS]
     assert len(set(plain)) == len(STRENGTHS)
     assert np.allclose(compiled, plain, rtol=LAST_PLACES, atol=0.0)
+
+
+@pytest.mark.parametrize("strength", STRENGTHS, ids=name_of)
+def test_generic__with_a_text_for_all_is_the_same_compiled_and_plain(strength: Any) -> None:
+    for arguments in ((1.4, 90e9, 900.0), (0.7, -1e9, 1300.0)):
+        plain = compiled_stiffness.py_func(strength, *arguments)
+        assert np.allclose(
+            compiled_stiffness(strength, *arguments), plain, rtol=LAST_PLACES, atol=0.0
+        )
+    own = isinstance(strength, SteinbergGuinan)
+    assert (stiffness(strength, 1.4, 90e9, 900.0) != 1.0) == own
 
 
 @pytest.mark.parametrize("tension", [UnlimitedTension(), RecoverableTension(1.9e9)], ids=name_of)

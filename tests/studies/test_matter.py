@@ -1,5 +1,6 @@
 """A material becomes matter, and a failure is refused where its numbers are missing."""
 
+import dataclasses
 import math
 from typing import Any
 
@@ -8,14 +9,24 @@ import pytest
 from solver.failure.none import NoFailure
 from solver.failure.plastic_strain import PlasticStrainLimit
 from solver.failure.spall import Spall
+from solver.strength.steinberg_guinan import SteinbergGuinan
 from solver.tension.recoverable import RecoverableTension
 from solver.tension.unlimited import UnlimitedTension
 from studies import materials
 from studies.scenarios import Materials
-from studies.scenarios._matter import Fracture, check_eos, check_failure, failure_of, matter
+from studies.scenarios._matter import (
+    Fracture,
+    check_constants,
+    check_eos,
+    check_failure,
+    failure_of,
+    matter,
+)
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
+STEINBERG = (120e6, 640e6, 36.0, 0.45, 28.3e-12, 3.77e-4, 1.5, 2.02)  # of copper
+PRESSED = dataclasses.replace(COPPER, strength=materials.SteinbergGuinan(*STEINBERG))
 ROLES: Materials = {"projectile": COPPER, "target": COPPER}
 
 
@@ -36,10 +47,32 @@ def test_eos__of_another_kind_has_one_form() -> None:
     assert boiling.name in finding.limit
 
 
-def test_eos__begins_to_boil_before_it_has_boiled() -> None:
-    never = materials.load("copper-ofhc-tillotson").with_value("eos.e_iv", 6.9e6)
-    [finding] = check_eos("hugoniot", {"projectile": COPPER, "target": never})
-    assert finding.field == "target.eos.e_iv"
+def test_matter__has_the_strength_of_the_material_whatever_its_kind() -> None:
+    assert matter(PRESSED).strength == SteinbergGuinan(*STEINBERG)
+
+
+@pytest.mark.parametrize(
+    ("material", "path", "value", "limit"),
+    [
+        (PRESSED, "strength.Y0", 641e6, "at most target.strength.Y_max, 640 MPa"),
+        ("copper-ofhc-tillotson", "eos.e_iv", 6.9e6, "below target.eos.e_cv, 6900000 J kg-1"),
+        ("copper-ofhc", "thermal.room_temperature", 1356.0, "below target.thermal.melt_temp"),
+    ],
+)
+def test_constants__that_have_an_order_are_refused_out_of_it(
+    material: Any, path: str, value: float, limit: str
+) -> None:
+    right = materials.load(material) if isinstance(material, str) else material
+    assert check_constants({"target": right}) == []
+    wrong = right.with_value(path, value)
+    [finding] = check_constants({"projectile": COPPER, "target": wrong})
+    assert finding.field == f"target.{path}"
+    assert finding.limit.startswith(limit)
+
+
+@pytest.mark.parametrize("material", materials.names())
+def test_constants__of_what_ships_are_in_order(material: str) -> None:
+    assert check_constants({"target": materials.load(material)}) == []
 
 
 def test_matter__without_softening_never_melts() -> None:

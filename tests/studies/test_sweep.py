@@ -171,6 +171,33 @@ def test_document__keeps_materials_and_observations() -> None:
     assert again.observations[0].value == 0.019
 
 
+def test_constant__that_two_materials_measure_differently_is_one_of_neither() -> None:
+    """Johnson and Cook's A is a stress, Steinberg and Guinan's a rise with pressure."""
+    constants = {
+        "Y0": (120, "MPa"),
+        "Y_max": (640, "MPa"),
+        "beta": (36, "1"),
+        "n": (0.45, "1"),
+        "A": (28.3, "1/TPa"),
+        "B": (3.77e-4, "1/K"),
+        "a": (1.5, "1"),
+        "gamma0": (2.02, "1"),
+    }
+    sourced = {"source": "Steinberg (1996), UCRL-MA-106439", "confidence": "verified"}
+    strength = {
+        name: {"value": value, "unit": unit, **sourced} for name, (value, unit) in constants.items()
+    }
+    copper = materials.load("copper-ofhc").document()
+    pressed = {**copper, "name": "pressed", "strength": {"kind": "steinberg-guinan", **strength}}
+    document = changed("axes/target", ["copper-ofhc", "pressed"])
+    document["materials"] = {"pressed": pressed}
+    del document["fixed"]["target"]
+    assert "target.strength.A" in refused(document)
+    document["axes"]["target"] = ["pressed"]
+    document["fixed"]["target.strength.A"] = "30 1/TPa"
+    assert Sweep.parse(document).fixed["target.strength.A"] == 30e-12
+
+
 def test_runs__of_a_grid_vary_the_last_axis_fastest() -> None:
     points = Sweep.parse(DOCUMENT).runs()
     assert len(points) == 18

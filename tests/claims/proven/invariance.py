@@ -52,6 +52,15 @@ def johnson_cook() -> Iterator[Row]:
     return case("johnson-cook")
 
 
+@claim(
+    "steinberg-guinan",
+    says="a point follows Steinberg, Cochran and Guinan's modulus, yield stress and melting curve",
+    quick=True,
+)
+def steinberg_guinan() -> Iterator[Row]:
+    return case("steinberg-guinan")
+
+
 @claim("momentum", says="axial momentum of an impact stays to 1e-10 until a fixed face is reached")
 def momentum() -> Iterator[Row]:
     return case("momentum")

@@ -1,0 +1,67 @@
+"""Steinberg, Cochran and Guinan: strength at high rates, where the rate no longer matters, follows the shear modulus.
+
+G / G0 = 1 + A p / eta^(1/3) - B (T - 300 K), and in proportion less where gaps have opened
+sigma_y = min(Y0 (1 + beta eps)^n, Y_max) G / G0
+T_melt / T_melt0 = exp(2 a (1 - 1 / eta)) eta^(2 (gamma0 - a - 1/3)), eta = rho / rho0
+
+Steinberg, Cochran and Guinan (1980), J. Appl. Phys. 51, 1498; constants of metals in Steinberg (1996), UCRL-MA-106439.
+T_melt0 belongs to the reference density: metal at 1 bar is thinner where it melts, and melts below it. How much below
+is a matter of the expansion in the equation of state too.
+"""
+
+import math
+from typing import NamedTuple
+
+from solver.jit import implements
+from solver.strength import StrengthEntry, hardening, melting, rate_and_heat, solid, stiffness
+
+COLD = 300.0  # K, the temperature of G0
+
+# Of G0 in the law. With a tensile floor no solid comes to it, melting does first (contract test); molten matter bears
+# no shear whatever it is, and is counted as molten.
+SOFTEST = 0.1
+
+# rho / rho0 of the thinnest solid: heat stretches metals by some 7 % up to melting (Grueneisen's rule), and what is
+# thinner has gaps that are not the metal's.
+THINNEST_SOLID = 0.93
+
+
+class SteinbergGuinan(NamedTuple):
+    """Parameters of the strength and of the melting curve."""
+
+    Y0: float  # Pa
+    Y_max: float  # Pa
+    beta: float
+    n: float
+    A: float  # 1/Pa
+    B: float  # 1/K
+    a: float
+    gamma0: float
+
+
+STRENGTH = StrengthEntry("steinberg_guinan", SteinbergGuinan)
+
+
+@implements(hardening, SteinbergGuinan)
+def _(strength, plastic_strain):
+    return min(strength.Y0 * (1.0 + strength.beta * plastic_strain) ** strength.n, strength.Y_max)
+
+
+@implements(rate_and_heat, SteinbergGuinan)
+def _(strength, strain_rate, homologous, stiff):
+    return stiff * solid(homologous)
+
+
+@implements(stiffness, SteinbergGuinan)
+def _(strength, compression, pressure, kelvin):
+    pressed = strength.A * pressure / compression ** (1.0 / 3.0)
+    law = 1.0 + pressed - strength.B * (kelvin - COLD)
+    return max(law, SOFTEST) * min(1.0, compression / THINNEST_SOLID)
+
+
+@implements(melting, SteinbergGuinan)
+def _(strength, compression):
+    power = 2.0 * (strength.gamma0 - strength.a - 1.0 / 3.0)
+    solid_compression = max(compression, THINNEST_SOLID)
+    growth = math.exp(2.0 * strength.a * (1.0 - 1.0 / solid_compression))
+    return growth * solid_compression**power
