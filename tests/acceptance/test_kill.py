@@ -19,14 +19,13 @@ from service.artifacts import LOG, Artifacts
 from service.jobs import RunRow, State, Stored, SweepRow, SweepState
 from service.settings import Settings
 from service.store import Store
-from studies.files import ANSWER
 from tests.service.cluster import family
 from tests.service.doubles import is_gone, open_store, settings_in, wait_until
+from tests.service.targets import GATES, RUN_GATE
 
 ROOT = Path(__file__).parents[2]
 SWEEP = "import sys; from service.local import run_sweep; run_sweep(sys.argv[1], sys.argv[2])"
 RUNS = 6
-SECONDS = 1.0  # that a run takes; long enough to be hit, short enough to wait for
 SEED = 20_261_121
 
 
@@ -46,13 +45,22 @@ class Drill:
     def said(self) -> Path:
         return self.out / "stderr.log"
 
+    @property
+    def gates(self) -> dict[str, Path]:
+        """Without these files no run and no sweep ends: they are still there when they are struck."""
+        return {gate: self.out / gate for gate in GATES}
+
+    def open(self, gate: str) -> None:
+        """Let what waits there end, now and in every life to come."""
+        self.gates[gate].touch()
+
     def begin(self) -> None:
         """Start the sweep, or go on with it."""
         environment = {
             **os.environ,
             "WHIPPLE_TARGETS_MODULE": "tests.service.targets",
             "WHIPPLE_WORKERS": "2",
-            "WHIPPLE_TEST_SECONDS": str(SECONDS),
+            **{gate: str(file) for gate, file in self.gates.items()},
         }
         command = [sys.executable, "-c", SWEEP, str(self.document), str(self.out)]
         with self.said.open("wb") as log:
@@ -61,8 +69,10 @@ class Drill:
             )
 
     def end(self) -> int:
-        """Wait for the end of the sweep; its exit status."""
+        """Open all gates and wait for the end of the sweep; its exit status."""
         assert self.process is not None
+        for gate in GATES:
+            self.open(gate)
         return self.process.wait(300)
 
     def kill(self) -> None:
@@ -72,14 +82,10 @@ class Drill:
             self.process.wait()
 
     def running(self) -> list[tuple[RunRow, int]]:
-        """Runs under way now, with the processes that compute them; with a result they do something else."""
+        """Runs under way now, with the processes that compute them."""
         found = []
         for run in self.runs():
-            pids = [
-                file
-                for file in self.folder(run).glob(f"a{run.attempt}-*/pid")
-                if not file.with_name(ANSWER).exists()
-            ]
+            pids = list(self.folder(run).glob(f"a{run.attempt}-*/pid"))
             text = pids[0].read_text() if run.state is State.RUNNING and pids else ""
             if text and not is_gone(int(text)):
                 found.append((run, int(text)))
@@ -217,6 +223,7 @@ def test_service_killed__leaves_no_process_and_the_next_one_finishes(drill: Dril
 
 def test_service_killed_while_it_publishes__no_half_file_is_seen(drill: Drill) -> None:
     drill.begin()
+    drill.open(RUN_GATE)
     wait_until(lambda: drill.runs() and drill.sweep().state is SweepState.PUBLISHING, seconds=240.0)
     drill.kill()
     with drill.store() as store:

@@ -17,7 +17,7 @@ DEADLINE = 60.0  # s; a busy machine is slow, a hanging test is not waited for
 
 
 def wait_until(
-    condition: Callable[[], Any], *, seconds: float = DEADLINE, pause: float = 0.02
+    condition: Callable[[], Any], *, seconds: float = DEADLINE, pause: float = 0.05
 ) -> Any:
     """What ``condition`` returns as soon as it is true, looked at after each pause; fails when that takes too long."""
     end = time.monotonic() + seconds

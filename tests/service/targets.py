@@ -10,7 +10,8 @@ so many ``mebibytes``), or ``soil`` the process that computes it. Each leaves it
 ``pid`` in its folder.
 
 With ``seconds`` it takes as long, step by step: it tells progress, writes its step into the
-checkpoint, goes on from there, and leaves when asked to.
+checkpoint, goes on from there, and leaves when asked to. Runs and sweeps do not end before the files are
+there that ``GATES`` of the environment name.
 """
 
 import ctypes
@@ -31,6 +32,8 @@ from studies import run as real
 from studies.atomic import write_text
 from studies.results import Measured, Progress, RunResult
 
+GATES = RUN_GATE, SWEEP_GATE = "WHIPPLE_TEST_RUN_GATE", "WHIPPLE_TEST_SWEEP_GATE"
+PAUSE = 0.02  # s, between two looks at a gate
 STEPS = 10
 FOREVER = 600  # s; longer than any test waits
 MEBIBYTE = 1 << 20
@@ -75,6 +78,8 @@ def execute(
     clock.begin()
     _BEHAVIOURS.get(behaviour, _fine)(run, directory)
     clock.go_on()
+    while _is_closed(RUN_GATE):
+        clock.wait()
     result = _result(run, behaviour)
     if behaviour != "silent":
         for name in ("state.npz", "film.npz")[: 1 + film]:
@@ -89,10 +94,18 @@ def publish(
     """Three files that say what was given."""
     if document.get("name") == "unpublishable":
         raise RuntimeError("this sweep cannot be published")
+    while _is_closed(SWEEP_GATE):
+        time.sleep(PAUSE)
     said = {id: {"state": one["state"], "reason": one["reason"]} for id, one in outcomes.items()}
     for name in ("cube.nc", "report.html", "report.json"):
         write_text(directory / name, json.dumps(said, sort_keys=True))
     return {}
+
+
+def _is_closed(gate: str) -> bool:
+    """Whether the environment names a file that is not there."""
+    name = os.environ.get(gate)
+    return name is not None and not Path(name).exists()
 
 
 @dataclass
@@ -121,8 +134,16 @@ class _Clock:
             if self.progress is not None:
                 done = self.step / STEPS
                 self.progress(Progress(done, 1.0, self.step, done, None, {"hole_diameter": done}))
-            if self.leave is not None and self.leave():
-                raise Interrupted(time=self.step / STEPS, step=self.step)
+            self._mind()
+
+    def wait(self) -> None:
+        """For a moment, without a step."""
+        time.sleep(PAUSE)
+        self._mind()
+
+    def _mind(self) -> None:
+        if self.leave is not None and self.leave():
+            raise Interrupted(time=self.step / STEPS, step=self.step)
 
     def _keep(self) -> None:
         if self.checkpoint is not None:

@@ -30,6 +30,8 @@ from tests.claims.queue._common import (
 from tests.service.doubles import wait_until
 
 WORK = Work(speeds=6, sweeps=1, run_seconds=1.0)
+# Runs that are still computing when the disk is full, however slowly it fills.
+LONG = replace(WORK, run_seconds=3.0)
 TROUBLED = replace(WORK, targets="tests.acceptance.troubled", run_seconds=0.2)
 LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "20"}
 CAUSES = {3000.0: Cause.MEMORY_LIMIT, 3100.0: Cause.TIME_LIMIT, 3200.0: Cause.CRASH}  # by speed
@@ -116,31 +118,33 @@ def trouble_disk() -> Iterator[Row]:
 
 def full(**more: Any) -> Iterator[Row]:
     """The rows of it; ``more`` words for the service."""
-    with folder() as place, _small_disk(place / "data"), drill(WORK, place, **more) as here:
+    with folder() as place, _small_disk(place / "data"), drill(LONG, place, **more) as here:
         restart(here, {"WHIPPLE_DISK_RESERVE": str(RESERVE)})
         ids = here.submit()
         wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
         filler = here.artifacts.root / "filler"
+        before = here.store.last_event()
         _fill(filler)
-        seen = here.store.last_event()
+        since = here.store.last_event()
         yield _status("readiness meanwhile", 503, here.service.get("/readyz"))
         yield _status("a submission meanwhile", 503, here.service.post(another(here.work)))
         yield _status("a look at the sweeps meanwhile", 200, here.service.get("/v1/sweeps"))
+        wait_until(lambda: not here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
         os.truncate(filler, filler.stat().st_size - RESERVE // 2)  # the store can be written to
-        yield from _rows_of_want(here, seen, filler)
+        yield from _rows_of_want(here, before, since, filler)
         filler.unlink()
         yield from _all_is_well(here, ids, place)
 
 
-def _rows_of_want(here: Drill, seen: int, filler: Path) -> Iterator[Row]:
+def _rows_of_want(here: Drill, before: int, since: int, filler: Path) -> Iterator[Row]:
     """What is told, and that nothing is begun, while less than the reserve is free."""
-    wait_until(lambda: _bodies(here, "requeued", seen), seconds=PATIENCE)
+    wait_until(lambda: _bodies(here, "requeued", before), seconds=PATIENCE)
     why = wait_until(lambda: here.store.queue().hindrance, seconds=PATIENCE)
     yield Row("why nothing is begun", "the reserve", why, "the reserve is" in why)
     _wait_for_looks(here, filler)
     ends = {
         (body["cause"], "the disk was full" in body["reason"])
-        for body in _bodies(here, "requeued", seen)
+        for body in _bodies(here, "requeued", before)
     }
     yield Row(
         "how runs ended that met it: lost, the disk was full",
@@ -148,7 +152,7 @@ def _rows_of_want(here: Drill, seen: int, filler: Path) -> Iterator[Row]:
         ends,
         ends == {("lost", True)},
     )
-    begun = len(_bodies(here, "started", seen))
+    begun = len(_bodies(here, "started", since))
     yield Row("attempts begun meanwhile", 0, begun, begun == 0)
 
 
