@@ -1,5 +1,6 @@
 """What the command line prints: findings, states, what happens, and a sweep on its way."""
 
+import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -188,7 +189,7 @@ def in_words(counts: Mapping[str, int]) -> str:
 
 @contextmanager
 def watching(name: str) -> Iterator[Callable[[Progress], None]]:
-    """Something to tell about a sweep now and then: a bar on a terminal, else a line a finished run."""
+    """Something to tell about a sweep now and then: a bar on a terminal, else lines."""
     if not sys.stderr.isatty():
         yield _Lines(name)
         return
@@ -219,19 +220,21 @@ def watching(name: str) -> Iterator[Callable[[Progress], None]]:
 
 
 class _Lines:
-    """A line each time that more runs have finished."""
+    """A line each time that more runs have finished, or another tenth of the work is done."""
 
     def __init__(self, name: str):
         self._name = name
-        self._told = -1
+        self._told = (-1, -1)
 
     def __call__(self, sweep: Progress) -> None:
         done = _finished(sweep)
-        if done == self._told:
+        now = (done, math.floor(10 * sweep.progress))
+        if now == self._told:
             return
-        self._told = done
+        self._told = now
         left = f", {duration(sweep.eta_seconds)} left" if sweep.eta_seconds else ""
-        print(f"{self._name}: {done}/{sweep.planned} runs{left}", file=sys.stderr, flush=True)
+        line = f"{self._name}: {done}/{sweep.planned} runs, {sweep.progress:.0%}{left}"
+        print(line, file=sys.stderr, flush=True)
 
 
 def _finished(sweep: Progress) -> int:

@@ -1,7 +1,7 @@
 """What is accounted for: mass, momentum, energy on the grid and in the ledger of what left it.
 
 E = kinetic + internal + ledger + taken. Every face stands still, so boundaries do no work; what they give is the
-impulse. Damping, contact and walls that stop a pulled node take energy, which they book themselves.
+impulse. Damping, contact, absorbing surfaces and walls that stop a pulled node take energy, which they book themselves.
 Each term is summed from its own quantity and none is the remainder of the others: their sum is what drifts.
 """
 
@@ -61,7 +61,7 @@ class Audit:
     kinetic: float  # J, on the grid
     internal: float  # J, on the grid
     outflow_mass: float  # of the initial mass
-    taken_energy: float  # by damping, contact and walls, of the initial energy
+    taken_energy: float  # by damping, contact, absorbers and walls, of the initial energy
     contact_energy: float  # the part of it that contact took
     outflow_energy: float  # of the initial energy
     hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass

@@ -106,6 +106,15 @@ class Contact(NamedTuple):
     friction: Dimensionless = 0.0  # Coulomb
 
 
+class Absorber(NamedTuple):
+    """A flat part of a body's surface that lets waves out; see ``solver/absorb.py``."""
+
+    axis: int  # across which it lies
+    side: int  # of the body: 0 lower, 1 upper
+    place: float  # m
+    impedance: np.ndarray  # (3,) for each component of the velocity, Pa s/m
+
+
 @dataclass(frozen=True)
 class Problem:
     """Everything that decides the outcome of a simulation."""
@@ -122,6 +131,7 @@ class Problem:
     damping: Damping = field(default_factory=Damping)
     contact: Contact | None = None  # None: one velocity field for all bodies
     clamp: Clamp = field(default_factory=clamp)
+    absorbers: tuple[Absorber, ...] = ()  # away from fixed faces and walls
 
     def __post_init__(self) -> None:
         if not self.bodies or not all(body.mass.size for body in self.bodies):

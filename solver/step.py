@@ -23,6 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from solver.absorb import absorb, dashpots, energy_absorbed
 from solver.contact import empty_meeting, energy_taken, meet, scatter_surface
 from solver.faces import (
     Layer,
@@ -64,8 +65,8 @@ class Stage(NamedTuple):
 class Booked(NamedTuple):
     """What one step gave or took from outside the equations of motion."""
 
-    impulse: np.ndarray  # (3,) given by faces, N s
-    energy: float  # taken by damping and walls, J
+    impulse: np.ndarray  # (3,) given by faces and absorbers, N s
+    energy: float  # taken by damping, walls and absorbers, J
     contact: float  # taken by contact between bodies, J
     reflected: int  # particles put back at closed faces
 
@@ -80,6 +81,7 @@ class Field:
         self.slab_start = np.zeros(slabs + 1, np.int64)
         self.lost = np.zeros((slabs, 4))
         self.bodies = bodies
+        self.dashpots = dashpots(problem, self.layers) if problem.absorbers else None
 
     def walls(self) -> Iterator[Layer]:
         """The layers, axis by axis."""
@@ -96,14 +98,21 @@ class Field:
             for layer in axis:
                 hold_state(layer, self.nodes, dt, impulse)
 
+    def absorb(self, dt: float, impulse: np.ndarray) -> None:
+        """Forces of the absorbing surfaces."""
+        if self.dashpots is not None:
+            absorb(self.dashpots, self.nodes, dt, impulse)
+
     def close_mapped(self) -> float:
-        """The same for the momentum mapped back; returns the energy that walls took, J."""
+        """The same for the momentum mapped back; returns the energy that walls and absorbers took, J."""
         energy = 0.0
         for axis in self.layers:
             for layer in axis:
                 fold_vectors(layer, self.nodes.momentum)
             for layer in axis:
                 energy += hold_mapped(layer, self.nodes)
+        if self.dashpots is not None:
+            energy += energy_absorbed(self.dashpots, self.nodes)
         return energy
 
     def mirror(self) -> None:
@@ -181,7 +190,7 @@ class Stepper:
     def _move(self, stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
         """x, v at n+1, and the nodal velocities that the strain takes.
 
-        Returns the energy that damping and walls took, and what contact took.
+        Returns the energy that damping, walls and absorbers took, and what contact took.
         """
         problem, energy, contact = self.problem, 0.0, 0.0
         part = -np.expm1(-problem.damping.rate * dt)
@@ -191,6 +200,7 @@ class Stepper:
         for field in self.fields:
             self._scatter(field, stage)  # m, p, f at n
             field.close(dt, impulse)
+            field.absorb(dt, impulse)
         self._meet(stage, dt)
         for field in self.fields:
             self._on_nodes(solve_momentum, field.nodes, dt)  # v at n+1

@@ -29,7 +29,7 @@ from studies.scenarios._numerics import (
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Clamp, Face
+    from solver.problem import Absorber, Body, Clamp, Face, Matter
     from studies.materials import Material
 
 UPRANGE, DOWNRANGE = 2.5, 5.0  # grid in front of and behind the target, in projectile diameters
@@ -66,8 +66,10 @@ class Shot:
     cells_per_diameter: Dimensionless = described(
         "grid cells across the projectile's diameter", 2.0, 512.0, default=32.0
     )
-    edges: Literal["fixed", "free"] = explained(
-        "what holds the target's rim; debris that flies past it leaves the grid", default="fixed"
+    edges: Literal["fixed", "free", "absorbing"] = explained(
+        "what holds the target's rim (absorbing: waves leave there, and through the back of a block); debris that "
+        "flies past it leaves the grid",
+        default="fixed",
     )
     end_time: Second | None = described(
         "latest end of the run; by default 7.5 ms per metre of diameter (60 us at 8 mm), 15 for a thick block",
@@ -182,9 +184,18 @@ def size(given: Impact, *, thickness: float, radius: float) -> Size:
 
 
 def assemble(
-    given: Impact, materials: Materials, *, thickness: float, radius: float, obliquity: float = 0.0
+    given: Impact,
+    materials: Materials,
+    *,
+    thickness: float,
+    radius: float,
+    deep: bool = False,
+    obliquity: float = 0.0,
 ) -> Setting:
-    """The problem of a projectile in front of a plate or block; an oblique one also flies towards +x."""
+    """The problem of a projectile in front of a plate or block; an oblique one also flies towards +x.
+
+    A ``deep`` target stands for a half-space: where edges absorb, its back does too.
+    """
     import numpy as np
 
     from solver.problem import Problem
@@ -219,6 +230,7 @@ def assemble(
         bodies=bodies,
         faces=faces,
         clamp=_clamp(given, thickness),
+        absorbers=_absorbers(given, bodies[1].matter, thickness, radius, deep=deep),
         end_time=end_time(given),
         **numerics(given),
     )
@@ -292,6 +304,27 @@ def _clamp(given: Impact, thickness: float) -> "Clamp":
     axis = _flight_axis(given)
     lower[axis], upper[axis] = -reach, thickness + reach
     return clamp(lower=lower, upper=upper)
+
+
+def _absorbers(
+    given: Impact, target: "Matter", thickness: float, radius: float, *, deep: bool
+) -> "tuple[Absorber, ...]":
+    """The rim of the target where edges absorb, and the back of a deep one."""
+    from solver.absorb import absorber
+
+    if given.edges != "absorbing":
+        return ()
+    rims = {
+        "axisymmetric": [(0, 1)],
+        "quarter": [(0, 1), (1, 1)],
+        "half": [(0, 0), (0, 1), (1, 1)],
+    }[given.geometry]
+    surfaces = [(axis, side, radius if side else -radius) for axis, side in rims]
+    if deep:
+        surfaces.append((_flight_axis(given), 1, thickness))
+    return tuple(
+        absorber(target, axis=axis, side=side, place=place) for axis, side, place in surfaces
+    )
 
 
 def _length(given: Impact) -> float:

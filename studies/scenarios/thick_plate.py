@@ -75,7 +75,7 @@ def _check(given: ThickPlate, materials: Materials) -> list[Finding]:
 
 
 def _build(given: ThickPlate, materials: Materials) -> Setting:
-    return assemble(given, materials, thickness=_depth(given), radius=_radius(given))
+    return assemble(given, materials, thickness=_depth(given), radius=_radius(given), deep=True)
 
 
 def _size(given: ThickPlate, materials: Materials) -> Size:

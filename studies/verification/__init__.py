@@ -5,8 +5,9 @@ yields rows: what is compared, what the exact answer is, what came out, how far 
 tolerance is set from the numerics' order or from what the answer is needed for; a row without one is reported. Where
 the figure was known when the tolerance, or what it gates, was decided, the line says so: ``thesis_bar`` (the grid of 8
 cells), ``contact`` (parting, sliding), ``vibrating_bar`` (the finest pair), ``sod`` (GIMP), ``energy`` (the hottest
-share). Exact answers are functions of their own, in modules whose name starts with an underscore, with their own
-doctests; they share no code with the solver. Nothing here is heavy to import: ``run`` alone reaches for the solver.
+share), ``absorbing`` (the burst), ``absorbing_block`` (its size). Exact answers are functions of their own, in modules
+whose name starts with an underscore, with their own doctests; they share no code with the solver. Nothing here is heavy
+to import: ``run`` alone reaches for the solver.
 
 ``verify`` runs cases and ``whipple validate --verification`` prints them; ``tests/claims`` makes each a claim, and the
 test command runs those that are quick. ``tests/verification`` tests this frame and fields with an exact answer.

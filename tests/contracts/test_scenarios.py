@@ -78,6 +78,10 @@ OF_IMPACTS: tuple[Changes, ...] = (
     {"projectile_shape": "cylinder", "projectile_length": 5.0 * DIAMETER},
     {"projectile": "al-2024-t3"},
     {"target": "al-2024-t3"},
+    {"edges": "absorbing"},
+    {"edges": "absorbing", "offset": 0.5, "shape": "gimp"},
+    {"edges": "absorbing", "geometry": "quarter"},
+    {"edges": "absorbing", "geometry": "half"},
 )
 OF_BARS: tuple[Changes, ...] = (
     {"geometry": "quarter"},

@@ -61,6 +61,23 @@ def steinberg_guinan() -> Iterator[Row]:
     return case("steinberg-guinan")
 
 
+@claim(
+    "absorbing",
+    says="plane waves leave through absorbing surfaces but for 0.1 % of their energy, and all is booked",
+    quick=True,
+)
+def absorbing() -> Iterator[Row]:
+    return case("absorbing")
+
+
+@claim(
+    "absorbing-block",
+    says="the crater in a block that absorbs is that in one half as large again to 1 %",
+)
+def absorbing_block() -> Iterator[Row]:
+    return case("absorbing-block")
+
+
 @claim("momentum", says="axial momentum of an impact stays to 1e-10 until a fixed face is reached")
 def momentum() -> Iterator[Row]:
     return case("momentum")

@@ -1,0 +1,64 @@
+"""The crater in a block whose rim and back absorb, against that in a block half as wide and deep again."""
+
+from collections.abc import Iterator
+
+from studies.recipes import Recipe
+from studies.verification import Case, Row, relative, reported
+from studies.verification._runs import executed, value
+
+MATERIALS = {"projectile": "copper-thesis-plastic", "target": "copper-thesis-plastic"}
+SHOT = {
+    "speed": 6e3,
+    "projectile_shape": "cylinder",
+    "projectile_diameter": 5e-3,
+    "projectile_length": 4e-3,
+    "cells_per_diameter": 8.0,
+}
+QUANTITIES = ("crater_depth", "crater_diameter")
+
+# Depth and radius in projectile diameters, edges: the default's size, which absorbs, and half as much again.
+WIDE = (16.5, 15.0, "fixed")
+DEFAULT = (11.0, 10.0, "absorbing")
+OTHERS = ((11.0, 10.0, "fixed"), (5.5, 5.0, "absorbing"), (5.5, 5.0, "fixed"))
+
+# A quarter of a cell. Set before any run for a block of half the default's size, which misses it: the crater is 7 %
+# shallower there (21 % deeper with a fixed rim and a free back). So near, the surfaces stand in the zone that yields,
+# whose waves are slower and not plane. At the default's size the figure was known.
+WITHIN = 0.01
+
+
+def _run(recipe: Recipe) -> Iterator[Row]:
+    expected = _crater(recipe, *WIDE)
+    got = _crater(recipe, *DEFAULT)
+    for name in QUANTITIES:
+        yield relative(
+            f"{name}, block of {_size(*DEFAULT)}, against {_size(*WIDE)} (mm)",
+            expected=expected[name],
+            got=got[name],
+            within=WITHIN,
+        )
+    for other in OTHERS:
+        for name, found in _crater(recipe, *other).items():
+            error = found / expected[name] - 1.0
+            yield reported(f"{name}, block of {_size(*other)} (relative difference)", error)
+
+
+def _crater(recipe: Recipe, depth: float, radius: float, edges: str) -> dict[str, float]:
+    diameter = SHOT["projectile_diameter"]
+    assert isinstance(diameter, float)
+    block = {"target_depth": depth * diameter, "target_radius": radius * diameter, "edges": edges}
+    result = executed("thick_plate", recipe, {**SHOT, **block}, MATERIALS)
+    return {name: 1e3 * value(result, name) for name in QUANTITIES}
+
+
+def _size(depth: float, radius: float, edges: str) -> str:
+    return f"{depth:g} d by {radius:g} d, {edges}"
+
+
+CASE = Case(
+    name="absorbing-block",
+    title="Crater in a block with absorbing edges",
+    source="a block so wide and deep that waves from its ends come late",
+    run=_run,
+    quick=False,
+)
