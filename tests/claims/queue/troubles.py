@@ -30,10 +30,10 @@ from tests.claims.queue._common import (
 from tests.service.doubles import wait_until
 
 WORK = Work(speeds=6, sweeps=1, run_seconds=1.0)
-# Runs that are still computing when the disk is full, however slowly it fills.
+# Runs that are still computing when the disk is full, or the clock is set, however late that is.
 LONG = replace(WORK, run_seconds=3.0)
 TROUBLED = replace(WORK, targets="tests.acceptance.troubled", run_seconds=0.2)
-LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "20"}
+LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "30"}
 CAUSES = {3000.0: Cause.MEMORY_LIMIT, 3100.0: Cause.TIME_LIMIT, 3200.0: Cause.CRASH}  # by speed
 DISK, RESERVE = 128 << 20, 32 << 20  # bytes of a file system of its own, and what is to stay free
 LOOKS = 5  # turns of the dispatcher
@@ -193,7 +193,7 @@ def clock_set() -> Iterator[Row]:
         clock = place / "clock"
         write_text(clock, "0")
         program = ("-m", "tests.acceptance.clock", str(clock))
-        with drill(WORK, place, program=program) as here:
+        with drill(LONG, place, program=program) as here:
             ids = here.submit()
             for shift in (-DAY, DAY):
                 wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
