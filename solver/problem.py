@@ -109,7 +109,8 @@ class Contact(NamedTuple):
 class Absorber(NamedTuple):
     """A flat part of a body's surface that lets waves out; see ``solver/absorb.py``."""
 
-    axis: int  # across which it lies
+    body: int  # its index
+    axis: int  # across which the surface lies
     side: int  # of the body: 0 lower, 1 upper
     place: float  # m
     impedance: np.ndarray  # (3,) for each component of the velocity, Pa s/m

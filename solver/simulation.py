@@ -93,7 +93,7 @@ class Simulation:
     counters: Counters = field(default_factory=Counters)
     smallest_step: float = math.inf
     particle_steps: int = 0
-    taken: float = 0.0  # energy that damping, walls and contact took, J
+    taken: float = 0.0  # energy that damping, walls, absorbers and contact took, J
     taken_by_contact: float = 0.0  # of it
     team: Team = field(default_factory=Team)
 

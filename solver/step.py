@@ -81,7 +81,10 @@ class Field:
         self.slab_start = np.zeros(slabs + 1, np.int64)
         self.lost = np.zeros((slabs, 4))
         self.bodies = bodies
-        self.dashpots = dashpots(problem, self.layers) if problem.absorbers else None
+        ours = range(len(problem.bodies))[bodies]
+        self.dashpots = [
+            dashpots(problem, one, self.layers) for one in problem.absorbers if one.body in ours
+        ]
 
     def walls(self) -> Iterator[Layer]:
         """The layers, axis by axis."""
@@ -100,8 +103,8 @@ class Field:
 
     def absorb(self, dt: float, impulse: np.ndarray) -> None:
         """Forces of the absorbing surfaces."""
-        if self.dashpots is not None:
-            absorb(self.dashpots, self.nodes, dt, impulse)
+        for surface in self.dashpots:
+            absorb(surface, self.nodes, dt, impulse)
 
     def close_mapped(self) -> float:
         """The same for the momentum mapped back; returns the energy that walls and absorbers took, J."""
@@ -111,8 +114,8 @@ class Field:
                 fold_vectors(layer, self.nodes.momentum)
             for layer in axis:
                 energy += hold_mapped(layer, self.nodes)
-        if self.dashpots is not None:
-            energy += energy_absorbed(self.dashpots, self.nodes)
+        for surface in self.dashpots:
+            energy += energy_absorbed(surface, self.nodes)
         return energy
 
     def mirror(self) -> None:

@@ -323,7 +323,8 @@ def _absorbers(
     if deep:
         surfaces.append((_flight_axis(given), 1, thickness))
     return tuple(
-        absorber(target, axis=axis, side=side, place=place) for axis, side, place in surfaces
+        absorber(target, body=1, axis=axis, side=side, place=place)
+        for axis, side, place in surfaces
     )
 
 

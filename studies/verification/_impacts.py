@@ -74,6 +74,7 @@ def scaled(problem: "Problem", factor: float) -> "Problem":
         fixed_dt=problem.fixed_dt and problem.fixed_dt * factor,
         damping=problem.damping._replace(rate=problem.damping.rate / factor),
         clamp=_moved(problem.clamp, scale=factor),
+        absorbers=tuple(one._replace(place=one.place * factor) for one in problem.absorbers),
     )
 
 
@@ -94,7 +95,12 @@ def enlarged(problem: "Problem", before: "np.ndarray", behind: "np.ndarray") -> 
 def shifted(problem: "Problem", offset: "np.ndarray") -> "Problem":
     """The same grid with its bodies moved by an offset (3,), m."""
     bodies = tuple(replace(body, position=body.position + offset) for body in problem.bodies)
-    return replace(problem, bodies=bodies, clamp=_moved(problem.clamp, offset=offset))
+    absorbers = tuple(
+        one._replace(place=one.place + float(offset[one.axis])) for one in problem.absorbers
+    )
+    return replace(
+        problem, bodies=bodies, clamp=_moved(problem.clamp, offset=offset), absorbers=absorbers
+    )
 
 
 def _moved(clamp: "Clamp", *, scale: float = 1.0, offset: "np.ndarray | float" = 0.0) -> "Clamp":

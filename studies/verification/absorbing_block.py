@@ -17,13 +17,19 @@ SHOT = {
 QUANTITIES = ("crater_depth", "crater_diameter")
 
 # Depth and radius in projectile diameters, edges: the default's size, which absorbs, and half as much again.
-WIDE = (16.5, 15.0, "fixed")
+WIDE = (16.5, 15.0, "absorbing")
 DEFAULT = (11.0, 10.0, "absorbing")
-OTHERS = ((11.0, 10.0, "fixed"), (5.5, 5.0, "absorbing"), (5.5, 5.0, "fixed"))
+OTHERS = (
+    (16.5, 15.0, "fixed"),
+    (11.0, 10.0, "fixed"),
+    (8.0, 7.5, "absorbing"),
+    (5.5, 5.0, "absorbing"),
+    (5.5, 5.0, "fixed"),
+)
 
-# A quarter of a cell. Set before any run for a block of half the default's size, which misses it: the crater is 7 %
-# shallower there (21 % deeper with a fixed rim and a free back). So near, the surfaces stand in the zone that yields,
-# whose waves are slower and not plane. At the default's size the figure was known.
+# A quarter of a cell of the depth. Set before any run for a block of half the default's size, which misses it: the
+# crater is 7 % shallower there (20 % deeper with a fixed rim and a free back). So near, the surfaces stand in the zone
+# that yields, whose waves are slower. At the default's size the figure was known.
 WITHIN = 0.01
 
 

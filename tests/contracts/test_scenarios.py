@@ -78,10 +78,6 @@ OF_IMPACTS: tuple[Changes, ...] = (
     {"projectile_shape": "cylinder", "projectile_length": 5.0 * DIAMETER},
     {"projectile": "al-2024-t3"},
     {"target": "al-2024-t3"},
-    {"edges": "absorbing"},
-    {"edges": "absorbing", "offset": 0.5, "shape": "gimp"},
-    {"edges": "absorbing", "geometry": "quarter"},
-    {"edges": "absorbing", "geometry": "half"},
 )
 OF_BARS: tuple[Changes, ...] = (
     {"geometry": "quarter"},
@@ -111,6 +107,9 @@ OF_PLATES: tuple[Changes, ...] = (
 VARIATIONS: tuple[tuple[str, Changes], ...] = (
     *((name, change) for name in SMALL for change in NUMERICS),
     *((name, change) for name in IMPACTS for change in OF_IMPACTS),
+    ("thin_plate", {"edges": "absorbing", "geometry": "quarter"}),
+    ("thin_plate", {"edges": "absorbing", "geometry": "half", "offset": 0.5, "shape": "gimp"}),
+    ("thick_plate", {"edges": "absorbing", "target_depth": 0.04, "target_radius": 0.04}),
     *((name, change) for name in BARS for change in OF_BARS),
     ("elastic_bar", {"poisson_ratio": 0.0}),
     ("elastic_bar", {"poisson_ratio": 0.49}),

@@ -32,7 +32,11 @@ CASES: dict[str, tuple[str, str, dict[str, Any]]] = {
     "plate, XPIC": ("thin_plate", "copper-ofhc", {"damping_rate": 1e5, "damping_order": 2}),
     "plate, contact": ("thin_plate", "copper-ofhc", {"contact": "bardenhagen"}),
     "plate, Steinberg-Guinan": ("thin_plate", "copper-ofhc-steinberg", {}),
-    "block, absorbing edges": ("thick_plate", "copper-thesis-plastic", {"edges": "absorbing"}),
+    "plate, absorbing edges": (
+        "thin_plate",
+        "copper-ofhc",
+        {"edges": "absorbing", "plate_radius": 8e-3},
+    ),
 }
 SIZES: dict[str, dict[str, float]] = {
     "thin_plate": {"plate_thickness": 2e-3, "plate_radius": 16e-3},
