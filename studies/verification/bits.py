@@ -53,7 +53,7 @@ ADDITIONS = {
     ),
     # The wave comes to the rim of a narrow plate as late.
     "absorbing": Addition(
-        {"edges": "absorbing", "plate_radius": 8e-3},
+        {"edges": "absorbing", "plate_radius": 5e-3},
         "energy that it took (of the initial)",
         lambda simulation: simulation.audit().taken_energy,
         LATE_STEPS,
