@@ -234,10 +234,13 @@ def converge_runs(runs: Iterable[Cell], quantity: str) -> Convergence:
 def _sample(cell: Cell, measured: Any | None) -> Sample:
     """A run as convergence sees it; one that did not succeed has no value."""
     spacing = 1.0 / cell.coordinates.get(RESOLUTION, 1.0)  # in diameters; one alone has no name
-    if measured is None or measured.value is None or cell.state != "succeeded":
+    if measured is None or cell.result is None or cell.state != "succeeded":
         return Sample(spacing, np.nan)
+    if measured.value is None:
+        return Sample(spacing, np.nan, nothing=True)
     rest = math.hypot(*(size for part, size in measured.parts.items() if part != SUB_CELL))
-    return Sample(spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest)
+    doubts = (*cell.result.flags, *measured.flags)
+    return Sample(spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, doubts=doubts)
 
 
 # ---- laws and observations -----------------------------------------------------------------------

@@ -8,7 +8,7 @@ how far it is off.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
@@ -33,6 +33,7 @@ WITH_OBSERVATIONS = (
     "nature."
 )
 NO_MESH = "mesh error is unknown, so that no error bar judges this"
+NOT_BOTH = "its mesh error is unknown, or the observation states no error, so that no error bar judges this"
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,7 @@ class Statistics:
     within: int = 0  # of these, where the subject lies inside it
     bar: float | None = None  # median error bar of these, in the unit of the quantity
     relative_bar: float | None = None  # median, over the reference
+    converged: int | None = None  # points whose reference is; None where nobody refined
 
 
 @dataclass(frozen=True)
@@ -71,9 +73,7 @@ class Residual:
     reference: Reference
     everywhere: Statistics  # where the subject answers
     in_range: Statistics | None  # inside the law's range; None for the simulation
-    converged: tuple[int, int] | None = (
-        None  # points that are, of how many; None where nobody refined
-    )
+    points: int  # at which the reference has a value; the subject need not answer at all of them
 
 
 @dataclass(frozen=True)
@@ -98,14 +98,13 @@ def compare(cube: xr.Dataset) -> Comparison:
     quantities = str(cube.attrs["quantities"]).split()
     dataset = points_of(cube)
     sightings = tuple(sighting for name in quantities for sighting in sightings_of(dataset, name))
-    residuals = [
-        *_against_simulation(dataset, quantities),
-        *_against_observations(dataset, sightings),
-    ]
-    settled = {name: _converged(cube, name) for name in quantities}
+    converged = {name: _converged(cube, name) for name in quantities}
     return Comparison(
         statement=WITH_OBSERVATIONS if sightings else ONLY_SIMULATION,
-        residuals=tuple(replace(one, converged=settled[one.quantity]) for one in residuals),
+        residuals=(
+            *_against_simulation(dataset, converged),
+            *_against_observations(dataset, sightings),
+        ),
         sightings=sightings,
     )
 
@@ -115,10 +114,12 @@ def statistics(
     reference: np.ndarray,
     places: Sequence[Place],
     bars: np.ndarray | None = None,
+    converged: np.ndarray | None = None,
 ) -> Statistics:
     """Statistics of ``subject - reference``, arrays (points,), where both are numbers.
 
-    ``bars`` (points,) are the error bars of the reference, NaN where it has none.
+    ``bars`` (points,) are the error bars of the reference, NaN where it has none; ``converged`` (points,) says where
+    it is.
     """
     known = np.flatnonzero(np.isfinite(subject) & np.isfinite(reference))
     if not len(known):
@@ -129,6 +130,7 @@ def statistics(
         bias=float(residual.mean()),
         rms=_rms(residual),
         largest=_largest(residual, known, places),
+        converged=None if converged is None else int(converged[known].sum()),
         **({} if bars is None else _inside(residual, reference[known], bars[known])),
     )
     sized = (
@@ -172,9 +174,11 @@ def _largest(values: np.ndarray, known: np.ndarray, places: Sequence[Place]) -> 
 # ---- against the simulation ----------------------------------------------------------------------
 
 
-def _against_simulation(dataset: xr.Dataset, quantities: Sequence[str]) -> Iterator[Residual]:
+def _against_simulation(
+    dataset: xr.Dataset, converged: Mapping[str, np.ndarray | None]
+) -> Iterator[Residual]:
     places = places_of(dataset)
-    for name in quantities:
+    for name in converged:
         if f"{name}_by_law" in dataset:
             laws, inside = dataset[f"{name}_by_law"], dataset[f"{name}_by_law_in_range"]
             reference = _Reference(
@@ -182,6 +186,7 @@ def _against_simulation(dataset: xr.Dataset, quantities: Sequence[str]) -> Itera
                 simulated(dataset, name).values.ravel(),
                 simulated(_whole(dataset, name), f"{name}_uncertainty").values.ravel(),
                 places,
+                converged[name],
             )
             yield from _of_laws(dataset, name, laws, inside, reference)
 
@@ -193,12 +198,11 @@ def _whole(dataset: xr.Dataset, name: str) -> xr.Dataset:
     return dataset.assign({bars: dataset[bars].where(known)})
 
 
-def _converged(cube: xr.Dataset, name: str) -> tuple[int, int] | None:
-    """Points at which a measured variable is converging, of those that have a value."""
+def _converged(cube: xr.Dataset, name: str) -> np.ndarray | None:
+    """Whether a measured variable is converging, (points,); None where nobody refined."""
     if not refinements_of(cube):
         return None
-    verdicts = [one.verdict for one in refined(cube, name) if math.isfinite(one.value)]
-    return verdicts.count("converging"), len(verdicts)
+    return np.array([one.verdict == "converging" for one in refined(cube, name)])
 
 
 @dataclass(frozen=True)
@@ -209,6 +213,7 @@ class _Reference:
     values: np.ndarray
     bars: np.ndarray  # NaN where there is no error bar
     places: Sequence[Place]
+    converged: np.ndarray | None = None  # bool; None where nobody refined
 
 
 def _of_laws(
@@ -224,7 +229,9 @@ def _of_laws(
         in_range = inside.values[..., number].ravel() == 1
 
         def judged(values: np.ndarray) -> Statistics:
-            return statistics(values, reference.values, reference.places, reference.bars)
+            return statistics(
+                values, reference.values, reference.places, reference.bars, reference.converged
+            )
 
         yield Residual(
             quantity=name,
@@ -234,6 +241,7 @@ def _of_laws(
             reference=reference.name,
             everywhere=judged(answer),
             in_range=judged(np.where(in_range, answer, np.nan)),
+            points=int(np.isfinite(reference.values).sum()),
         )
 
 
@@ -255,6 +263,7 @@ def _against_observations(dataset: xr.Dataset, sightings: Sequence[Sighting]) ->
             "observation",
             everywhere=statistics(gained, seen, places, _joint(_whole(dataset, name), mine)),
             in_range=None,
+            points=len(mine),
         )
         if f"{name}_by_law_at_observation" in dataset:
             rows = [sighting.observation for sighting in mine]
@@ -267,9 +276,9 @@ def _against_observations(dataset: xr.Dataset, sightings: Sequence[Sighting]) ->
 def _joint(dataset: xr.Dataset, sightings: Sequence[Sighting]) -> np.ndarray:
     """Error bars of simulation and observation together, root of the sum of squares.
 
-    NaN where the simulation's does not hold the mesh's part.
+    NaN where the observation states none, or the simulation's does not hold the mesh's part.
     """
-    seen = np.nan_to_num([_nan(one.uncertainty) for one in sightings])
+    seen = [_nan(one.uncertainty) for one in sightings]
     gained = [bring_to(dataset, one.quantity, one.at)[1] for one in sightings]
     return np.hypot(seen, gained)
 
@@ -294,23 +303,22 @@ def sentence(residual: Residual) -> str:
             f"{subject}: no point inside its stated range, so nothing is said about it there; outside, "
             f"its {words} is {_apart(everywhere, residual)}."
         )
-    share = "all" if inside.n == everywhere.n else f"{inside.n} of {everywhere.n}"
+    share = "all" if inside.n == residual.points else f"{inside.n} of {residual.points}"
     return (
         f"{subject}, inside its stated range ({share} points), gives a {words} "
         f"{_apart(inside, residual)}."
     )
 
 
-def _reference(residual: Residual) -> str:
-    """What was observed; or the simulation, and how far it may be called converged."""
+def _reference(found: Statistics, residual: Residual) -> str:
+    """What was observed; or the simulation, and how far it may be called converged where it is compared."""
     if residual.reference == "observation":
         return "what was observed"
-    if residual.converged is None:
+    if found.converged is None:
         return "the simulation"
-    settled, points = residual.converged
-    if settled == points:
+    if found.converged == found.n:
         return "the converged simulation"
-    return f"the simulation (converged at {settled or 'none'} of {points} points)"
+    return f"the simulation (converged at {found.converged or 'none'} of {found.n} points)"
 
 
 def _apart(found: Statistics, residual: Residual) -> str:
@@ -325,8 +333,10 @@ def _apart(found: Statistics, residual: Residual) -> str:
         length = (
             "" if found.bar is None else f"{printed_in(found.bar, unit)} {display_of(unit).unit}"
         )
-    way = "larger" if found.bias > 0 else "smaller"
-    words = f"on average {size} {way} than {_reference(residual)}"
+    # Of the number that is said: the mean of ratios may have the other sign.
+    mean = found.bias if found.relative_bias is None else found.relative_bias
+    way = "larger" if mean > 0 else "smaller"
+    words = f"on average {size} {way} than {_reference(found, residual)}"
     if found.n == 1:
         words = words.removeprefix("on average ")
     if not found.judged:
@@ -343,7 +353,7 @@ def _unjudged(residual: Residual) -> str:
     if residual.reference == "simulation":
         return f", whose {NO_MESH}"
     if residual.subject == "simulation":
-        return f"; its {NO_MESH}"
+        return f"; {NOT_BOTH}"
     return ", which has no error bar"
 
 

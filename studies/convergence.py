@@ -3,10 +3,12 @@
 The rules:
 
 - The value of a resolution is the mean over its sub-cell offsets; its scatter is half the range of two or three
-  offsets, the standard deviation of more. An offset without a value is left out, and counted in the reason.
+  offsets, the standard deviation of more. An offset that failed is left out, and counted in the reason.
 - The three finest resolutions count; coarser ones are shown and decide nothing.
+- A run that succeeded and found nothing to measure (no hole, say) contradicts the others: where one of those that
+  count did, nothing is extrapolated and the mesh's part is unknown.
 - The noise of a resolution is its scatter, or, where only one offset has a value, what the
-  measurement says a single run cannot see.
+  measurement says a single run cannot see; of a resolution that lost an offset, the larger of the two.
 - Their differences are compared with the noise first: a difference that is not above it says
   nothing about the mesh. Then a change of sign is ``oscillatory``; an order outside of ``ORDERS``
   is ``not in the asymptotic range``.
@@ -20,8 +22,11 @@ The rules:
       the finest difference, and of the index that this difference would have at the lowest order of
       ``ORDERS``: no bar is smaller than one that the same difference could have by converging. The
       factor of that index is 3 where the observed order is lower still (Eça and Hoekstra 2014,
-      Appendix A), which covers power laws of orders down to 0.2 where cells are halved. Unknown for
-      a single grid, and where grids do not differ and no noise is stated.
+      Appendix A), which covers power laws of orders down to 0.2 where cells are halved.
+      Of three grids it is never less than the distance to the farthest limit of any power law, of an order in
+      ``ORDERS``, that passes each of their values within its noise: a difference little above the noise
+      leaves the order open, and with it the limit. Unknown for a single grid, and where grids do not differ and no
+      noise is stated.
   ``offsets``
       The noise of the finest resolution.
   ``measurement``
@@ -35,6 +40,8 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
+
+from studies.orders import FORMAL_ORDER, ORDERS, farthest_limit, observed_order
 
 Verdict = Literal[
     "converging",
@@ -53,14 +60,6 @@ VERDICTS: tuple[Verdict, ...] = (
     "no value",
 )
 
-# Orders that count as asymptotic. Below 0.5 an extrapolation runs further than the three values do;
-# Oberkampf and Roy (2010), Verification and Validation in Scientific Computing, chapter 8, and Eça
-# and Hoekstra (2014), Appendix A, stop there too. Above 3, half as much again as the formal order,
-# the differences vanish faster than any term of the scheme: two values agree by chance.
-ORDERS = (0.5, 3.0)
-# Of the scheme for smooth fields. A higher observed order is not used to extrapolate. (So in Oberkampf and Roy, who
-# take a factor of safety of 3 where the orders differ by more than a tenth; here it is Roache's 1.25 for three grids.)
-FORMAL_ORDER = 2.0
 # Of two grids, which cannot show one: shocks and free surfaces are of first order whatever the scheme is (Banks, Aslam
 # and Rider 2008, J. Comput. Phys. 227, 6985).
 ASSUMED_ORDER = 1.0
@@ -69,7 +68,6 @@ ASSUMED_ORDER = 1.0
 # accept, and 3 for one that they do not.
 SAFETY, SAFETY_UNOBSERVED = 1.25, 3.0
 ROUND_OFF = 1e-9  # relative: values that differ by less are equal
-STEEPEST = 60.0  # order at which a search ends; anything beyond is as good as infinite
 
 
 @dataclass(frozen=True)
@@ -80,6 +78,10 @@ class Sample:
     value: float  # NaN where the run has none
     sub_cell: float = 0.0  # standard uncertainty that it states for what a single run cannot see
     rest: float = 0.0  # root of the sum of the squares of all else that it states
+    nothing: bool = (
+        False  # without a value because there was nothing to measure, not because it failed
+    )
+    doubts: tuple[str, ...] = ()  # flags of the run that concern its value
 
 
 @dataclass(frozen=True)
@@ -93,11 +95,15 @@ class Level:
     runs: int  # offsets that were asked
     sub_cell: float  # root mean square over the offsets that have a value
     rest: float
+    nothing: int = 0  # offsets that succeeded and found nothing to measure
+    doubts: tuple[str, ...] = ()  # of the offsets that have a value, each once
 
     @property
     def noise(self) -> float:
         """What the position of the grid leaves open: the scatter, or what a run alone states."""
-        return self.sub_cell if math.isnan(self.scatter) else self.scatter
+        if math.isnan(self.scatter):
+            return self.sub_cell
+        return self.scatter if self.values == self.runs else max(self.scatter, self.sub_cell)
 
 
 @dataclass(frozen=True)
@@ -131,11 +137,11 @@ def converge(samples: Iterable[Sample]) -> Convergence:
         nothing = (math.nan, math.nan, math.nan, math.nan)
         return Convergence("no value", "no run has a value", *nothing, levels=levels)
     judged = (_of_one, _of_two, _of_three)[min(len(known), 3) - 1](known)
-    verdict, reason, value, mesh, more = judged
+    verdict, reason, value, mesh, more = _contradicted(levels, known) or judged
     finest = known[0]
     return Convergence(
         verdict,
-        "; ".join([reason, *_unstated(known), *_left_out(levels)]),
+        "; ".join([reason, *_unstated(known), *_doubted(known), *_left_out(levels)]),
         value,
         mesh,
         finest.noise,
@@ -151,36 +157,6 @@ def levels_of(samples: Iterable[Sample]) -> tuple[Level, ...]:
     for sample in samples:
         groups.setdefault(sample.spacing, []).append(sample)
     return tuple(_level(spacing, groups[spacing]) for spacing in sorted(groups))
-
-
-def observed_order(spacings: Sequence[float], values: Sequence[float]) -> float:
-    """The p of f(h) = f(0) + C h^p through three points, the finest first; any ratios of spacings.
-
-    Negative where the values diverge; NaN where they change direction or not at all.
-    Celik et al. (2008), Table 1, reattachment length: r21 = 1.5, r32 = 1.333, p = 1.53; axial velocity: r21 = 2.0,
-    r32 = 2.143, p = 0.75.
-
-    >>> round(observed_order((1.0, 1.5, 2.0), (6.063, 5.972, 5.863)), 2)
-    1.53
-    >>> round(observed_order((1.0, 2.0, 4.286), (10.7880, 10.7250, 10.6050)), 2)
-    0.75
-    """
-    fine, middle, coarse = spacings
-    # (f3 - f2)/(f2 - f1) = (h3^p - h2^p)/(h2^p - h1^p): strictly increasing in p from 0 to infinity, so one p.
-    steps = values[1] - values[0], values[2] - values[1]
-    if steps[0] == 0.0 or steps[1] / steps[0] <= 0.0:
-        return math.nan
-    wanted = math.log(steps[1] / steps[0])
-    low, high = -STEEPEST, STEEPEST
-    if not _growth(low, fine, middle, coarse) < wanted < _growth(high, fine, middle, coarse):
-        return math.copysign(math.inf, wanted)
-    while high - low > 1e-13 * STEEPEST:
-        p = 0.5 * (low + high)
-        if _growth(p, fine, middle, coarse) < wanted:
-            low = p
-        else:
-            high = p
-    return 0.5 * (low + high)
 
 
 def extrapolate(fine: Level, middle: Level, order: float) -> float:
@@ -202,6 +178,8 @@ def _level(spacing: float, samples: Sequence[Sample]) -> Level:
         len(samples),
         _root_mean_square([sample.sub_cell for sample in known]),
         _root_mean_square([sample.rest for sample in known]),
+        sum(sample.nothing for sample in samples),
+        tuple(sorted({doubt for sample in known for doubt in sample.doubts})),
     )
 
 
@@ -227,6 +205,15 @@ def _unstated(known: Sequence[Level]) -> Iterator[str]:
         yield "one offset, and no statement of what it cannot see"
 
 
+def _doubted(known: Sequence[Level]) -> Iterator[str]:
+    """What the runs of the resolutions that count say against their own values, in words."""
+    counted = known[:3]
+    for doubt in sorted({doubt for level in counted for doubt in level.doubts}):
+        places = [place for place, level in enumerate(counted) if doubt in level.doubts]
+        which = " and ".join(("the finest", "the second", "the third")[place] for place in places)
+        yield f"{doubt} at {which} of the resolutions that count"
+
+
 def _left_out(levels: Sequence[Level]) -> list[str]:
     """What has no value, in words."""
     empty = [level for level in levels if not level.values]
@@ -247,6 +234,18 @@ def _left_out(levels: Sequence[Level]) -> list[str]:
 _Judged = tuple[Verdict, str, float, float, dict[str, float]]  # with value, mesh, and more numbers
 
 
+def _contradicted(levels: Sequence[Level], known: Sequence[Level]) -> _Judged | None:
+    """The verdict where runs that count found nothing to measure; None where none did, or one grid stands alone."""
+    counted = known[:3]
+    judged = [level for level in levels if level.spacing <= counted[-1].spacing]
+    nothing = sum(level.nothing for level in judged)
+    if len(known) == 1 or not nothing:
+        return None
+    runs = sum(level.runs for level in judged)
+    reason = f"{nothing} of {runs} runs found nothing to measure, and the others did"
+    return "not in the asymptotic range", reason, known[0].value, math.nan, {}
+
+
 def _of_one(known: Sequence[Level]) -> _Judged:
     return "single grid", "one resolution says nothing about the mesh", known[0].value, math.nan, {}
 
@@ -258,7 +257,8 @@ def _of_two(known: Sequence[Level]) -> _Judged:
         f"two resolutions show no order; order {ASSUMED_ORDER:g} assumed, "
         f"factor of safety {SAFETY_UNOBSERVED:g}"
     )
-    mesh = _known(max(index, _noise(fine, coarse)))
+    hidden = _noise(fine, coarse) / (coarse.spacing / fine.spacing - 1.0)  # of first order, too
+    mesh = _known(max(index, hidden, _noise(fine, coarse)))
     return "two grids", reason, fine.value, mesh, {"gci": _relative(index, fine)}
 
 
@@ -282,9 +282,10 @@ def _of_three(known: Sequence[Level]) -> _Judged:
     used = min(order, FORMAL_ORDER)
     value = extrapolate(fine, middle, used)
     index = SAFETY * abs(value - fine.value)
+    mesh = max(index, _farthest(three, value))
     reason = f"extrapolated with the {'observed' if used == order else 'formal'} order {used:.2g}"
     more = {"order": order, "extrapolated": value, "gci": _relative(index, fine)}
-    return "converging", reason, value, index, more
+    return "converging", reason, value, mesh, more
 
 
 def _unsettled(three: Sequence[Level], order: float) -> float:
@@ -294,7 +295,18 @@ def _unsettled(three: Sequence[Level], order: float) -> float:
     turned = (values[1] - values[0]) * (values[2] - values[1]) < 0.0
     safety = SAFETY if turned or order >= ORDERS[0] else SAFETY_UNOBSERVED
     slowest = safety * abs(_error(fine, middle, ORDERS[0]))
-    return _known(max(max(values) - min(values), slowest, _noise(fine, middle)))
+    farthest = _farthest(three, fine.value)
+    return _known(max(max(values) - min(values), slowest, _noise(fine, middle), farthest))
+
+
+def _farthest(three: Sequence[Level], origin: float) -> float:
+    """Distance from a value to the farthest limit that the noise of three resolutions leaves open."""
+    return farthest_limit(
+        [level.spacing for level in three],
+        [level.value for level in three],
+        [level.noise for level in three],
+        origin,
+    )
 
 
 def _unresolved(three: Sequence[Level]) -> str:
@@ -333,19 +345,3 @@ def _error(fine: Level, coarse: Level, order: float) -> float:
 
 def _relative(index: float, fine: Level) -> float:
     return index / abs(fine.value) if fine.value else math.nan
-
-
-def _growth(p: float, fine: float, middle: float, coarse: float) -> float:
-    """Logarithm of (h3^p - h2^p)/(h2^p - h1^p), which has no gap at p = 0 and never overflows."""
-    near, far = math.log(middle / fine), math.log(coarse / middle)
-    return p * near + _log_slope(p, far) - _log_slope(p, near)
-
-
-def _log_slope(p: float, logarithm: float) -> float:
-    """Logarithm of (r^p - 1)/p for the logarithm of a ratio r > 1."""
-    power = p * logarithm
-    if abs(power) < 1e-12:
-        return math.log(logarithm)
-    if power > 0.0:
-        return power + math.log(-math.expm1(-power) / p)
-    return math.log(math.expm1(power) / p)

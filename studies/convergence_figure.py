@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import xarray as xr
 
-from studies.convergence import FORMAL_ORDER
 from studies.figures import Figure, Panel, Series, ratio_scale
+from studies.orders import FORMAL_ORDER
 from studies.places import places_of
 from studies.points import Refined, points_of, refined, refinements_of
 from studies.sweep import RESOLUTION

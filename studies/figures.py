@@ -11,14 +11,14 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
-import xarray as xr
 
 from studies.compare import Comparison
+from studies.error_bars import over_resolutions, points_in_words
 from studies.places import Place
 from studies.quantities import readable
 from studies.sightings import Sighting
 from studies.variables import STATES
-from studies.view import Scale, Slice, View, flag_words, main_quantities, view_of
+from studies.view import Scale, Slice, View, flag_words
 
 Kind = Literal[
     "simulation",
@@ -60,7 +60,7 @@ class Series:
     low: Numbers = ()  # of a band
     high: Numbers = ()
     in_range: tuple[bool, ...] = ()  # of a law
-    flagged: tuple[bool, ...] = ()  # of a simulation
+    flagged: tuple[bool, ...] = ()  # of a simulation: drawn open
     notes: tuple[str, ...] = ()  # words for a point
     connected: bool = True  # whether a line through the points means anything
 
@@ -92,20 +92,6 @@ class Figure:
         return asdict(self)
 
 
-def figures(dataset: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
-    """All figures of a report about points, the main ones first; ``dataset`` has one cell a point."""
-    view = view_of(dataset)
-    names = main_quantities(dataset)
-    drawn = [
-        *(against_laws(view, name, comparison) for name in names),
-        *(residuals(view, name) for name in names if f"{name}_law" in dataset),
-        *(overlay(view, name) for name in names if len(view.slices) > 1),
-        *(companions(view, name) for name in names),
-        *(growth(view, name) for name in names if f"{name}_history" in dataset),
-    ]
-    return tuple(figure for figure in drawn if any(panel.series for panel in figure.panels))
-
-
 # ---- figures -------------------------------------------------------------------------------------
 
 
@@ -116,7 +102,7 @@ def against_laws(view: View, name: str, comparison: Comparison) -> Figure:
             piece.title,
             piece.at,
             (
-                *_laws(view, name, piece),
+                *laws_of(view, name, piece),
                 *_simulation(view, name, piece),
                 *_missing(view, name, piece),
                 *_observations(view, name, piece, comparison.sightings),
@@ -135,40 +121,6 @@ def against_laws(view: View, name: str, comparison: Comparison) -> Figure:
     )
 
 
-def residuals(view: View, name: str) -> Figure:
-    """Law minus simulation, over the simulation."""
-    reference = view.succeeded(name) / view.norm(name)
-
-    def panel(piece: Slice) -> Panel:
-        series = [_relative(law, reference[piece.cells]) for law in _laws(view, name, piece)]
-        return Panel(piece.title, piece.at, tuple(series))
-
-    return Figure(
-        name=f"{name}_residuals",
-        title=f"Law minus simulation, relative: {_words(name)}",
-        caption="Above zero the law gives more than the simulation. Marks as in the figure before.",
-        x=view.abscissa,
-        y=Scale("residual", "(law − simulation) / simulation", "1"),
-        panels=tuple(panel(piece) for piece in view.slices),
-    )
-
-
-def _relative(law: Series, reference: np.ndarray) -> Series:
-    def over(values: Numbers) -> Numbers:
-        return _numbers(_floats(values) / reference - 1.0) if values else ()
-
-    return Series(
-        kind=law.kind,
-        label=law.label,
-        x=law.x,
-        y=over(law.y),
-        low=over(law.low),
-        high=over(law.high),
-        in_range=law.in_range,
-        connected=law.connected,
-    )
-
-
 def overlay(view: View, name: str) -> Figure:
     """The simulation of all panels in one, to show what the other axes do."""
     series = [
@@ -179,7 +131,7 @@ def overlay(view: View, name: str) -> Figure:
     return Figure(
         name=f"{name}_overlay",
         title=f"{_over(view, name)}: simulation alone",
-        caption=f"Every panel's points together. {_bars(view, name)}",
+        caption=f"Every panel's points together. {points_in_words(view, name)}",
         x=view.abscissa,
         y=ratio_scale(view, name),
         panels=(Panel("", {}, tuple(series)),),
@@ -206,7 +158,7 @@ def companions(view: View, name: str) -> Figure:
     return Figure(
         name=f"{name}_companions",
         title=f"What is measured beside {_words(name)}",
-        caption=f"Laws are compared with the reading named {_words(name)}. {_bars(view, name)}",
+        caption=f"Laws are compared with the reading named {_words(name)}. {points_in_words(view, name)}",
         x=view.abscissa,
         y=ratio_scale(view, name),
         panels=tuple(panel(piece) for piece in view.slices) if names else (),
@@ -221,7 +173,7 @@ def growth(view: View, name: str) -> Figure:
     def panel(piece: Slice) -> Panel:
         chosen = piece.cells[_spaced(len(piece.cells), MOST_HISTORIES)]
         series = [
-            Series("history", _value_of(view, cell), _numbers(times[cell]), _numbers(values[cell]))
+            Series("history", _value_of(view, cell), numbers(times[cell]), numbers(values[cell]))
             for cell in chosen  # a run without a history too, so that labels keep their order
         ]
         return Panel(piece.title, piece.at, tuple(series))
@@ -244,17 +196,22 @@ def _simulation(view: View, name: str, piece: Slice) -> Iterator[Series]:
     values = view.succeeded(name)[piece.cells]
     if np.isfinite(values).any():
         norm = view.norm(name)[piece.cells]
-        marked = (view.flat("run_flags") | view.flat(f"{name}_flags")) != 0
-        flagged = (marked | view.unsettled(name))[piece.cells]
+        flagged = _open(view, name)[piece.cells]
         yield Series(
             kind="simulation",
             label="simulation",
             x=view.xs(piece),
-            y=_numbers(values / norm),
-            uncertainty=_numbers(view.succeeded(f"{name}_uncertainty")[piece.cells] / norm),
+            y=numbers(values / norm),
+            uncertainty=numbers(view.succeeded(f"{name}_uncertainty")[piece.cells] / norm),
             flagged=tuple(bool(flag) for flag in flagged),
             connected=piece.connected,
         )
+
+
+def _open(view: View, name: str) -> np.ndarray:
+    """Whether a point (points,) is drawn open: it carries a flag, or resolutions did not settle its value."""
+    flagged: np.ndarray = (view.flat("run_flags") | view.flat(f"{name}_flags")) != 0
+    return flagged | view.unsettled(name) if over_resolutions(view) else flagged
 
 
 def _missing(view: View, name: str, piece: Slice) -> Iterator[Series]:
@@ -276,7 +233,7 @@ def _missing(view: View, name: str, piece: Slice) -> Iterator[Series]:
         )
 
 
-def _laws(view: View, name: str, piece: Slice) -> Iterator[Series]:
+def laws_of(view: View, name: str, piece: Slice) -> Iterator[Series]:
     """One line a law; over several stated variants a band from smallest to largest."""
     if f"{name}_law" not in view.dataset:
         return
@@ -310,7 +267,7 @@ def _law(
     if answers.shape[1] == 1:
         in_range = tuple(bool(one) for one in inside[:, 0])
         return Series(
-            "law", title, x, y=_numbers(answers[:, 0]), in_range=in_range, connected=connected
+            "law", title, x, y=numbers(answers[:, 0]), in_range=in_range, connected=connected
         )
     known = np.isfinite(answers)
     some = known.any(axis=1)
@@ -320,8 +277,8 @@ def _law(
         kind="band",
         label=f"{title}: band of the stated constants",
         x=x,
-        low=_numbers(low),
-        high=_numbers(high),
+        low=numbers(low),
+        high=numbers(high),
         in_range=tuple(bool(one) for one in (inside | ~known).all(axis=1) & some),
         connected=connected,
     )
@@ -398,7 +355,7 @@ def _enumerated(kinds: set[Kind]) -> str:
 
 
 def _caption(view: View, name: str, kinds: set[Kind]) -> str:
-    words = [_bars(view, name)]
+    words = [points_in_words(view, name)]
     if kinds & {"law", "band"}:
         words.append(
             "Laws: solid lines and filled marks inside the range that their source states, "
@@ -420,24 +377,10 @@ def _caption(view: View, name: str, kinds: set[Kind]) -> str:
     return " ".join(words)
 
 
-def _bars(view: View, name: str) -> str:
-    if view.refined:
-        return (
-            f"Points are {_words(name)} over all resolutions and offsets, extrapolated where it "
-            "converges, else of the finest resolution; bars are their uncertainty: mesh, scatter over "
-            "offsets, measurement. Open points carry a flag, or oscillate or are not in the asymptotic "
-            "range."
-        )
-    return f"Points are runs; bars are the uncertainty of {_words(name)}; open points carry a flag."
-
-
 def _spaced(count: int, most: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
-def _numbers(values: Iterable[float]) -> Numbers:
+def numbers(values: Iterable[float]) -> Numbers:
+    """Numbers of a series, None where there is none."""
     return tuple(float(value) if math.isfinite(value) else None for value in values)
-
-
-def _floats(values: Numbers) -> np.ndarray:
-    return np.array([math.nan if value is None else value for value in values])

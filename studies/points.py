@@ -3,7 +3,7 @@
 A cube without refinements is its own points. Laws, observations and figures look at points; runs and audit at runs.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,12 @@ from studies.variables import STATES
 
 SUCCEEDED = STATES.index("succeeded")
 # Verdicts under which the value is the finest resolution's although refinement was asked about.
-UNSETTLED: tuple[Verdict, ...] = ("oscillatory", "not in the asymptotic range")
+UNSETTLED: tuple[Verdict, ...] = (
+    "oscillatory",
+    "not in the asymptotic range",
+    "two grids",
+    "single grid",
+)
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,8 @@ def simulated(dataset: xr.Dataset, name: str) -> xr.DataArray:
 def points_of(dataset: xr.Dataset) -> xr.Dataset:
     """The cube with one cell a point: converged values, and else what the finest runs say.
 
-    A point has succeeded where any of its quantities has a value; its flags are those of its finest runs.
+    A point has succeeded where any of its quantities has a value. Its flags are those of its finest runs and, where
+    these have no value, those of the finest that do.
     """
     refinements = refinements_of(dataset)
     if not refinements:
@@ -63,8 +69,9 @@ def points_of(dataset: xr.Dataset) -> xr.Dataset:
     for name in names:
         points[name] = dataset[f"{name}_converged"].assign_attrs(dataset[name].attrs)
         points[f"{name}_uncertainty"] = dataset[f"{name}_converged_uncertainty"]
-    for flags in ("run_flags", *(f"{name}_flags" for name in names)):
-        points[flags] = _any_of(finest[flags])
+    for name in names:
+        points[f"{name}_flags"] = _flags(dataset, f"{name}_flags", [name])
+    points["run_flags"] = _flags(dataset, "run_flags", names)
     valued = np.logical_or.reduce([np.isfinite(points[name].values) for name in names])
     points["run_state"] = points.run_state.where(~valued, np.int8(SUCCEEDED))
     return points
@@ -104,11 +111,21 @@ _NUMBERS = {
 }
 
 
-def _any_of(flags: xr.DataArray) -> xr.DataArray:
-    """Flags of a point: those of any of its offsets."""
-    if OFFSET not in flags.dims:
-        return flags
-    return flags.reduce(np.bitwise_or.reduce, OFFSET, keep_attrs=True)
+def _flags(dataset: xr.Dataset, flags: str, names: Sequence[str]) -> xr.DataArray:
+    """Flags of the points: of the finest runs, and of the finest with a value of one of the names, at any offset."""
+    found = dataset[flags]
+    if OFFSET in found.dims:
+        found = found.reduce(np.bitwise_or.reduce, OFFSET, keep_attrs=True)
+    if RESOLUTION not in found.dims:
+        return found
+    points = found.isel({RESOLUTION: -1}, drop=True)
+    for name in names:
+        valued = simulated(dataset, name).notnull()
+        valued = valued.any(OFFSET) if OFFSET in valued.dims else valued
+        coarser = valued.isel({RESOLUTION: slice(None, None, -1)}).argmax(RESOLUTION)  # by so many
+        last = dataset.sizes[RESOLUTION] - 1
+        points = points | found.isel({RESOLUTION: last - coarser}).drop_vars(RESOLUTION)
+    return points.assign_attrs(found.attrs)
 
 
 def _flat(array: xr.DataArray, dataset: xr.Dataset) -> np.ndarray:

@@ -15,18 +15,18 @@ import xarray as xr
 
 from studies.compare import Comparison
 from studies.convergence import ASSUMED_ORDER, ORDERS, SAFETY, SAFETY_UNOBSERVED, VERDICTS
-from studies.convergence_figure import convergence_figures
-from studies.figures import figures
 from studies.page import page
 from studies.places import axes_of, places_of, plain
 from studies.points import Refined, points_of, refined, refinements_of
+from studies.report_figures import figures
 from studies.sweep import OFFSET, RESOLUTION
 from studies.variables import NUMBERS, STATES
 from studies.view import flag_words, main_quantities
 
 # 2: converged values and their error bars, a sentence about each law
 # 3: an error bar without the mesh's part judges nothing
-REPORT_VERSION = 3
+# 4: figures of residuals have the error bar as a band
+REPORT_VERSION = 4
 DRIFT_LIMIT = 0.01  # of the initial energy: beyond it a run does not keep its books, and is marked
 
 
@@ -60,7 +60,6 @@ Document = dict[str, Any]
 def document(dataset: xr.Dataset, comparison: Comparison) -> Document:
     """Everything that the report says, as plain objects in SI."""
     runs, points = list(_runs(dataset)), points_of(dataset)
-    drawn = [*figures(points, comparison), *convergence_figures(dataset)]
     return {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
@@ -74,7 +73,7 @@ def document(dataset: xr.Dataset, comparison: Comparison) -> Document:
         "fixed": list(_fixed(dataset)),
         "quantities": list(_quantities(dataset)),
         "extremes": list(_extremes(points)),
-        "figures": [figure.as_json() for figure in drawn],
+        "figures": [figure.as_json() for figure in figures(dataset, comparison)],
         "convergence": _convergence(dataset) if refinements_of(dataset) else None,
         **{key: value for key, value in comparison.as_json().items() if key != "statement"},
         "runs": runs,

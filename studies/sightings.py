@@ -1,9 +1,8 @@
 """Observed shots, and what the simulation gives at their parameters."""
 
-import itertools
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +13,7 @@ from studies.places import Place, axes_of, places_of, plain
 from studies.points import simulated
 
 ELSEWHERE = "not simulated: another"
+LINEAR = "linear between neighbouring runs"
 SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
 
 
@@ -30,7 +30,7 @@ class Sighting:
     value: float
     uncertainty: float | None
     simulation: float | None
-    simulation_uncertainty: float | None
+    simulation_uncertainty: float | None  # between runs with the interpolation's part
     how: str  # how the simulation was brought to the shot's parameters, or why it could not be
 
     @property
@@ -80,7 +80,8 @@ def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, s
     """The simulated value and uncertainty at parameters off the grid, and how it was found.
 
     Linear between the neighbouring runs of a grid; the same axis values, along a zip. Never beyond
-    the axes.
+    the axes. The uncertainty is that of the runs, weighted, and between runs the error of the
+    interpolation with it, root of the sum of squares; NaN where a run has none.
     """
     axes = axes_of(dataset)
     absent = [axis for axis in axes if axis not in at]
@@ -90,18 +91,21 @@ def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, s
     if other:
         return math.nan, math.nan, f"{ELSEWHERE} {', '.join(other)}"
     try:
-        corners = _corners(dataset, axes, at)
+        sides = _sides_of(dataset, axes, at)
     except LookupError as error:
         return math.nan, math.nan, str(error.args[0])
-    value = _weighted(simulated(dataset, name), corners)
-    uncertainty = _weighted(simulated(dataset, f"{name}_uncertainty"), corners)
+    values = simulated(dataset, name)
+    value = float(_mixed(values, sides))
     if math.isnan(value):
         return value, math.nan, "a neighbouring run has no value"
-    return (
-        value,
-        uncertainty,
-        "computed" if len(corners) == 1 else "linear between neighbouring runs",
-    )
+    weighted = float(_mixed(simulated(dataset, f"{name}_uncertainty"), sides))
+    chords = [axis for axis, around in sides.items() if len(around) > 1]
+    if not chords:
+        return value, weighted, "computed"
+    # Plainly summed: chords err by the curve's bend, and two axes that bend the same way err the same way.
+    bent = sum(_chord_error(values, sides, axis, dataset[axis].values) for axis in chords)
+    barred = "" if math.isnan(weighted) else "; the error bar holds the interpolation's part"
+    return value, math.hypot(weighted, bent), LINEAR + barred
 
 
 def _is_another(dataset: xr.Dataset, name: str, wanted: float | str) -> bool:
@@ -111,20 +115,13 @@ def _is_another(dataset: xr.Dataset, name: str, wanted: float | str) -> bool:
     return not any(_same(plain(value), wanted) for value in dataset[name].values.ravel())
 
 
-Corner = tuple[float, dict[str, int]]  # weight, and the place of a run
+Sides = Mapping[str, list[tuple[float, int]]]  # by dimension: weights, and places around the shot
 
 
-def _corners(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> list[Corner]:
+def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
     if "run" in dataset.dims:
-        return [(1.0, {"run": _run_at(dataset, axes, at)})]
-    sides = [_sides(dataset[axis].values, axis, at[axis]) for axis in axes]
-    return [
-        (
-            math.prod(weight for weight, _ in corner),
-            {axis: place for axis, (_, place) in zip(axes, corner, strict=True)},
-        )
-        for corner in itertools.product(*sides)
-    ]
+        return {"run": [(1.0, _run_at(dataset, axes, at))]}
+    return {axis: _sides(dataset[axis].values, axis, at[axis]) for axis in axes}
 
 
 def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[float, int]]:
@@ -152,8 +149,36 @@ def _same(one: Any, other: Any) -> bool:
     return math.isclose(one, other, rel_tol=SAME)
 
 
-def _weighted(array: xr.DataArray, corners: Sequence[Corner]) -> float:
-    return float(sum(weight * float(array.isel(place)) for weight, place in corners))
+def _mixed(values: xr.DataArray, sides: Sides) -> xr.DataArray:
+    """Values with each dimension of ``sides`` brought to the shot; NaN where a run has none."""
+    for dimension, around in sides.items():
+        weights = xr.DataArray([weight for weight, _ in around], dims=dimension)
+        values = values.isel({dimension: [place for _, place in around]}).dot(weights)
+    return values
+
+
+def _chord_error(values: xr.DataArray, sides: Sides, axis: str, x: np.ndarray) -> float:
+    """How far off a chord along one axis may be, at the shot's place on the others.
+
+    The next order, |f[x0, x1, x2] (x - x0) (x - x1)|, estimates it: x2 is the next value of the axis
+    on either side, the one that gives more. Where neither has a run with a value the next order is
+    unknown: then it is half the difference of the chord's ends times 4 w (1 - w), w the weight, which is
+    twice the most that a monotonic quadratic can be off.
+    """
+    others = {name: around for name, around in sides.items() if name != axis}
+    f = _mixed(values, others).values
+    (below, low), (above, high) = sides[axis]
+    rise = f[high] - f[low]
+    bends = [
+        ((f[third] - f[high]) / (x[third] - x[high]) - rise / (x[high] - x[low]))
+        / (x[third] - x[low])
+        for third in (low - 1, high + 1)
+        if 0 <= third < len(x) and math.isfinite(f[third])
+    ]
+    if not bends:
+        return 0.5 * abs(float(rise)) * 4.0 * below * above
+    # (x - x0) (x1 - x) = w (1 - w) (x1 - x0)^2
+    return max(abs(float(bend)) for bend in bends) * below * above * float(x[high] - x[low]) ** 2
 
 
 def _none(value: float) -> float | None:

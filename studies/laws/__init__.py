@@ -3,7 +3,8 @@
 How to add one: one file here, named after the law, that offers ``LAW``. Write the bare formula as a
 public function on arrays in SI, with a doctest that reproduces a published number; then the ``Law``
 around it: equation as published, source, and a range whose limits say what is checked and how sure
-it is. ``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit.
+it is; it is for compact projectiles unless it states another ``projectile``.
+``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit.
 
 A law answers outside its range too, flagged with the reasons; where it is meaningless it answers
 NaN with the reason. Its band is the smallest to the largest answer over its stated variants.
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from solver.registry import entries
-from solver.units import Metre, MetrePerSecond, Radian
+from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
 from studies.laws._range import Limit, Range
 from studies.materials import Material
 from studies.nearest import nearest_cure
@@ -39,7 +40,7 @@ ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 
 @dataclass(frozen=True)
 class Shot:
-    """What a law may ask of a shot: impact of a compact projectile on a plate or a block."""
+    """What a law may ask of a shot: impact of a projectile on a plate or a block."""
 
     speed: MetrePerSecond
     projectile_diameter: Metre  # of the sphere with the projectile's volume
@@ -47,6 +48,7 @@ class Shot:
     projectile: Material
     target: Material
     obliquity: Radian = 0.0  # between the flight and the target's normal
+    length_ratio: Dimensionless = 1.0  # length of the projectile over its own diameter
 
     @property
     def thickness_ratio(self) -> float:
@@ -116,14 +118,14 @@ def _oblique(shot: Shot) -> list[str]:
 
 
 def narrower_than_projectile(ratio: Callable[[Shot, str], float]) -> Callable[[Shot, str], str]:
-    """For the laws of holes that fall below D/d = 1 at low speed: there they mean nothing."""
+    """For the laws of holes that fall below D/d = 1 in slow shots or thin plates: there they mean nothing."""
 
     def reason(shot: Shot, variant: str) -> str:
         value = ratio(shot, variant)
-        if value >= 1.0:
+        if not value < 1.0:  # NaN is for the range to explain
             return ""
         return (
-            f"D/d = {value:.3g} is narrower than the projectile: no physical meaning at this speed"
+            f"D/d = {value:.3g} is narrower than the projectile: no physical meaning for this shot"
         )
 
     return reason
@@ -156,21 +158,31 @@ def shot_of(run: Any) -> Shot:
 def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material]) -> Shot:
     """The shot of a scenario's parameters (SI) and its materials by role.
 
-    KeyError where speed, projectile_diameter, projectile or target are missing.
+    KeyError where speed, projectile_diameter, projectile, target or a cylinder's length are missing
+    or None.
     """
+    given = {name: value for name, value in parameters.items() if value is not None}
     return Shot(
-        speed=parameters["speed"],
-        projectile_diameter=_equivalent_diameter(parameters),
-        plate_thickness=parameters.get("plate_thickness"),
+        speed=given["speed"],
+        projectile_diameter=_equivalent_diameter(given),
+        plate_thickness=given.get("plate_thickness"),
         projectile=materials["projectile"],
         target=materials["target"],
-        obliquity=parameters.get("obliquity", 0.0),
+        obliquity=given.get("obliquity", 0.0),
+        length_ratio=_length_ratio(given),
     )
 
 
-def _equivalent_diameter(parameters: Mapping[str, Any]) -> float:
+def _equivalent_diameter(given: Mapping[str, Any]) -> float:
     """Diameter of the sphere of equal volume: pi/6 d_eq^3 = pi/4 d^2 L of a cylinder."""
-    diameter = parameters["projectile_diameter"]
-    if parameters.get("projectile_shape") != "cylinder":
+    diameter = given["projectile_diameter"]
+    if given.get("projectile_shape") != "cylinder":
         return diameter
-    return (1.5 * diameter**2 * parameters["projectile_length"]) ** (1.0 / 3.0)
+    return (1.5 * diameter**2 * given["projectile_length"]) ** (1.0 / 3.0)
+
+
+def _length_ratio(given: Mapping[str, Any]) -> float:
+    """L/d of a cylinder; 1 of a sphere."""
+    if given.get("projectile_shape") != "cylinder":
+        return 1.0
+    return given["projectile_length"] / given["projectile_diameter"]

@@ -31,21 +31,28 @@ class Limit:
 class Range:
     """Where a law may be believed."""
 
-    limits: tuple[Limit, ...]
+    limits: tuple[Limit, ...]  # of the law itself
+    # Rods and discs penetrate otherwise than spheres; round numbers, which no law here states.
+    projectile: Limit = field(default_factory=lambda: length_ratio(0.5, 2.0, "memory"))
+
+    @property
+    def every(self) -> tuple[Limit, ...]:
+        """The law's own limits, and that of its projectiles."""
+        return (*self.limits, self.projectile)
 
     @property
     def words(self) -> str:
         """All limits as one text."""
-        return "; ".join(_words(limit) for limit in self.limits)
+        return "; ".join(_words(limit) for limit in self.every)
 
     @property
     def confidence(self) -> str:
         """The confidence of the limits, each word once."""
-        return ", ".join(dict.fromkeys(limit.confidence for limit in self.limits))
+        return ", ".join(dict.fromkeys(limit.confidence for limit in self.every))
 
     def reasons(self, shot: "Shot") -> list[str]:
         """Why a shot lies outside; empty inside."""
-        found = [limit.outside(shot) for limit in self.limits if limit.outside is not None]
+        found = [limit.outside(shot) for limit in self.every if limit.outside is not None]
         return [reason for reason in found if reason]
 
     def describe(self) -> list[dict[str, Any]]:
@@ -56,7 +63,7 @@ class Range:
                 "confidence": limit.confidence,
                 "machine_checked": limit.machine_checked,
             }
-            for limit in self.limits
+            for limit in self.every
         ]
 
 
@@ -88,6 +95,12 @@ def speed(minimum: float, maximum: float, confidence: str) -> Limit:
 def thickness_ratio(minimum: float, maximum: float, confidence: str) -> Limit:
     """Plate thickness over projectile diameter."""
     return between("t/d", lambda shot: shot.thickness_ratio, (minimum, maximum), "", confidence)
+
+
+def length_ratio(minimum: float, maximum: float, confidence: str) -> Limit:
+    """Length of the projectile over its diameter."""
+    bounds = (minimum, maximum)
+    return between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", confidence)
 
 
 def between(

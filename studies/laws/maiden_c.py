@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot
+from studies.laws import Law, Range, Shot, narrower_than_projectile
 from studies.laws._range import like_on_like, speed, stated, thickness_ratio
 
 
@@ -41,4 +41,5 @@ LAW = Law(
         )
     ),
     ratio=_ratio,
+    meaningless=narrower_than_projectile(_ratio),
 )

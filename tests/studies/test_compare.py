@@ -10,9 +10,11 @@ import xarray as xr
 from studies import cube
 from studies.compare import (
     NO_MESH,
+    NOT_BOTH,
     ONLY_SIMULATION,
     Comparison,
     Residual,
+    Statistics,
     compare,
     sentence,
     statistics,
@@ -135,7 +137,7 @@ def test_observation_between_runs__is_met_by_linear_interpolation() -> None:
     corners = dataset.hole_diameter.sel(speed=[4e3, 5e3], plate_thickness=[2e-3, 3e-3])
     expected = corners.mean("speed").values @ [0.75, 0.25]
     assert value == pytest.approx(expected)
-    assert how == "linear between neighbouring runs"
+    assert how.startswith("linear between neighbouring runs")
 
 
 @pytest.mark.parametrize(
@@ -180,6 +182,49 @@ def test_observations__judge_the_simulation_and_each_law() -> None:
     assert law.everywhere.bias == pytest.approx(answer - 17.9e-3)
 
 
+def said(bias: float, relative_bias: float) -> str:
+    found = Statistics(2, bias=bias, rms=1.0, relative_bias=relative_bias, relative_rms=1.0)
+    return sentence(
+        Residual("hole_diameter", "m", "law", "a law", "simulation", found, found, points=2)
+    )
+
+
+def test_sentence__says_the_way_of_the_number_that_it_prints() -> None:
+    # Law 20.5 and 0.5 mm against 20 and 0.8 mm: 0.1 mm larger, 17.5 % smaller.
+    assert "17.5\u202f% smaller" in said(1e-4, -0.175)
+    assert "17.5\u202f% larger" in said(-1e-4, 0.175)
+
+
+def test_sentence__counts_all_points_that_have_a_value() -> None:
+    dataset = holes()
+    found = residual(compare(dataset), "zhang_tan")
+    answers = dataset.hole_diameter_by_law.sel(hole_diameter_law="zhang_tan")
+    inside = dataset.hole_diameter_by_law_in_range.sel(hole_diameter_law="zhang_tan") == 1
+    assert found.points == 18
+    assert f"({int((inside & answers.notnull()).sum())} of 18 points)" in sentence(found)
+
+
+def test_sentence__counts_converged_points_where_it_compares() -> None:
+    sweep = fakes.refined_holes()
+    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
+    found = residual(compare(dataset), "maiden_al")  # its stated range is 2.5 to 5.5 km/s
+    assert found.in_range is not None
+    assert (found.everywhere.converged, found.everywhere.n) == (3, 6)
+    assert (found.in_range.converged, found.in_range.n) == (1, 3)
+    assert "(3 of 6 points)" in sentence(found)
+    assert "(converged at 1 of 3 points)" in sentence(found)
+
+
+def test_observation_without_an_error__does_not_judge_the_simulation() -> None:
+    sweep = fakes.refined_holes()
+    for uncertainty, judged in ((0.3e-3, 1), (None, 0)):
+        shot = fakes.observed(2e3, 2e-3, 13e-3, uncertainty)
+        dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue(observations=[shot]))
+        found = residual(compare(dataset), "simulation", "observation")
+        assert found.everywhere.judged == judged
+    assert NOT_BOTH in sentence(found)
+
+
 # --- error bars that hold no mesh error -----------------------------------------------------------
 
 
@@ -199,7 +244,7 @@ def test_single_grid__does_not_judge_the_simulation_by_an_observation_either() -
     comparison = compare(holes(fakes.observed(4e3, 3e-3, 17.9e-3)))
     found = residual(comparison, "simulation", "observation")
     assert found.everywhere.judged == 0
-    assert f"; its {NO_MESH}" in sentence(found)
+    assert f"; {NOT_BOTH}" in sentence(found)
 
 
 def test_observation__judges_a_law_by_its_own_error_bar() -> None:

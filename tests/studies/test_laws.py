@@ -1,13 +1,16 @@
 """Laws: printed numbers, the physical limit of Eq. 1-4, an answer for each stated yield stress."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from studies import laws, materials
 from studies.errors import InvalidInput
-from studies.laws import Shot
+from studies.laws import Range, Shot
+from studies.laws._range import length_ratio
 from studies.laws.zhang_tan import hole_ratio, smallest_speed
 
 COPPER = materials.load("copper-ofhc")
@@ -16,6 +19,15 @@ ALUMINIUM = materials.load("al-2024-t3")
 
 def copper_shot(speed: float, thickness: float = 2e-3) -> Shot:
     return Shot(speed, 8e-3, thickness, COPPER, COPPER)
+
+
+def aluminium_shot(speed: float, thickness: float = 2e-3) -> Shot:
+    return Shot(speed, 8e-3, thickness, ALUMINIUM, ALUMINIUM)
+
+
+def given(**parameters: Any) -> Shot:
+    fixed = {"speed": 6e3, "projectile_diameter": 2e-3}
+    return laws.shot_from({**fixed, **parameters}, {"projectile": COPPER, "target": COPPER})
 
 
 def test_laws__are_the_ones_of_the_first_light() -> None:
@@ -83,6 +95,82 @@ def test_maiden_al__on_copper_answers_and_is_flagged() -> None:
     assert answer.value / 8e-3 == pytest.approx(1.971, abs=5e-4)
     assert not answer.in_range
     assert "aluminium" in answer.reason
+
+
+@pytest.mark.parametrize("name", ["maiden_al", "maiden_c", "strength_ln"])
+def test_hole__narrower_than_the_projectile_has_no_value_and_a_reason(name: str) -> None:
+    law = laws.load(name)
+    slow = aluminium_shot(400.0)
+    answer = law.evaluate(slow, law.variants(slow)[0])
+    assert math.isnan(answer.value)
+    assert not answer.in_range
+    assert "narrower than the projectile" in answer.reason
+
+
+@pytest.mark.parametrize("name", ["maiden_al", "maiden_c"])
+def test_maiden__in_a_foil_has_no_value(name: str) -> None:
+    assert math.isnan(laws.load(name).evaluate(aluminium_shot(2000.0, 0.1e-3)).value)
+
+
+@pytest.mark.parametrize("name", ["maiden_al", "maiden_c"])
+def test_maiden__answers_in_range_once_the_hole_is_as_wide_as_the_projectile(name: str) -> None:
+    answer = laws.load(name).evaluate(aluminium_shot(1000.0))
+    assert answer.in_range
+    assert answer.value > 8e-3
+
+
+@pytest.mark.parametrize("name", ["maiden_al", "maiden_c"])
+def test_maiden__without_a_plate_says_that_t_over_d_is_missing(name: str) -> None:
+    shot = Shot(6000.0, 8e-3, None, ALUMINIUM, ALUMINIUM)
+    assert laws.load(name).evaluate(shot).reason == "t/d is not defined for this shot"
+
+
+# Inside every limit of a law of holes and of one of craters but that of the projectile.
+COMPACT = {"maiden_c": copper_shot(6000.0), "charters_summers": copper_shot(6000.0)}
+
+
+@pytest.mark.parametrize("name", COMPACT)
+@pytest.mark.parametrize(("ratio", "inside"), [(0.5, True), (2.0, True), (0.4, False), (50, False)])
+def test_law__is_for_compact_projectiles(name: str, ratio: float, inside: bool) -> None:
+    answer = laws.load(name).evaluate(replace(COMPACT[name], length_ratio=ratio))
+    assert answer.in_range == inside
+    assert ("projectile L/d" in answer.reason) == (not inside)
+
+
+@pytest.mark.parametrize("name", laws.names())
+def test_law__tells_the_reader_which_projectiles_it_is_for(name: str) -> None:
+    law = laws.load(name)
+    assert law.describe()["range"][-1] == {
+        "words": "0.5 <= projectile L/d <= 2",
+        "confidence": "memory",
+        "machine_checked": True,
+    }
+    assert "0.5 <= projectile L/d <= 2 (memory, checked)" in law.range.words
+
+
+def test_range__may_state_projectiles_of_its_own() -> None:
+    rods = Range((), projectile=length_ratio(10.0, math.inf, "read"))
+    assert rods.reasons(replace(copper_shot(6000.0), length_ratio=50.0)) == []
+    assert rods.reasons(copper_shot(6000.0)) == ["projectile L/d = 1 is below 10"]
+
+
+def test_shot_from__takes_the_length_of_a_cylinder_over_its_own_diameter() -> None:
+    rod = given(projectile_shape="cylinder", projectile_length=100e-3)
+    assert rod.length_ratio == pytest.approx(50.0)
+    assert given(projectile_shape="sphere", projectile_length=None).length_ratio == 1.0
+
+
+@pytest.mark.parametrize(
+    "absent",
+    [
+        {"projectile_shape": "cylinder", "projectile_length": None},
+        {"projectile_diameter": None},
+        {"speed": None},
+    ],
+)
+def test_shot_from__without_a_number_it_needs_is_no_shot(absent: dict[str, Any]) -> None:
+    with pytest.raises(KeyError):
+        given(**absent)
 
 
 def test_like_on_like__flags_other_pairs() -> None:

@@ -210,6 +210,46 @@ def test_points__have_the_flags_of_their_finest_runs() -> None:
     assert list(flagged.values[:3]) == [False, True, False]
 
 
+def test_points_whose_finest_runs_failed__have_the_flags_of_those_their_value_is_of() -> None:
+    known = {
+        point.run.id: replace(
+            fakes.result(point.run),
+            **(
+                {"state": "failed", "reason": "late"}
+                if point.coordinates["cells_per_diameter"] == 64.0
+                else {"flags": ("under_resolved",)}
+            ),
+        )
+        for point in SWEEP.runs()
+        if point.coordinates["speed"] == 2e3
+    }
+    points = points_of(built(SWEEP, **known))
+    assert list((points.run_flags != 0).values[:2]) == [True, False]
+    assert points.run_flags.attrs.keys() == built().run_flags.attrs.keys()
+
+
+def test_flags_of_coarse_runs__stand_in_the_reason() -> None:
+    coarse = run_at(SWEEP, speed=2e3, cells_per_diameter=16.0, offset=0.0)
+    known = {coarse.id: replace(fakes.result(coarse), flags=("under_resolved",))}
+    reason = str(built(SWEEP, **known).hole_diameter_converged_reason.sel(speed=2e3).item())
+    assert "under_resolved at the third of the resolutions that count" in reason
+
+
+def test_finest_run_that_is_not_perforated__leaves_nothing_that_judges() -> None:
+    finest = run_at(SWEEP, speed=2e3, cells_per_diameter=64.0, offset=0.0)
+    held = replace(
+        fakes.measured(0.01, "not_perforated"), value=None, uncertainty=None
+    )  # as in fakes.with_trouble
+    known = {finest.id: replace(fakes.result(finest), measurements={"hole_diameter": held})}
+    dataset = built(SWEEP, **known)
+    (point, *_) = refined(dataset, "hole_diameter")
+    assert point.verdict == "not in the asymptotic range"
+    assert math.isnan(point.mesh)
+    assert math.isnan(point.extrapolated)
+    (law,) = [one for one in compare(dataset).residuals if one.subject == "maiden_c"]
+    assert (law.everywhere.n, law.everywhere.judged) == (6, 5)
+
+
 def test_levels__read_from_the_cube_are_those_of_the_runs() -> None:
     dataset = built()
     for one, speed in zip(refined(dataset, "hole_diameter"), VERDICTS, strict=True):

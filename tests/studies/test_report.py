@@ -222,3 +222,45 @@ def test_figure__has_no_band_where_no_error_bar_is_known() -> None:
     (figure,) = [one for one in said["figures"] if one["name"] == "hole_diameter_convergence"]
     kinds = {series["kind"] for panel in figure["panels"] for series in panel["series"]}
     assert kinds == {"level"}
+
+
+def test_table_of_residuals__says_how_many_points_lie_inside_the_error_bar() -> None:
+    said = said_of(cube_of("refined"))
+    marks = {mark.path: mark.text for mark in shown(said).marks}
+    judged = [
+        (number, group, row[group])
+        for number, row in enumerate(said["residuals"])
+        for group in ("everywhere", "in_range")
+        if row[group] and row[group]["judged"]
+    ]
+    assert {said["residuals"][number]["reference"] for number, _, _ in judged} == {
+        "simulation",
+        "observation",
+    }
+    for number, group, found in judged:
+        place = f"/residuals/{number}/{group}"
+        assert marks[f"{place}/within"] == printed(found["within"], "count")
+        assert marks[f"{place}/judged"] == printed(found["judged"], "count")
+        assert marks[f"{place}/bar"] == printed(found["bar"], "length")
+        assert marks[f"{place}/relative_bar"] == printed(found["relative_bar"], "share_spread")
+
+
+@pytest.mark.parametrize("case", ["one run", "offsets"])
+def test_table_of_residuals__says_where_the_mesh_error_is_unknown(case: str) -> None:
+    said = said_of(cube_of(case))
+    seen = shown(said)
+    assert "mesh error unknown" in seen.unmarked
+    paths = {mark.path for mark in seen.marks}
+    for number, row in enumerate(said["residuals"]):
+        if row["reference"] == "simulation":
+            assert f"/residuals/{number}/everywhere/n" in paths
+            assert f"/residuals/{number}/everywhere/within" not in paths
+
+
+def test_table_of_residuals__keeps_its_columns_under_their_headings() -> None:
+    (row,) = re.findall(
+        r"<tr><td class=\"word\">[^\n]*maiden_c.*?</tr>",
+        page.page(said_of(cube_of("two grids"))),
+        re.DOTALL,
+    )[:1]
+    assert row.count("<td") == 1 + 2 * 6
