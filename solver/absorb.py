@@ -30,7 +30,9 @@ REACH = 1.5  # cells: nodes nearer to a surface than this may have area there, f
 ROUND_OFF = 1e-9  # of the largest area
 
 # Of a node's mass with the body in place: dashpots hold it fully from the one on, and not at all below the other. A
-# surface that has drawn back by a third of a cell leaves the nodes on it half of their mass.
+# surface that has drawn back by a third of a cell leaves the nodes on it half of their mass. Nodes beyond it have
+# little mass and are let go of sooner: with splines a quarter of the area at a third of a cell, with linear shapes up
+# to half of it at a twentieth.
 HELD, LET_GO = 0.5, 0.25
 
 

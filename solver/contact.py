@@ -107,8 +107,10 @@ def energy_taken(first, second, meeting):
     """Minus the work of the contact impulses in the means of velocities before and mapped back after them, J."""
     energy = 0.0
     for i in range(first.mass.size):
+        if first.mass[i] <= 0.0 or second.mass[i] <= 0.0:
+            continue
         for c in range(3):
             before = first.before[i, c] - second.before[i, c]
-            after = first.velocity[i, c] - second.velocity[i, c]
+            after = first.momentum[i, c] / first.mass[i] - second.momentum[i, c] / second.mass[i]
             energy -= 0.5 * meeting.impulse[i, c] * (before + after)
     return energy

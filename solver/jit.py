@@ -80,8 +80,9 @@ def software() -> dict[str, str]:
 
 
 def compiler() -> dict[str, str]:
-    """All that decides which bits the kernels compute: two processes in which it is the same compute the same."""
-    settings = (numba.config.CPU_NAME, numba.config.CPU_FEATURES, numba.config.DISABLE_JIT)
+    """What decides which bits the kernels compute, but for the system's mathematical library."""
+    config = numba.config
+    settings = (config.CPU_NAME, config.CPU_FEATURES, config.DISABLE_JIT, config.OPT)
     return {
         **software(),
         "cpu_features": llvmlite.binding.get_host_cpu_features().flatten(),

@@ -21,8 +21,9 @@ from solver.timestep import first_step, stable_step
 
 SORT_INTERVAL = 50  # steps between reorderings of the particle arrays: memory locality only
 
-# Limits of a physical state. A shock of any strength compresses a solid less than fourfold; no particle ends ten times
-# faster than the fastest body began, or with a hundred times its specific kinetic energy.
+# Limits of a physical state. The strongest shock compresses a solid s/(s - 1) times, with s the slope of the Hugoniot:
+# twofold to fivefold for most metals. No particle ends ten times faster than the fastest body began, or with a hundred
+# times its specific kinetic energy.
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 
 CARRIED = (

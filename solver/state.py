@@ -24,7 +24,7 @@ class Particles(NamedTuple):
 
 
 class Nodes(NamedTuple):
-    """Grid fields; cleared each step. In axisymmetry mass and force are per radian."""
+    """Grid fields; of nodes without mass the rest means nothing. In axisymmetry mass and force are per radian."""
 
     mass: np.ndarray  # (m,) kg
     momentum: np.ndarray  # (m, 3) kg m/s

@@ -65,7 +65,9 @@ class Stage(NamedTuple):
 class Booked(NamedTuple):
     """What one step gave or took from outside the equations of motion."""
 
-    impulse: np.ndarray  # (3,) given by faces and absorbers, N s
+    impulse: (
+        np.ndarray
+    )  # (3,) given by faces and absorbers, to nodes or in what damping does next to them, N s
     energy: float  # taken by damping, walls and absorbers, J
     contact: float  # taken by contact between bodies, J
     reflected: int  # particles put back at closed faces

@@ -8,7 +8,8 @@ to be chosen with that in mind: copper of 1.9 GPa and K = 1 us is broken by 30 G
 
 The stress is the one that matter carries, as in OpenRadioss (``fail_tbutcher_s.F``, what the law of
 the material returns). The integral limits tension, so the tensile floor does not: at the same spall
-strength it would hold sigma at sigma0, and nothing would ever fail. Molten matter bears no tension.
+strength it would hold sigma at sigma0, and nothing would ever fail. Molten matter bears no tension where the rule of
+tension says so.
 """
 
 import math

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any, Literal
 from solver.registry import entries
 from solver.units import Dimensionless, Second
 from studies.errors import Finding
-from studies.materials.schema import MieGrueneisen
+from studies.materials.schema import MieGrueneisen, Tillotson
 from studies.quantities import readable
 from studies.recipes import Tension
 from studies.scenarios import Materials
 from studies.scenarios._fields import described, explained
+from studies.scenarios._numerics import filled_numerics
 
 if TYPE_CHECKING:
     from solver.problem import Matter
@@ -98,7 +99,9 @@ def eos_of(material: "Material", form: EosForm = "hugoniot") -> Any:
 
 def check_eos(form: EosForm, materials: Materials) -> list[Finding]:
     """A form other than the default needs materials that can be written in it."""
-    return [
+    if form == "hugoniot":
+        return []
+    one_form = [
         Finding(
             "eos_form",
             form,
@@ -106,7 +109,39 @@ def check_eos(form: EosForm, materials: Materials) -> list[Finding]:
             "leave eos_form out",
         )
         for material in materials.values()
-        if form != "hugoniot" and not isinstance(material.eos, MieGrueneisen)
+        if not isinstance(material.eos, MieGrueneisen)
+    ]
+    # The last term of the cubic is negative for 1/3 < s < 1, and its curve turns down in compression.
+    downwards = [
+        Finding(
+            "eos_form",
+            form,
+            f"hugoniot: {material.name} has s = {material.eos.s:g}, and the cubic is for 1 and more",
+            "leave eos_form out",
+        )
+        for material in materials.values()
+        if isinstance(material.eos, MieGrueneisen) and material.eos.s < 1.0
+    ]
+    return one_form + downwards
+
+
+def check_boiling(given: Any, materials: Materials) -> list[Finding]:
+    """A form that follows vapour has no tension from e_iv on, and a step there: melting has to end tension before."""
+    if filled_numerics(given).tension == "unlimited":
+        name, value = "tension", "unlimited"
+    elif not given.thermal_softening:
+        name, value = "thermal_softening", "false"
+    else:
+        return []
+    return [
+        Finding(
+            name,
+            value,
+            f"tension that melting ends: {material.name} ({material.eos.kind}) would boil under it",
+            f"leave {name} out, or choose a {role} with another equation of state",
+        )
+        for role, material in materials.items()
+        if isinstance(material.eos, Tillotson)
     ]
 
 

@@ -11,7 +11,7 @@ from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._fields import described, explained
-from studies.scenarios._matter import check_constants, matter
+from studies.scenarios._matter import check_boiling, check_constants, matter
 from studies.scenarios._numerics import check_numerics, filled_numerics
 
 # Ma (2005), section 2.3.2: until the kinetic energy no longer changes, 72 us for 25.4 mm.
@@ -92,7 +92,7 @@ def _fill(given: TaylorBar) -> TaylorBar:
 
 
 def _check(given: TaylorBar, materials: Materials) -> list[Finding]:
-    findings = check_numerics(given) + check_constants(materials)
+    findings = check_numerics(given) + check_constants(materials) + check_boiling(given, materials)
     return findings + bars.check_extent(given.bar_length, _cell(given))
 
 

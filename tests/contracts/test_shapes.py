@@ -56,6 +56,13 @@ def test_slopes__sum_to_zero(name: str, place: float) -> None:
     assert abs(slope.sum()) <= ROUND_OFF / SPACING
 
 
+@given(shapes, places | st.integers(2, 6).map(float))
+def test_node_that_a_particle_pulls_at__has_mass_of_it(name: str, place: float) -> None:
+    """A force on a node without mass would stay there for another step."""
+    _, weight, slope = line(SHAPES[name].record(), place)
+    assert (weight[slope != 0.0] > 0.0).all()
+
+
 @given(shapes, places)
 def test_weights__reproduce_a_straight_line(name: str, place: float) -> None:
     first, weight, slope = line(SHAPES[name].record(), place)

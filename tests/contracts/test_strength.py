@@ -19,6 +19,7 @@ from solver.strength import (
     stiffness,
     yield_stress,
 )
+from solver.strength.johnson_cook import JohnsonCook
 from solver.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
 from solver.stress import (
     RETURN_TOLERANCE,
@@ -204,6 +205,31 @@ def test_return__moves_along_the_elastic_slope(
     stress, slip = returned(
         strength, scaled(direction, size), SHEAR_MODULUS, plastic_strain, rate, homologous
     )
+    gap = size - 3.0 * SHEAR_MODULUS * slip - equivalent_stress(stress)
+    assert abs(gap) <= 1.01 * RETURN_TOLERANCE * size
+
+
+@pytest.mark.parametrize(
+    "constants",
+    [
+        (1507e6, 176.6e6, 0.12, 0.016, 1.0, 1.0),  # tungsten (studies/materials)
+        (90e6, 270e6, 0.1, 0.0, 1.0, 1.0),
+    ],
+)
+@given(directions(), solid_temperatures, st.floats(1.0, 1e3), st.just(0.0) | st.floats(1e-12, 1.0))
+def test_return__arrives_where_hardening_begins_steeply(
+    constants: tuple[float, ...],
+    direction: tuple[float, ...],
+    homologous: float,
+    beyond: float,
+    plastic_strain: float,
+) -> None:
+    strength = JohnsonCook(*constants)
+    size = beyond * yield_stress(strength, plastic_strain, 1.0, homologous)
+    trial = scaled(direction, size)
+    stress, slip = returned(strength, trial, SHEAR_MODULUS, plastic_strain, 1.0, homologous)
+    surface = yield_stress(strength, plastic_strain + slip, 1.0, homologous)
+    assert math.isclose(equivalent_stress(stress), surface, rel_tol=ROUND_OFF)
     gap = size - 3.0 * SHEAR_MODULUS * slip - equivalent_stress(stress)
     assert abs(gap) <= 1.01 * RETURN_TOLERANCE * size
 

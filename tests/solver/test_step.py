@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.audit import totals
 from solver.problem import Damping, Problem, Scheme
 from solver.registry import entries
 from solver.simulation import Simulation, start
@@ -30,6 +31,18 @@ def test_musl__keeps_energy_and_momentum_to_round_off(kind: str, name: str) -> N
     audit = after(kind, shape=SHAPES[name]).audit()
     assert abs(audit.energy_drift) <= ROUND_OFF
     assert audit.momentum_error <= ROUND_OFF
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_flight__of_particles_on_nodes_is_as_free_as_any(name: str) -> None:
+    geometry = box(8, 8, 12)
+    body = block(geometry, (2.25, 2.25, 2.25), (5.25, 5.25, 5.25), velocity=(0.0, 0.0, 6e3))
+    problem = Problem(geometry, (body,), OPEN, end_time=1.0, shape=SHAPES[name])
+    simulation = start(problem, threads=1)
+    assert (simulation.particles.position % SPACING == 0.0).any()
+    for _ in range(3):
+        simulation.advance()
+    assert np.abs(simulation.particles.pressure).max() <= 1.0
 
 
 @pytest.mark.parametrize("name", ["linear", "quadratic-bspline"])
@@ -58,10 +71,17 @@ def test_scheme__error_of_the_energy_falls_with_the_step(scheme: Scheme) -> None
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("kind", ["axisymmetric", "cartesian"])
 def test_damping__books_what_it_takes(kind: str, name: str, order: int) -> None:
-    audit = after(kind, shape=SHAPES[name], damping=Damping(1e6, order)).audit()
+    simulation = after(kind, shape=SHAPES[name], damping=Damping(1e6, order))
+    audit = simulation.audit()
     assert audit.taken_energy > 0.0
     assert abs(audit.energy_drift) <= ROUND_OFF
     assert audit.momentum_error <= ROUND_OFF
+    # Nothing is outside of free bodies that could have taken momentum along their flight.
+    begin, end = (
+        totals(one.particles).momentum[-1 if kind == "cartesian" else 1]
+        for one in (start(simulation.problem, threads=1), simulation)
+    )
+    assert end == pytest.approx(begin, rel=ROUND_OFF)
 
 
 def test_damping__of_second_order_takes_less_than_the_first() -> None:

@@ -12,10 +12,11 @@ from solver.failure.spall import Spall
 from solver.strength.steinberg_guinan import SteinbergGuinan
 from solver.tension.recoverable import RecoverableTension
 from solver.tension.unlimited import UnlimitedTension
-from studies import materials
+from studies import materials, scenarios
 from studies.scenarios import Materials
 from studies.scenarios._matter import (
     Fracture,
+    check_boiling,
     check_constants,
     check_eos,
     check_failure,
@@ -45,6 +46,35 @@ def test_eos__of_another_kind_has_one_form() -> None:
     [finding] = check_eos("cubic", roles)
     assert (finding.field, finding.value) == ("eos_form", "cubic")
     assert boiling.name in finding.limit
+
+
+def test_cubic__is_refused_where_its_curve_turns_down() -> None:
+    soft = COPPER.with_value("eos.s", 0.9)
+    assert check_eos("hugoniot", {"target": soft}) == []
+    [finding] = check_eos("cubic", {"target": soft})
+    assert "s = 0.9" in finding.limit
+
+
+@pytest.mark.parametrize("scenario", ["thin_plate", "thick_plate", "taylor_bar"])
+@pytest.mark.parametrize(
+    ("name", "value"), [("tension", "unlimited"), ("thermal_softening", False)]
+)
+def test_boiling__is_refused_without_melting_and_its_tension(
+    scenario: str, name: str, value: Any
+) -> None:
+    found = scenarios.load(scenario)
+    asked = {
+        one.name: {"speed": 4e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}.get(
+            one.name, "copper-ofhc"
+        )
+        for one in dataclasses.fields(found.parameters)
+        if one.default is dataclasses.MISSING
+    }
+    boiling: Materials = {"one": materials.load("copper-ofhc-tillotson")}
+    [finding] = check_boiling(found.parameters(**asked, **{name: value}), boiling)
+    assert finding.field == name
+    assert check_boiling(found.parameters(**asked, **{name: value}), ROLES) == []
+    assert check_boiling(found.parameters(**asked), boiling) == []
 
 
 def test_matter__has_the_strength_of_the_material_whatever_its_kind() -> None:
