@@ -46,7 +46,9 @@ RULES = (
     "scatter behind the finest difference, and that difference over its ratio of cells to the "
     f"power {ORDERS[0]:g} less one, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the "
     f"observed order is below {ORDERS[0]:g} (the factors of Eça and Hoekstra 2014, J. Comput. "
-    "Phys. 262, 104)."
+    "Phys. 262, 104). Of three resolutions the mesh part also reaches, in either case, the farthest limit of any power "
+    f"law of an order from {ORDERS[0]:g} to {ORDERS[1]:g} that passes each value within its scatter. Where runs found "
+    "nothing to measure and others did, nothing is extrapolated and the mesh part is unknown."
 )
 
 UNJUDGED = (

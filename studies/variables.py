@@ -146,7 +146,8 @@ CONVERGED = (
         "{quantity}_converged_uncertainty_mesh",
         (POINTS,),
         "{unit}",
-        "part of the uncertainty: grid convergence index, or at least the spread of the finest resolutions",
+        "part of the uncertainty: grid convergence index, or at least the spread of the finest resolutions and what "
+        "their noise leaves open",
     ),
     Variable(
         "{quantity}_converged_uncertainty_offsets",
