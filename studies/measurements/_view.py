@@ -13,6 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from studies.measurements import RESOLUTION_IN_CELLS
+from studies.measurements._centre import centre_of_hole
 
 SECTOR = math.radians(10.0)  # width of the sectors in which a three-dimensional hole is measured
 HALF = 0.5  # of the undisturbed density: an edge
@@ -21,11 +22,15 @@ SAMPLES_PER_CELL = 16  # of a profile; its crossing is interpolated between samp
 
 @dataclass(frozen=True)
 class View:
-    """Living particles about the line of flight, and the numbers of the set-up."""
+    """Living particles about the line of flight, and the numbers of the set-up.
+
+    An oblique shot makes its hole beside the first touch: its particles stand about the middle of the hole. Matter
+    counts by its undisturbed volume: a particle of another metal has the mass that its volume of the target would have.
+    """
 
     radius: np.ndarray  # (n,) m
-    depth: np.ndarray  # (n,) along the flight from the original surface, m
-    mass: np.ndarray  # (n,) kg per radian of the sector below
+    depth: np.ndarray  # (n,) along the target's normal from the original surface, m
+    mass: np.ndarray  # (n,) kg per radian of the sector below, at the target's density
     speed: np.ndarray  # (n,) m/s
     sector: np.ndarray  # (n,) index of the azimuthal sector
     sectors: int
@@ -37,7 +42,8 @@ class View:
     axial_width: float  # of a particle, m
     density: float  # of the target, undisturbed, kg/m3
     thickness: float  # of the target, m
-    target_radius: float  # m
+    target_radius: float  # from where radii begin to the nearest rim, m
+    back_absorbs: bool  # whether waves leave through the back of the target
     projectile_diameter: float  # m
 
     @property
@@ -52,39 +58,74 @@ def view(setting: Any, snapshot: Any) -> View:
 
     problem, particles = setting.problem, snapshot.particles
     living = particles.alive == 1
-    position = particles.position[living]
+    position, body_of = particles.position[living], snapshot.body[living]
     axis = impact_axis(problem.geometry)
     plane = position[:, :2] if axis == 2 else position[:, :1]
-    radius = np.sqrt((plane**2).sum(axis=1))
-    sector, sectors = _sectors(setting, plane)
     names = [body.name for body in problem.bodies]
-    target = snapshot.body[living] == names.index(setting.target)
-    body = problem.bodies[names.index(setting.target)]
-    rim = target & (_from_axis(plane) > setting.radius - 2.0 * problem.geometry.spacing)
+    number = names.index(setting.target)
+    target, body = body_of == number, problem.bodies[number]
+    rim = _rim(setting, plane, position[:, axis], target)
+    attached_target = _touching(problem.geometry, position, target, rim)
+    centre = np.zeros(plane.shape[1])
+    if _is_oblique(problem, axis):
+        centre = centre_of_hole(
+            plane[attached_target],
+            particles.mass[living][attached_target],
+            areal_density=body.density * setting.thickness,
+            radius=setting.radius,
+            cell=problem.geometry.spacing,
+        )
+    plane = plane - centre
+    sector, sectors = _sectors(setting, plane)
+    at_target_density = np.array([body.density / one.density for one in problem.bodies])
     return View(
-        radius=radius,
+        radius=np.sqrt((plane**2).sum(axis=1)),
         depth=position[:, axis],
-        mass=particles.mass[living] * (sectors / setting.sector),
+        mass=particles.mass[living] * (sectors / setting.sector) * at_target_density[body_of],
         speed=np.sqrt((particles.velocity[living] ** 2).sum(axis=1)),
         sector=sector,
         sectors=sectors,
         target=target,
         attached=_touching(problem.geometry, position, np.ones_like(target), rim),
-        attached_target=_touching(problem.geometry, position, target, rim),
+        attached_target=attached_target,
         cell=problem.geometry.spacing,
         radial_width=body.spacing[0],
         axial_width=body.spacing[axis],
         density=body.density,
         thickness=setting.thickness,
-        target_radius=setting.radius,
+        target_radius=setting.radius - float(np.abs(centre).max()),
+        back_absorbs=any(
+            (one.body, one.axis, one.side) == (number, axis, 1) for one in problem.absorbers
+        ),
         projectile_diameter=setting.projectile_diameter,
     )
+
+
+def _rim(setting: Any, plane: np.ndarray, depth: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Particles of the target where its rim stands, a cell in front and behind included; no debris that flies past.
+
+    A rim that nothing holds drifts: it stands where most of the target is that is so far out.
+    """
+    cell = setting.problem.geometry.spacing
+    far = target & (_from_axis(plane) > setting.radius - 2.0 * cell)
+    if not far.any():
+        return far
+    places = np.sort(depth[far])
+    reach = setting.thickness + 2.0 * cell
+    inside = np.searchsorted(places, places + reach, side="right") - np.arange(places.size)
+    front = places[np.argmax(inside)]
+    return far & (depth >= front) & (depth <= front + reach)
 
 
 def _from_axis(plane: np.ndarray) -> np.ndarray:
     """Distance in which a target has its half width: from the axis if round, from the middle planes if square."""
     distance: np.ndarray = np.abs(plane).max(axis=1)
     return distance
+
+
+def _is_oblique(problem: Any, axis: int) -> bool:
+    """Whether a body flies across the target's normal too."""
+    return any(np.delete(body.velocity, axis, axis=-1).any() for body in problem.bodies)
 
 
 def _sectors(setting: Any, plane: np.ndarray) -> tuple[np.ndarray, int]:
@@ -177,7 +218,7 @@ def _share_of_nominal(
 ) -> np.ndarray:
     """Weight within a window about each centre, over the undisturbed one; nothing counts below the last centre."""
     low, high = np.maximum(centre - 0.5 * window, centre[-1]), centre + 0.5 * window
-    filled = _cumulated(place, weight, width, high) - _cumulated(place, weight, width, low)
+    filled = cumulated(place, weight, width, high) - cumulated(place, weight, width, low)
     share: np.ndarray = filled / nominal(low, high)
     return share
 
@@ -188,7 +229,7 @@ def _crossing(centre: np.ndarray, share: np.ndarray, below: int) -> float:
     return float(centre[below - 1] + part * (centre[below] - centre[below - 1]))
 
 
-def _cumulated(place: np.ndarray, weight: np.ndarray, width: float, at: np.ndarray) -> np.ndarray:
+def cumulated(place: np.ndarray, weight: np.ndarray, width: float, at: np.ndarray) -> np.ndarray:
     """Weight below each place in ``at``, particles spread evenly over their width."""
     if not place.size:
         return np.zeros_like(at)
@@ -213,10 +254,15 @@ def equal_area_diameter(radii: np.ndarray) -> float:
 
 
 def azimuthal_spread(radii: np.ndarray) -> float:
-    """Standard error of the mean diameter from the scatter over sectors, 0 for a body of revolution."""
-    if radii.size < 2:
+    """Standard error of the mean diameter from the scatter of sectors about a smooth shape, 0 for a body of revolution.
+
+    Independent radii of standard deviation s scatter by s sqrt(1 + 4 + 1) in r[i-1] - 2 r[i] + r[i+1]; a smooth
+    shape, as the oval of an oblique shot, adds next to nothing.
+    """
+    if radii.size < 3:
         return 0.0
-    return float(2.0 * np.std(radii, ddof=1) / math.sqrt(radii.size))
+    scatter = math.sqrt(float(np.mean(np.diff(radii, n=2) ** 2)) / 6.0)
+    return 2.0 * scatter / math.sqrt(radii.size)
 
 
 def radii_by_sector(

@@ -5,13 +5,17 @@ import math
 from studies.measurements import Measurement, Reading
 from studies.measurements._view import View, edge_from_inside
 
+# Crater depths of thickness from which a block is deep: thinner ones have attached spall at their back (Gehring, in
+# Cour-Palais 1987).
+DEEP = 3.0
+
 COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: the floor of a crater is flat there
 
 
 def _read(seen: View) -> Reading:
     """Where matter connected to the target begins, in a column about the axis, walking down into the crater.
 
-    A void below the floor, which spall leaves, is not the floor.
+    Each particle fills its undisturbed volume. A void below the floor, which spall leaves, is not the floor.
     """
     column = max(COLUMN * seen.projectile_diameter, seen.cell)
     inside = seen.attached & (seen.radius < column)
@@ -27,15 +31,17 @@ def _read(seen: View) -> Reading:
     )
     if math.isnan(floor) or floor >= back:
         return Reading(math.nan, flags=("perforated",) if floor >= back else ("no_crater",))
-    return Reading(floor, {"resolution": seen.resolution})
+    near_back = seen.thickness < DEEP * floor and not seen.back_absorbs
+    return Reading(floor, {"resolution": seen.resolution}, ("near_back",) if near_back else ())
 
 
 MEASUREMENT = Measurement(
     name="crater_depth",
     title="Crater depth",
     unit="m",
-    meaning="depth below the original surface at which the density of matter connected to the target, in a column of a "
-    "quarter projectile diameter about the axis, first reaches half of its nominal value on the way down",
-    version=2,
+    meaning="depth below the original surface at which matter connected to the target, by its undisturbed volume, "
+    "first fills half of a column of a quarter projectile diameter about the axis on the way down; near back where the "
+    "block is thinner than three of these depths and its back reflects waves",
+    version=3,
     read=_read,
 )

@@ -16,7 +16,7 @@ from studies.measurements._view import (
 
 
 def _read(seen: View) -> Reading:
-    """Where the target's matter in the first cell below the original surface falls to half of its nominal density."""
+    """Where matter fills half of the first cell below the original surface, each particle by its undisturbed volume."""
     layer = overlap(seen.depth, seen.axial_width, 0.0, seen.cell)
     radii = radii_by_sector(seen, seen.attached, seen.mass * layer, seen.density * seen.cell)
     if np.isnan(radii).any():
@@ -33,8 +33,8 @@ MEASUREMENT = Measurement(
     name="crater_diameter",
     title="Crater diameter",
     unit="m",
-    meaning="equal-area diameter at the original surface, where the density of matter connected to the target in the "
-    "first cell below it falls to half of its nominal value",
-    version=1,
+    meaning="equal-area diameter at the original surface, where the undisturbed volume of matter connected to the "
+    "target in the first cell below it falls to half of the cell",
+    version=2,
     read=_read,
 )

@@ -1,10 +1,11 @@
-"""The opening seen along the line of flight: what hole laws mean."""
+"""The opening seen along the plate's normal: what hole laws mean."""
 
 import math
 
 import numpy as np
 
 from studies.measurements import Measurement, Reading
+from studies.measurements._perforation import film_flags, is_whole
 from studies.measurements._view import (
     View,
     azimuthal_spread,
@@ -17,13 +18,14 @@ from studies.measurements._view import (
 def _read(seen: View) -> Reading:
     """Where the areal density of plate that hangs together with the rim falls to half its nominal value."""
     radii = radii_by_sector(seen, seen.attached_target, seen.mass, seen.density * seen.thickness)
-    if np.isnan(radii).any():
+    if np.isnan(radii).any() or is_whole(seen):
         return Reading(math.nan, flags=("not_perforated",))
     if not contained(seen, radii):
         return Reading(math.nan, flags=("not_contained",))
     return Reading(
         equal_area_diameter(radii),
         {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
+        film_flags(seen),
     )
 
 
@@ -31,8 +33,9 @@ MEASUREMENT = Measurement(
     name="hole_diameter",
     title="Hole diameter",
     unit="m",
-    meaning="equal-area diameter of the opening seen along the line of flight, where the areal density of the plate "
-    "that is connected to the rim falls to half of its nominal value",
-    version=1,
+    meaning="equal-area diameter of the opening seen along the plate's normal, where the areal density of the plate "
+    "that is connected to the rim falls to half of its nominal value; not perforated where more than a quarter of it "
+    "stands within a cell of the axis, closed on axis where less does: a film of the plate still closes the hole",
+    version=2,
     read=_read,
 )

@@ -36,6 +36,6 @@ MEASUREMENT = Measurement(
     title="Smallest clear diameter",
     unit="m",
     meaning="equal-area diameter of the innermost particle edges of the plate that is connected to the rim",
-    version=1,
+    version=2,
     read=_read,
 )

@@ -1,16 +1,25 @@
 """The hole in the middle of the plate."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from studies.measurements import Measurement, Reading
+from studies.measurements._perforation import film_flags, is_whole
 from studies.measurements._view import View
 from studies.measurements.hole_diameter_clear import innermost
 
 
 def _read(seen: View) -> Reading:
-    """Innermost edges within a cell of the original mid-plane."""
+    """Innermost edges within half a cell of the original mid-plane."""
+    if is_whole(seen):
+        return Reading(math.nan, flags=("not_perforated",))
     near = np.abs(seen.depth - 0.5 * seen.thickness) <= 0.5 * seen.cell
-    return innermost(seen, seen.attached_target & near)
+    reading = innermost(seen, seen.attached_target & near)
+    if math.isnan(reading.value):
+        return reading
+    return replace(reading, flags=film_flags(seen))
 
 
 MEASUREMENT = Measurement(
@@ -18,7 +27,7 @@ MEASUREMENT = Measurement(
     title="Hole diameter at the mid-plane",
     unit="m",
     meaning="equal-area diameter of the innermost particle edges of the connected plate within half a cell of its "
-    "original mid-plane",
-    version=1,
+    "original mid-plane; not perforated and closed on axis as the hole diameter",
+    version=2,
     read=_read,
 )

@@ -25,7 +25,7 @@ from studies.measurements._bar import view as view_of_bar
 from studies.measurements._plates import FLYER, TARGET, PlateView
 from studies.measurements._plates import view as view_of_plates
 from studies.measurements._push import MOMENTUM
-from studies.measurements._view import View, view
+from studies.measurements._view import View, azimuthal_spread, view
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -72,6 +72,7 @@ def seen(
             "density": DENSITY,
             "thickness": thickness,
             "target_radius": breadth,
+            "back_absorbs": False,
             "projectile_diameter": DIAMETER,
             **changes,
         }
@@ -96,6 +97,22 @@ def bored_half_space() -> View:
     """A deep block with a hole right through it, wider than the column about the axis."""
     points = np.meshgrid(line(HOLE, BREADTH), line(0.0, DEPTH), indexing="ij")
     return seen(*(axis.ravel() for axis in points), thickness=DEPTH, breadth=BREADTH)
+
+
+def dented_disc(left: float, *, stretch: float = 1.0) -> View:
+    """A plate of which a share is left where the hole would be, on its exit side and drawn out in both directions."""
+    disc = drilled_disc(HOLE)
+    gone = (1.0 - left) * THICKNESS
+    floor = np.meshgrid(line(0.0, HOLE / stretch), line(gone, THICKNESS), indexing="ij")
+    radius, depth = (axis.ravel() for axis in floor)
+    state = seen(
+        np.append(disc.radius, stretch * radius),
+        np.append(disc.depth, depth),
+        thickness=THICKNESS,
+        breadth=RADIUS,
+    )
+    mass = np.append(disc.mass, DENSITY * radius * PARTICLE**2)
+    return dataclasses.replace(state, mass=mass)
 
 
 def lipped_disc(hole: float, crest: float) -> View:
@@ -324,6 +341,9 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "undrilled": lambda: drilled_disc(0.0),
         "drilled to the rim": lambda: drilled_disc(RADIUS - 2.0 * CELL),
         "lipped": lambda: lipped_disc(HOLE, HOLE + 3.3e-3),
+        "lipped far out": lambda: lipped_disc(HOLE, HOLE + DIAMETER - 0.5 * CELL),
+        "dented": lambda: dented_disc(0.375),
+        "filmed": lambda: dented_disc(0.125),
         "scooped": lambda: scooped_half_space(CRATER),
         "unscooped": lambda: scooped_half_space(0.0),
         "scooped to the rim": lambda: scooped_half_space(BREADTH - 2.0 * CELL),
@@ -408,19 +428,20 @@ def test_measurement__looks_at_a_history_where_it_follows_others(name: str) -> N
 
 
 def test_measurement__has_a_value_or_a_reason(pair: tuple[str, Any]) -> None:
+    """Or both: a value may be in doubt."""
     reading = read(*pair)
-    assert math.isnan(reading.value) == bool(reading.flags)
+    assert math.isfinite(reading.value) or reading.flags
 
 
 def test_measurement__has_parts_of_uncertainty_that_are_numbers(pair: tuple[str, Any]) -> None:
     reading = read(*pair)
-    if not reading.flags:
+    if math.isfinite(reading.value):
         assert all(math.isfinite(part) and part >= 0.0 for part in reading.parts.values())
 
 
 def test_measurement__of_a_length_is_uncertain_by_its_cell(pair: tuple[str, Any]) -> None:
     reading = read(*pair)
-    if not reading.flags and measurements.load(pair[0]).unit == "m":
+    if math.isfinite(reading.value) and measurements.load(pair[0]).unit == "m":
         assert reading.parts["resolution"] == RESOLUTION_IN_CELLS * CELL
 
 
@@ -498,6 +519,31 @@ def test_opening__of_a_whole_disc_is_not_perforated(opening: str) -> None:
 
 
 @pytest.mark.parametrize("opening", OPENINGS)
+@pytest.mark.parametrize("left", [0.375, 0.5, 0.875])
+def test_opening__of_a_dented_disc_is_not_perforated(opening: str, left: float) -> None:
+    reading = read(opening, dented_disc(left))
+    assert math.isnan(reading.value)
+    assert reading.flags == ("not_perforated",)
+
+
+@pytest.mark.parametrize("opening", ["hole_diameter", "hole_diameter_midplane"])
+def test_opening__behind_a_film_keeps_its_value_and_says_so(opening: str) -> None:
+    reading = read(opening, dented_disc(0.125))
+    assert reading.flags == ("closed_on_axis",)
+    assert abs(reading.value - 2.0 * HOLE) < 2.0 * EDGE
+    assert read("hole_diameter_clear", dented_disc(0.125)).flags == ("not_perforated",)
+
+
+@pytest.mark.parametrize(
+    ("stretch", "flag"), [(1.9, "not_perforated"), (2.1, "closed_on_axis"), (2.9, "closed_on_axis")]
+)
+def test_opening__is_a_hole_once_the_plate_has_been_drawn_to_a_quarter(
+    stretch: float, flag: str
+) -> None:
+    assert read("hole_diameter", dented_disc(1.0, stretch=stretch)).flags == (flag,)
+
+
+@pytest.mark.parametrize("opening", OPENINGS)
 def test_opening__that_reaches_the_rim_is_not_contained(opening: str) -> None:
     assert read(opening, drilled_disc(RADIUS - 2.0 * CELL)).flags == ("not_contained",)
 
@@ -529,8 +575,16 @@ def test_lip__of_a_flat_disc_is_none() -> None:
 
 
 def test_lip__is_sought_near_the_hole_only() -> None:
-    far = HOLE + 0.6 * DIAMETER
+    far = HOLE + 1.1 * DIAMETER
     assert read("hole_diameter_lip", lipped_disc(HOLE, far)).flags == ("no_lip",)
+
+
+@pytest.mark.parametrize(("before_end", "flags"), [(0.5, ("lip_at_window",)), (1.5, ())])
+def test_lip__at_the_end_of_the_window_says_so(before_end: float, flags: tuple[str, ...]) -> None:
+    crest = HOLE + DIAMETER - before_end * CELL
+    reading = read("hole_diameter_lip", lipped_disc(HOLE, crest))
+    assert math.isclose(reading.value, 2.0 * crest, rel_tol=ROUND_OFF)
+    assert reading.flags == flags
 
 
 def test_crater_depth__of_a_hemisphere_is_its_radius() -> None:
@@ -562,6 +616,20 @@ def test_crater__grows_with_the_scoop(crater: str) -> None:
 
 def test_crater_depth__of_an_untouched_block_is_nothing() -> None:
     assert abs(value("crater_depth", scooped_half_space(0.0))) < PARTICLE
+
+
+@pytest.mark.parametrize(
+    ("crater", "absorbs", "flags"),
+    [(0.30, False, ()), (0.37, False, ("near_back",)), (0.37, True, ())],
+)
+def test_crater_depth__near_a_back_that_reflects_says_so(
+    crater: float, absorbs: bool, flags: tuple[str, ...]
+) -> None:
+    block = dataclasses.replace(scooped_half_space(crater * DEPTH), back_absorbs=absorbs)
+    reading = read("crater_depth", block)
+    assert math.isfinite(reading.value)
+    assert reading.flags == flags
+    assert read("crater_depth_over_diameter", block).flags == flags
 
 
 def test_crater_depth__without_a_floor_is_perforated() -> None:
@@ -812,37 +880,62 @@ def plate(kind: str, *, hole: float = HOLE, slug: float = 0.0) -> View:
 
 
 def plate_of_particles(
-    kind: str, *, hole: float = HOLE, slug: float = 0.0
+    kind: str, *, hole: float = HOLE, slug: float = 0.0, middle: float = 0.0, oval: float = 1.0
 ) -> tuple[Any, Particles]:
-    """What ``view`` asks a setting for, and the particles."""
+    """What ``view`` asks a setting for, and the particles; the hole may be an oval, its middle off the axis."""
     flat = kind == "axisymmetric"
-    cells = round(RADIUS / CELL)
-    deep = round(THICKNESS / CELL) + 8
     across, along = line(0.0, RADIUS), line(0.0, THICKNESS)
-    lines = (across, along, np.zeros(1)) if flat else (across, across, along)
+    wide = np.concatenate([-across[::-1], across]) if kind == "half" else across
+    lines = (across, along, np.zeros(1)) if flat else (wide, across, along)
     position = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
-    from_axis = position[:, 0] if flat else np.hypot(position[:, 0], position[:, 1])
+    aside = 0.0 if flat else oval * position[:, 1]
+    from_axis = np.hypot(position[:, 0] - middle, aside)
     position = position[(from_axis > hole) | (from_axis < slug)]
-    measure = position[:, 0] * PARTICLE**2 if flat else PARTICLE**3
+    return setting_of_plate(kind), particles_at(kind, position)
+
+
+def particles_at(kind: str, position: np.ndarray) -> Particles:
+    """Particles of the target at some places."""
     particles = empty_particles(len(position))
     particles.position[:] = position
+    measure = position[:, 0] * PARTICLE**2 if kind == "axisymmetric" else PARTICLE**3
     particles.mass[:] = DENSITY * measure
-    lower = (0.0, -4.0 * CELL, 0.0) if flat else (0.0, 0.0, -4.0 * CELL)
+    return particles
+
+
+def setting_of_plate(kind: str, **changes: Any) -> Any:
+    """What ``view`` asks a setting for."""
+    flat = kind == "axisymmetric"
+    cells = round(changes.get("radius", RADIUS) / CELL)
+    deep = round(changes.get("thickness", THICKNESS) / CELL) + 16
+    left, wide = (-RADIUS, 2 * cells) if kind == "half" else (0.0, cells)
+    lower = (0.0, -8.0 * CELL, 0.0) if flat else (left, 0.0, -8.0 * CELL)
     record = Axisymmetric if flat else Cartesian3D
-    extent = (cells, deep, 0) if flat else (cells, cells, deep)
-    width = (PARTICLE,) * 3
-    body = SimpleNamespace(name="target", density=DENSITY, spacing=width)
-    setting = SimpleNamespace(
-        problem=SimpleNamespace(
-            geometry=grid(record, lower=lower, cells=extent, spacing=CELL), bodies=(body,)
-        ),
-        target="target",
-        projectile_diameter=DIAMETER,
-        thickness=THICKNESS,
-        radius=RADIUS,
-        sector=1.0 if flat else 0.5 * math.pi,
+    extent = (cells, deep, 0) if flat else (wide, cells, deep)
+    return SimpleNamespace(
+        **{
+            "problem": SimpleNamespace(
+                geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
+                bodies=(body_of("target", DENSITY),),
+                absorbers=(),
+            ),
+            "target": "target",
+            "projectile_diameter": DIAMETER,
+            "thickness": THICKNESS,
+            "radius": RADIUS,
+            "sector": {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}[kind],
+            **changes,
+        }
     )
-    return setting, particles
+
+
+def body_of(
+    name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> Any:
+    """What ``view`` asks a body for."""
+    return SimpleNamespace(
+        name=name, density=density, spacing=(PARTICLE,) * 3, velocity=np.array(velocity)
+    )
 
 
 def snapshot_of(particles: Particles) -> Snapshot:
@@ -901,13 +994,168 @@ def test_view__leaves_out_what_has_left_the_grid() -> None:
 def test_view__tells_plate_from_projectile() -> None:
     """What fills the hole and is no plate joins the matter, but not the plate, to the rim."""
     setting, particles = plate_of_particles("axisymmetric", slug=HOLE)
-    projectile = SimpleNamespace(name="projectile", density=DENSITY, spacing=(PARTICLE,) * 3)
-    setting.problem.bodies = (projectile, *setting.problem.bodies)
+    setting.problem.bodies = (body_of("projectile", DENSITY), *setting.problem.bodies)
     body = (particles.position[:, 0] > HOLE).astype(np.int64)
     state = view(setting, Snapshot(0.0, 0, particles, body))
     assert state.attached.all()
     assert np.array_equal(state.attached_target, body == 1)
     assert value("hole_diameter", state) == value("hole_diameter", plate("axisymmetric"))
+
+
+@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
+def test_view__takes_no_debris_that_flies_past_the_rim_for_plate(kind: str) -> None:
+    """A jet from a slug in the hole to beyond the rim, six cells behind the plate."""
+    setting, particles = plate_of_particles(kind, slug=0.5 * HOLE)
+    behind = THICKNESS + 6.0 * CELL
+    rise, out = line(THICKNESS, behind), line(0.0, RADIUS)
+    across = np.concatenate([np.full_like(rise, 0.5 * PARTICLE), out])
+    depth = np.concatenate([rise, np.full_like(out, behind)])
+    nothing = np.zeros_like(across)
+    places = (across, depth, nothing) if kind == "axisymmetric" else (across, nothing, depth)
+    position = np.concatenate([particles.position, np.stack(places, axis=-1)])
+    state = view(setting, snapshot_of(particles_at(kind, position)))
+    whole = (state.radius > HOLE) & (state.depth < THICKNESS)
+    assert state.attached_target.tolist() == whole.tolist()
+
+
+@pytest.mark.parametrize("drift", [-5.5, 5.5])
+def test_view__finds_a_rim_that_has_drifted(drift: float) -> None:
+    """As one does that nothing holds."""
+    setting, particles = plate_of_particles("axisymmetric", slug=2e-3)
+    particles.position[:, 1] += drift * CELL
+    state = view(setting, snapshot_of(particles))
+    assert state.attached_target.tolist() == (state.radius > HOLE).tolist()
+
+
+@pytest.mark.parametrize(("side", "absorbs"), [(0, False), (1, True)])
+@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
+def test_view__knows_a_back_that_absorbs(kind: str, side: int, absorbs: bool) -> None:
+    setting, particles = plate_of_particles(kind)
+    rim = SimpleNamespace(body=0, axis=0, side=1)
+    face = SimpleNamespace(body=0, axis=1 if kind == "axisymmetric" else 2, side=side)
+    setting.problem.absorbers = (rim, face)
+    assert view(setting, snapshot_of(particles)).back_absorbs == absorbs
+
+
+# Metals of a projectile in a target of ``DENSITY``: the same, aluminium and tungsten.
+METALS = [DENSITY, 2700.0, 19300.0]
+
+
+def lined_crater(density: float, *, thick: float, thin: bool) -> View:
+    """A crater whose wall a projectile lines, as a solid or with a quarter of its particles."""
+    block = scooped_half_space(CRATER - thick)
+    lining = np.hypot(block.radius, block.depth) < CRATER
+    even = (np.floor(block.radius / PARTICLE) + np.floor(block.depth / PARTICLE)) % 4.0 == 0.0
+    left = ~lining | even if thin else np.ones_like(lining)
+    places = (block.radius[left], block.depth[left], np.zeros(left.sum()))
+    particles = particles_at("axisymmetric", np.stack(places, axis=-1))
+    body = lining[left].astype(np.int64)
+    particles.mass[body == 1] *= density / DENSITY
+    setting = setting_of_plate("axisymmetric", thickness=DEPTH, radius=BREADTH)
+    setting.problem.bodies = (*setting.problem.bodies, body_of("projectile", density))
+    return view(setting, Snapshot(0.0, 0, particles, body))
+
+
+@pytest.mark.parametrize("density", METALS)
+@pytest.mark.parametrize("thin", [False, True])
+@pytest.mark.parametrize("crater", ["crater_depth", "crater_diameter"])
+def test_crater__ends_where_half_of_the_space_is_filled_by_whatever_metal(
+    crater: str, thin: bool, density: float
+) -> None:
+    thick = 4.0 * CELL
+    found = value(crater, lined_crater(density, thick=thick, thin=thin))
+    wanted = value(crater, scooped_half_space(CRATER if thin else CRATER - thick))
+    assert abs(found - wanted) < 2.0 * PARTICLE
+
+
+def test_view__of_one_metal_keeps_the_bits_of_every_mass() -> None:
+    setting, particles = plate_of_particles("axisymmetric", slug=2e-3)
+    setting.problem.bodies = (*setting.problem.bodies, body_of("projectile", DENSITY))
+    body = (particles.position[:, 0] < HOLE).astype(np.int64)
+    assert np.array_equal(view(setting, Snapshot(0.0, 0, particles, body)).mass, particles.mass)
+
+
+# An oval hole beside the first touch, as an oblique shot makes it: half axes and shift
+LONG, SHORT, ASIDE = 10e-3, 7e-3, 5e-3
+AREA_DIAMETER = 2.0 * math.sqrt(LONG * SHORT)
+
+
+def oval_hole(*, aside: float = ASIDE, oblique: bool = True) -> View:
+    """The half of a plate that a shot has left."""
+    setting, particles = plate_of_particles("half", hole=LONG, middle=aside, oval=LONG / SHORT)
+    flight = (1.0 if oblique else 0.0, 0.0, 1.0)
+    setting.problem.bodies = (*setting.problem.bodies, body_of("projectile", DENSITY, flight))
+    return view(setting, snapshot_of(particles))
+
+
+def test_oblique_hole__has_the_diameter_of_its_area() -> None:
+    assert abs(value("hole_diameter", oval_hole()) - AREA_DIAMETER) < 0.1 * CELL
+
+
+def test_oblique_hole__is_as_clear_as_its_area_to_a_cell() -> None:
+    """The innermost edge of a sector of an oval lies a little inside its mean."""
+    assert abs(value("hole_diameter_clear", oval_hole()) - AREA_DIAMETER) < CELL
+
+
+@pytest.mark.parametrize("opening", OPENINGS)
+def test_oblique_hole__does_not_take_its_shape_for_an_uncertainty(opening: str) -> None:
+    assert read(opening, oval_hole()).parts["azimuth"] < 0.2 * CELL
+
+
+@pytest.mark.parametrize("opening", OPENINGS)
+def test_oblique_hole__is_the_same_wherever_it_lies(opening: str) -> None:
+    """The walk in from the rim begins elsewhere, and so its samples lie elsewhere."""
+    one, other = (value(opening, oval_hole(aside=cells * CELL)) for cells in (0.0, 10.0))
+    assert abs(one - other) < 0.01 * CELL
+
+
+def test_oblique_hole__leaves_its_rim_where_it_is() -> None:
+    state = oval_hole()
+    assert abs(state.target_radius - (RADIUS - ASIDE)) < 0.1 * CELL
+
+
+def test_normal_hole__is_seen_from_the_first_touch() -> None:
+    """Whatever scatter has done to it: nothing but an oblique flight moves a hole."""
+    state = oval_hole(oblique=False)
+    assert state.target_radius == RADIUS
+    assert abs(state.radius.min() - (LONG - ASIDE)) < PARTICLE
+
+
+@pytest.mark.parametrize("hole", [0.0, RADIUS - ASIDE])
+def test_oblique_shot__without_a_hole_within_the_rim_is_seen_from_the_first_touch(
+    hole: float,
+) -> None:
+    setting, particles = plate_of_particles("half", hole=hole, middle=ASIDE)
+    setting.problem.bodies[0].velocity[0] = 1.0
+    assert view(setting, snapshot_of(particles)).target_radius == RADIUS
+
+
+@pytest.mark.parametrize(("left", "flag"), [(0.375, "not_perforated"), (0.125, "closed_on_axis")])
+@pytest.mark.parametrize(
+    ("kind", "middle"), [("axisymmetric", 0.0), ("quarter", 0.0), ("half", 0.0), ("half", ASIDE)]
+)
+def test_dent__is_no_hole_in_any_geometry_and_wherever_it_lies(
+    kind: str, middle: float, left: float, flag: str
+) -> None:
+    setting, particles = plate_of_particles(kind, hole=0.0)
+    setting.problem.bodies[0].velocity[0] = middle
+    axis = 1 if kind == "axisymmetric" else 2
+    across = np.delete(particles.position, axis, axis=1) - (middle, 0.0)
+    depth = particles.position[:, axis]
+    stays = (np.hypot(*across.T) > HOLE) | (depth > (1.0 - left) * THICKNESS)
+    dented = Particles(*(field[stays] for field in particles))
+    assert read("hole_diameter", view(setting, snapshot_of(dented))).flags == (flag,)
+
+
+def test_azimuthal_spread__of_independent_sectors_is_the_standard_error_of_their_mean() -> None:
+    scatter, sectors = 0.1e-3, 20000
+    radii = HOLE + np.random.default_rng(0).normal(0.0, scatter, sectors)
+    expected = 2.0 * scatter / math.sqrt(sectors)
+    assert math.isclose(azimuthal_spread(radii), expected, rel_tol=0.03)
+
+
+def test_azimuthal_spread__of_a_smooth_shape_is_nothing() -> None:
+    assert azimuthal_spread(HOLE + 0.1 * CELL * np.arange(18.0)) < ROUND_OFF * HOLE
 
 
 @pytest.mark.parametrize("kind", ["round", "quarter"])

@@ -7,7 +7,9 @@ from typing import Any
 from studies import measurements
 from studies.measurements import Reading
 
-MEASUREMENT, VERSION, VALUE = "hole_diameter", 2, 0.0123
+MEASUREMENT, VALUE = "hole_diameter", 0.0123
+TODAY = measurements.load(MEASUREMENT).version
+VERSION = TODAY + 1
 FAULT = "WHIPPLE_TEST_FAULT"  # name of a file: a process of ``raised_targets`` dies once
 
 

@@ -29,7 +29,7 @@ from tests.service.bench import Bench
 from tests.service.by_hand import statements
 from tests.service.command import run
 from tests.service.doubles import DEADLINE, settings_in, wait_until
-from tests.service.raised import FAULT, MEASUREMENT, VALUE, VERSION, raise_the_version
+from tests.service.raised import FAULT, MEASUREMENT, TODAY, VALUE, VERSION, raise_the_version
 
 TINY = {
     **SWEEP,
@@ -149,13 +149,13 @@ def test_remeasure__gives_the_values_of_the_new_definition_and_solves_nothing(
 def test_cube__says_by_which_definition_it_was_measured(solved: Solved) -> None:
     id = solved.id(TINY)
     versions = json.loads(solved.cube(id).attrs["measurement_versions"])
-    assert versions[MEASUREMENT] == [1]
+    assert versions[MEASUREMENT] == [TODAY]
     raise_the_version()
     order(solved.store, id)
     solved.compute_all(targets=RAISED)
     attrs = solved.cube(id).attrs
     assert json.loads(attrs["measurement_versions"]) == {**versions, MEASUREMENT: [VERSION]}
-    assert f"{MEASUREMENT} 1 to {VERSION}" in json.loads(attrs["software"])["remeasured"][0]
+    assert f"{MEASUREMENT} {TODAY} to {VERSION}" in json.loads(attrs["software"])["remeasured"][0]
 
 
 def test_sweeps__that_use_the_runs_are_published_again(solved: Solved) -> None:
@@ -203,7 +203,7 @@ def test_state__that_is_damaged_leaves_its_run_as_it_is_and_renews_the_others(
     ]
     assert told.body["runs"] == 1
     assert "does not match its checksum" in told.body["unreadable"][damaged]
-    assert json.loads(solved.cube(id).attrs["measurement_versions"])[MEASUREMENT] == [1, VERSION]
+    assert json.loads(solved.cube(id).attrs["measurement_versions"])[MEASUREMENT] == [TODAY, VERSION]
 
 
 def test_death__between_reading_and_publishing_loses_nothing(

@@ -18,6 +18,7 @@ from tests.studies.test_execution import RUNS, asked
 
 Raise = Callable[..., None]
 WHO = "the tests"
+VERSION = measurements.load("hole_diameter").version
 
 
 @pytest.fixture(scope="module")
@@ -91,7 +92,7 @@ def test_definition__that_changed_gives_its_values_and_the_rest_stays(
     others = {name: one for name, one in after.measurements.items() if name != "hole_diameter"}
     assert others == {name: before.measurements[name] for name in others}
     told = after.provenance.pop("remeasured")  # type: ignore[attr-defined]
-    assert told == f"hole_diameter 1 to 2 by {WHO}"
+    assert told == f"hole_diameter {VERSION} to {VERSION + 1} by {WHO}"
     assert after.provenance == before.provenance
     assert replace(after, measurements={}) == replace(before, measurements={})
 
@@ -102,8 +103,9 @@ def test_provenance__tells_every_time(folders: dict[str, Path], raised: Raise) -
     once = again(folders["thin_plate"], run)
     raised("hole_diameter")
     twice = remeasure(run, once, state, by=WHO)
-    told = f"hole_diameter 1 to 2 by {WHO}; hole_diameter 2 to 3 by {WHO}"
-    assert twice.provenance["remeasured"] == told
+    first = f"hole_diameter {VERSION} to {VERSION + 1} by {WHO}"
+    second = f"hole_diameter {VERSION + 1} to {VERSION + 2} by {WHO}"
+    assert twice.provenance["remeasured"] == f"{first}; {second}"
 
 
 def test_result__goes_through_json(folders: dict[str, Path], raised: Raise) -> None:
@@ -163,7 +165,7 @@ def test_measurement__that_is_new_is_read_too(folders: dict[str, Path], raised: 
     before = whole.measurements["hole_diameter"]
     assert after.measurements["hole_diameter"].value == before.value
     assert list(after.measurements) == list(whole.measurements)
-    assert after.provenance["remeasured"] == f"hole_diameter nothing to 1 by {WHO}"
+    assert after.provenance["remeasured"] == f"hole_diameter nothing to {VERSION} by {WHO}"
 
 
 def test_outdated__names_what_has_another_version(raised: Raise) -> None:
