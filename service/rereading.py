@@ -9,7 +9,6 @@ a run share the file.
 import hashlib
 import json
 import os
-import sys
 import uuid
 from collections.abc import Mapping
 from contextlib import suppress
@@ -35,9 +34,9 @@ def read_again(order: Words, directory: Path) -> dict[str, Words]:
 
     Also leaves what the rows need to know of them, in the directory.
     """
-    from studies.sweep import Sweep, SweepLimits
+    from studies.sweep import ACCEPTED, Sweep
 
-    sweep = Sweep.parse(order["document"], SweepLimits(max_runs=sys.maxsize))
+    sweep = Sweep.parse(order["document"], ACCEPTED)
     runs = {point.run.id: point.run for point in sweep.runs()}
     places = {one["run_id"]: one for one in order["outcomes"]}
     read: dict[str, tuple[Reread, Words]] = {}

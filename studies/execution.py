@@ -36,6 +36,10 @@ from studies.scenarios import Scenario, Setting
 ENERGY_DRIFT_FLAG = 0.01
 HOTTEST_SHARE_FLAG = 0.5
 
+LEAST_SHARE = (
+    0.02  # of a run that has to be done here before the time left is told: an observation or two
+)
+
 
 @dataclass
 class Observer:
@@ -49,7 +53,9 @@ class Observer:
     times: list[float] = field(default_factory=list)
     readings: list[dict[str, Reading]] = field(default_factory=list)
     last_view: Any = None
-    started: float = field(default_factory=time.monotonic)
+    first: tuple[float, float] | None = (
+        None  # clock (s) and share of the run at our first observation
+    )
 
     def __post_init__(self) -> None:
         self.pace = self.scenario.watch.pace(self.given, self.setting)
@@ -98,12 +104,18 @@ class Observer:
         return {name: self._measured(name) for name in self.scenario.measurements}
 
     def growth(self, name: str) -> float:
-        """Change of a measurement within the last window; NaN where it has no value on both ends."""
+        """Change of a measurement within the last window; NaN where it has no value on both ends.
+
+        What has to settle, as a hole, has grown from nothing where it was not there yet.
+        """
         begin = self.times[-1] - self.pace.window * (1.0 - 1e-9)
         earlier = [index for index, at in enumerate(self.times) if at <= begin]
         if not earlier:
             return math.nan
-        return self.readings[-1][name].value - self.readings[earlier[-1]][name].value
+        before = self.readings[earlier[-1]][name].value
+        if math.isnan(before) and name in self.scenario.settles:
+            before = 0.0
+        return self.readings[-1][name].value - before
 
     def _follow(self, measurement: Measurement) -> Reading:
         values = {
@@ -144,16 +156,24 @@ class Observer:
     def _progress(self, snapshot: Snapshot) -> Progress:
         end = self.setting.problem.end_time
         fraction = min(snapshot.time / end, 1.0)
-        elapsed = time.monotonic() - self.started
         measured = {name: reading.value for name, reading in self.readings[-1].items()}
         return Progress(
             time=snapshot.time,
             end_time=end,
             step=snapshot.step,
             fraction=fraction,
-            eta_seconds=elapsed * (1.0 - fraction) / fraction if fraction > 0.02 else None,
+            eta_seconds=self._time_left(fraction),
             measured={name: value for name, value in measured.items() if math.isfinite(value)},
         )
+
+    def _time_left(self, fraction: float) -> float | None:
+        """Seconds at the pace of this process, which may have gone on from a checkpoint; None until it has one."""
+        now = time.monotonic()
+        if self.first is None:
+            self.first = (now, fraction)
+        clock, begun = self.first
+        done = fraction - begun
+        return (now - clock) * (1.0 - fraction) / done if done > LEAST_SHARE else None
 
 
 def compute(

@@ -10,14 +10,14 @@ import dataclasses
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from functools import cache
-from types import NoneType, UnionType
+from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from solver.units import Unit
 from studies.errors import Finding, InvalidInput
 from studies.nearest import nearest_cure
 from studies.quantities import (
-    dimension_of,
+    a_quantity,
     exact_number,
     is_number,
     parse_quantity,
@@ -47,8 +47,8 @@ class Parameter:
     kind: Kind
     unit: str | None = None  # SI symbol, "1" for a plain number; None for words
     meaning: str = ""
-    minimum: float | None = None  # SI, inclusive
-    maximum: float | None = None  # SI, inclusive
+    minimum: float | None = None  # SI, inclusive, at the 12 digits of what it bounds
+    maximum: float | None = None  # SI, inclusive, likewise
     choices: tuple[str, ...] = ()
     optional: bool = False  # null is an answer
     required: bool = True  # there is no default
@@ -60,12 +60,13 @@ class Parameter:
             return "one of " + ", ".join(self.choices)
         if self.unit is None:
             return _WORDS[self.kind]
-        return f"a {dimension_of(self.unit)}{_between(self.minimum, self.maximum, self.unit)}"
+        what = "a whole number" if self.kind == "integer" else a_quantity(self.unit)
+        return what + _between(self.minimum, self.maximum, self.unit)
 
 
-def declared(record: type) -> dict[str, Parameter]:
+def declared(record: type) -> Mapping[str, Parameter]:
     """The parameters that a record declares, by name; TypeError for an annotation of no use."""
-    return dict(_declared(record))
+    return _declared(record)
 
 
 def parse_parameters(
@@ -154,14 +155,16 @@ def join(path: str, name: object) -> str:
     return f"{path}.{name}" if path else str(name)
 
 
-def _rounded(value: Value) -> Value:
+def _rounded(value: Any) -> Any:
     return round_quantity(value) if isinstance(value, float) else value
 
 
 @cache
-def _declared(record: type) -> tuple[tuple[str, Parameter], ...]:
+def _declared(record: type) -> Mapping[str, Parameter]:
     hints = get_type_hints(record, include_extras=True)
-    return tuple((f.name, _parameter(f, hints[f.name])) for f in dataclasses.fields(record))
+    return MappingProxyType(
+        {f.name: _parameter(f, hints[f.name]) for f in dataclasses.fields(record)}
+    )
 
 
 def _parameter(field: "dataclasses.Field[Any]", hint: Any) -> Parameter:
@@ -175,8 +178,8 @@ def _parameter(field: "dataclasses.Field[Any]", hint: Any) -> Parameter:
         kind=kind,
         unit=_unit(inner, kind),
         meaning=field.metadata.get("meaning", ""),
-        minimum=field.metadata.get("minimum"),
-        maximum=field.metadata.get("maximum"),
+        minimum=_rounded(field.metadata.get("minimum")),
+        maximum=_rounded(field.metadata.get("maximum")),
         choices=tuple(get_args(inner)) if kind == "choice" else (),
         optional=optional,
         required=field.default is MISSING and field.default_factory is MISSING,
@@ -213,14 +216,18 @@ def _unit(hint: Any, kind: Kind) -> str | None:
 
 def _parse_quantity(parameter: Parameter, given: Any, field: str) -> float:
     assert parameter.unit is not None
-    value = round_quantity(parse_quantity(given, parameter.unit, field))
-    return _within(value, parameter, given, field)
+    if parameter.unit == "1":
+        exact = exact_number(given, field, readable(_nearest(0.5, parameter), "1"))
+    else:
+        exact = parse_quantity(given, parameter.unit, field)
+    return _within(round_quantity(exact), parameter, given, field)
 
 
 def _parse_integer(parameter: Parameter, given: Any, field: str) -> int:
-    value = exact_number(given, field)
+    value = exact_number(given, field, str(_nearest(1, parameter)))
     if value != value.to_integral_value():
-        raise refusal(field, given, "a whole number", f"write {round(value)}")
+        cure = f"write {_nearest(round(value), parameter)}"
+        raise refusal(field, given, parameter.limit(), cure)
     return int(_within(int(value), parameter, given, field))
 
 
@@ -256,18 +263,21 @@ def _parse_material(given: Any, field: str, materials: Collection[str]) -> str:
 
 
 def _within(value: Any, parameter: Parameter, given: Any, field: str) -> Any:
-    low, high = parameter.minimum, parameter.maximum
-    if (low is not None and value < low) or (high is not None and value > high):
-        raise refusal(field, given, parameter.limit(), _cure_for_bounds(parameter, value))
+    nearest = _nearest(value, parameter)
+    if nearest != value:
+        assert parameter.unit is not None
+        cure = f"the nearest allowed value is {readable(nearest, parameter.unit)}"
+        raise refusal(field, given, parameter.limit(), cure)
     return value
 
 
-def _cure_for_bounds(parameter: Parameter, value: float) -> str:
-    too_small = parameter.minimum is not None and value < parameter.minimum
-    nearest = parameter.minimum if too_small else parameter.maximum
-    assert nearest is not None
-    assert parameter.unit is not None
-    return f"the nearest allowed value is {readable(nearest, parameter.unit)}"
+def _nearest(value: Any, parameter: Parameter) -> Any:
+    """The allowed number that is nearest to a value."""
+    if parameter.minimum is not None and value < parameter.minimum:
+        return parameter.minimum
+    if parameter.maximum is not None and value > parameter.maximum:
+        return parameter.maximum
+    return value
 
 
 def _between(minimum: float | None, maximum: float | None, unit: str) -> str:

@@ -4,7 +4,6 @@ This is the one call of the service's child process. The report is made from the
 back from the disk, so that nothing can be in the report that is not in the file.
 """
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -29,11 +28,10 @@ def publish(
     of a run that left none; a run that is not in it is "missing". Each file appears whole or not at
     all, and replaces what was there.
     """
-    from studies.sweep import Sweep, SweepLimits
+    from studies.sweep import ACCEPTED, Sweep
 
     results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
-    accepted = SweepLimits(max_runs=sys.maxsize)  # the door that let it in had its own cap
-    sweep = Sweep.parse(sweep_document, accepted)
+    sweep = Sweep.parse(sweep_document, ACCEPTED)
     return publish_sweep(sweep, results, Path(directory))
 
 

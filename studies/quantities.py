@@ -58,6 +58,8 @@ _READABLE: dict[str, tuple[tuple[float, float, str], ...]] = {
     "Pa": ((1e9, 1e9, "GPa"), (1e5, 1e6, "MPa"), (0.0, 1.0, "Pa")),
     "m s-1": ((1e3, 1e3, "km/s"), (0.0, 1.0, "m/s")),
 }
+DEGREES_DIGITS = 10  # two fewer than are kept: 75 deg is 1.30899693900 rad, or 75.0000000002 deg
+PI = Decimal("3.141592653589793238462643383279")  # more digits than the context of decimals keeps
 
 
 class WrongDimension(Exception):
@@ -78,9 +80,13 @@ def readable(value: float, unit: str) -> str:
 
     >>> readable(6000.0, "m s-1"), readable(0.002, "m"), readable(0.5, "1")
     ('6 km/s', '2 mm', '0.5')
+    >>> readable(1.308996939, "rad"), readable(1.3, "rad")
+    ('75 deg', '1.3 rad')
     """
     if unit == "1":
         return f"{value:.12g}"
+    if unit == "rad":
+        return _degrees(value) or f"{value:.12g} rad"
     for smallest, factor, name in _READABLE.get(unit, ()):
         if abs(value) >= smallest:
             return f"{round_quantity(value / factor):.12g} {name}"
@@ -98,11 +104,13 @@ def parse_quantity(given: object, unit: str, field: str) -> Decimal:
     if unit == "1":
         return exact_number(given, field)
     if is_number(given):
-        raise refusal(field, given, _allowed(unit), _cure_for_bare_number(shown(given), unit))
-    number, unit_text = _split(given, unit, field)
+        digits, unit_text = _digits(given), ""
+    else:
+        digits, unit_text = _split(given, unit, field)
+    number = _decimal(digits, given, field, _cure(unit))
     if not unit_text:
         raise refusal(field, given, _allowed(unit), _cure_for_bare_number(number, unit))
-    return convert(_decimal(number, given, field), unit_text, unit, field)
+    return convert(number, unit_text, unit, field)
 
 
 def convert(number: Decimal, unit_text: str, unit: str, field: str) -> Decimal:
@@ -117,23 +125,24 @@ def convert(number: Decimal, unit_text: str, unit: str, field: str) -> Decimal:
     except ValueError:
         limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
         raise refusal(field, given, limit, _cure(unit)) from None
-    return _bounded(number * factor + offset, given, field)
+    return _bounded(number * factor + offset, given, field, _cure(unit))
 
 
-def exact_number(given: object, field: str) -> Decimal:
-    """A plain number, given as a number or as text, exactly; raises InvalidInput.
+def exact_number(given: object, field: str, sample: str = "0.5") -> Decimal:
+    """A plain number, given as a number or as text, exactly; raises InvalidInput, whose cure shows the sample.
 
     >>> exact_number(0.31, "n")
     Decimal('0.31')
     """
+    cure = f"write a number such as {sample}"
     if isinstance(given, str):
         match = _QUANTITY.fullmatch(given[: LONGEST_TEXT + 1])
         if match is None or len(given) > LONGEST_TEXT or match[2]:
-            raise refusal(field, given, "a plain number without unit", "write a number such as 0.5")
-        return _decimal(match[1], given, field)
+            raise refusal(field, given, "a plain number without unit", cure)
+        return _decimal(match[1], given, field, cure)
     if not is_number(given):
-        raise refusal(field, given, "a plain number", "write a number such as 0.5")
-    return _decimal(_digits(given), given, field)
+        raise refusal(field, given, "a plain number", cure)
+    return _decimal(_digits(given), given, field, cure)
 
 
 def is_number(given: object) -> bool:
@@ -150,6 +159,16 @@ def dimension_of(unit: str) -> str:
     if unit == "1":
         return "plain number"
     return _DIMENSIONS[unit][0] if unit in _DIMENSIONS else f"quantity in {unit}"
+
+
+def a_quantity(unit: str) -> str:
+    """The dimension of an SI unit with its article.
+
+    >>> a_quantity("rad"), a_quantity("m")
+    ('an angle', 'a length')
+    """
+    words = dimension_of(unit)
+    return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
 
 
 def refusal(field: str, given: object, limit: str, cure: str) -> InvalidInput:
@@ -174,21 +193,29 @@ def _digits(given: Any) -> str:
     return repr(float(given))
 
 
-def _decimal(text: str, given: object, field: str) -> Decimal:
+def _decimal(text: str, given: object, field: str, cure: str) -> Decimal:
     try:
-        return _bounded(Decimal(text), given, field)
+        return _bounded(Decimal(text), given, field, cure)
     except DecimalException:
-        raise refusal(field, given, "a finite number", "write a number such as 0.5") from None
+        raise refusal(field, given, "a finite number", cure) from None
 
 
-def _bounded(number: Decimal, given: object, field: str) -> Decimal:
+def _bounded(number: Decimal, given: object, field: str, cure: str) -> Decimal:
     if not number.is_finite() or (number and abs(number.adjusted()) > LARGEST_EXPONENT):
-        raise refusal(field, given, "a finite number", "write a number of ordinary size")
+        raise refusal(field, given, "a finite number of ordinary size", cure)
     return number
 
 
+def _degrees(value: float) -> str | None:
+    """An angle (rad) in degrees; None where so many digits of them are another angle."""
+    degrees = f"{Decimal(value) * 180 / PI:.{DEGREES_DIGITS}g}"
+    if round_quantity(Decimal(degrees) * PI / 180) != round_quantity(value):
+        return None
+    return f"{float(degrees):.{DEGREES_DIGITS}g} deg"
+
+
 def _allowed(unit: str) -> str:
-    return f"a {dimension_of(unit)} with its unit"
+    return f"{a_quantity(unit)} with its unit"
 
 
 def _sample_units(unit: str) -> tuple[str, ...]:
@@ -199,15 +226,17 @@ def _cure(unit: str) -> str:
     return f"write for example '1 {_sample_units(unit)[0]}'"
 
 
-def _cure_for_bare_number(number: str, unit: str) -> str:
-    return "write " + " or ".join(f"'{number} {sample}'" for sample in _sample_units(unit))
+def _cure_for_bare_number(number: Decimal, unit: str) -> str:
+    digits = f"{number:.{SIGNIFICANT_DIGITS}g}"
+    return "write " + " or ".join(f"'{digits} {sample}'" for sample in _sample_units(unit))
 
 
 @lru_cache(maxsize=4096)  # user text: bounded, and far more than the units of one sweep
 def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
     """Factor and offset from a unit to an SI unit; the offset is zero but for degC.
 
-    Raises WrongDimension, or ValueError where the text is no unit.
+    Raises WrongDimension, or ValueError where the text is no unit. To pint an angle is a plain number, as
+    a percent is; it still knows which of its units are made of radians.
     """
     import pint
 
@@ -217,19 +246,17 @@ def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
         target_unit = registry.parse_units(_expression(unit))
         zero = registry.Quantity(Decimal(0), given_unit).to(target_unit).magnitude
         one = registry.Quantity(Decimal(1), given_unit).to(target_unit).magnitude
+        basis = registry.get_root_units(given_unit)[1]
+        target_basis = registry.get_root_units(target_unit)[1]
     except pint.DimensionalityError as error:
         raise WrongDimension(str(error)) from error
     except Exception as error:  # what pint raises for a text that is no unit has no common base
         raise ValueError(f"{unit_text!r} is not a unit") from error
+    if basis != target_basis:
+        raise WrongDimension(
+            f"{unit_text!r} is made of {basis!s}, and {unit!r} of {target_basis!s}"
+        )
     return Decimal(one - zero).normalize(), Decimal(zero).normalize()
-
-
-def _same_dimension(unit_text: str, unit: str) -> bool:
-    try:
-        _conversion(unit_text, unit)
-    except (WrongDimension, ValueError):
-        return False
-    return True
 
 
 def _expression(unit_text: str) -> str:

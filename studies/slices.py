@@ -38,11 +38,9 @@ def write_partial(
     catalogue: Catalogue | None = None,
 ) -> Path:
     """The cube of a sweep as far as it is; ``state`` says so in its attributes."""
-    import sys
+    from studies.sweep import ACCEPTED, Sweep
 
-    from studies.sweep import Sweep, SweepLimits
-
-    sweep = Sweep.parse(document, SweepLimits(max_runs=sys.maxsize))
+    sweep = Sweep.parse(document, ACCEPTED)
     results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
     dataset = cube.build(sweep, results, catalogue)
     return cube.write(marked_as_partial(dataset, state), file)

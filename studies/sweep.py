@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
@@ -22,14 +23,24 @@ RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of
 OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
 FINDINGS_SHOWN = 20  # of refused points; a wrong sweep is wrong at thousands of them
 
+# The most that could sensibly run. A particle takes 500 bytes of memory (a plate as thick as its projectile is wide, in
+# three dimensions, with its nodes), 120 of a stored state and a microsecond of one core a step: 2e9 of them are 1 TB,
+# 0.24 TB and half an hour a step.
+MOST_PARTICLES = 2_000_000_000
+
 
 @dataclass(frozen=True)
 class SweepLimits:
-    """How large a sweep may be; counted before anything is expanded."""
+    """How large a sweep may be, counted before anything is expanded; and how large each of its runs."""
 
     max_runs: int = 10_000
     max_axes: int = 20
     max_values: int = 1_000  # on one axis
+    max_particles: int = MOST_PARTICLES  # of one run, as estimated
+
+
+# Of a sweep that was accepted before: the door that let it in had limits of its own.
+ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 
 
 @dataclass(frozen=True)
@@ -55,6 +66,7 @@ class Sweep:
     offsets: int = 1  # sub-cell positions of the grid for each resolution, evenly over a cell
     materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
     observations: tuple[Observation, ...] = ()
+    max_particles: int = field(default=MOST_PARTICLES, compare=False)  # the door's, not the user's
 
     @staticmethod
     def parse(document: Any, limits: SweepLimits | None = None) -> "Sweep":
@@ -182,7 +194,20 @@ class Sweep:
             if dot:
                 assert value is None or isinstance(value, float)
                 materials[role] = materials[role].with_value(constant, value)
-        return run.resolve(self.scenario, parameters, materials)
+        resolved = run.resolve(self.scenario, parameters, materials)
+        self._check_particles(resolved, materials)
+        return resolved
+
+    def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
+        """One run fits into a machine."""
+        scenario = scenarios.load(self.scenario)
+        given = scenario.parameters(**resolved.parameters)
+        particles = scenario.estimate(given, materials).particles
+        if particles > self.max_particles:
+            count = f"about {particles:.2g} particles"
+            limit = f"at most {self.max_particles:.12g} in a run"
+            cure = "take fewer cells, or smaller bodies"
+            raise InvalidInput([Finding("particles", count, limit, cure)])
 
 
 def known_words(
@@ -193,7 +218,7 @@ def known_words(
     ``roles`` are the materials that each material parameter takes: a constant must belong to all.
     """
     scenario = scenarios.load(scenario_name)
-    parameters = declared(scenario.parameters)
+    parameters = dict(declared(scenario.parameters))
     for role, names in roles.items():
         parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
     quantities = {name: measurements.load(name).unit for name in scenario.measurements}

@@ -135,6 +135,7 @@ class _Reading:
             offsets=offsets,
             materials=own,
             observations=observations,
+            max_particles=self.limits.max_particles,
         )
 
     def _attempt(self, part: Callable[[], Read], instead: Instead) -> Read | Instead:
@@ -314,7 +315,7 @@ class _Reading:
         given = self.document.get("offsets")
         if given is None:
             return 1
-        number = exact_number(given, "offsets")
+        number = exact_number(given, "offsets", "3")
         if number != number.to_integral_value() or not 1 <= number <= MOST_OFFSETS:
             limit = f"a whole number from 1 to {MOST_OFFSETS}"
             cure = "write 3 for offsets of 0, 1/3 and 2/3 of a cell"

@@ -16,7 +16,7 @@ from studies.scenarios._impact import (
     spacing,
 )
 from studies.scenarios._impact_watch import IMPACT
-from studies.scenarios._matter import check_constants, check_eos, check_failure
+from studies.scenarios._matter import check_boiling, check_constants, check_eos, check_failure
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
 # at 7 km/s is 3.5 diameters deep and three wide on each side. A fixed rim and a free back make a crater at 6 km/s 2 %
@@ -65,6 +65,7 @@ def _fill(given: ThickPlate) -> ThickPlate:
 def _check(given: ThickPlate, materials: Materials) -> list[Finding]:
     findings = check_shot(given) + check_failure(given, materials)
     findings += check_eos(given.eos_form, materials) + check_constants(materials)
+    findings += check_boiling(given, materials)
     least, cure = 1.0, "enlarge the block, or use thin_plate"
     if given.edges == "absorbing":
         least, cure = LEAST_ABSORBING, "enlarge the block, or choose other edges"

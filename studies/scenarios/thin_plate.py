@@ -16,7 +16,7 @@ from studies.scenarios._impact import (
     spacing,
 )
 from studies.scenarios._impact_watch import IMPACT
-from studies.scenarios._matter import check_constants, check_eos, check_failure
+from studies.scenarios._matter import check_boiling, check_constants, check_eos, check_failure
 
 RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
 
@@ -55,6 +55,7 @@ def _fill(given: ThinPlate) -> ThinPlate:
 def _check(given: ThinPlate, materials: Materials) -> list[Finding]:
     findings = check_shot(given) + check_failure(given, materials)
     findings += check_eos(given.eos_form, materials) + check_constants(materials)
+    findings += check_boiling(given, materials)
     findings += _check_obliquity(given)
     if _radius(given) < given.projectile_diameter:
         findings.append(

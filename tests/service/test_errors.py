@@ -8,6 +8,7 @@ import pytest
 
 from service.errors import pointer
 from service.routes.given import LONGEST_BODY
+from studies.sweep import MOST_PARTICLES
 from tests.service.api import SWEEP, Api, open_api, sweep_of
 
 JSON = {"Content-Type": "application/json"}
@@ -85,6 +86,23 @@ def test_sweep_over_the_cap__is_refused_with_the_number(api: Api) -> None:
     response = api.http.post("/v1/sweeps", json=sweep_of(**BAD["too many runs"][0]))
     texts = [error["value"] + error["limit"] for error in response.json()["errors"]]
     assert any(str(801 * 801) in text and str(api.settings.max_runs) in text for text in texts)
+
+
+@pytest.mark.parametrize("path", ["/v1/sweeps", "/v1/sweeps/estimate"])
+def test_run_of_too_many_particles__is_refused_with_the_number(api: Api, path: str) -> None:
+    fixed = {
+        **FIXED,
+        "projectile_diameter": "10 um",
+        "plate_thickness": "10 mm",
+        "plate_radius": "10 m",
+    }
+    response = api.http.post(path, json=sweep_of(fixed=fixed))
+    assert is_problem(response, 422), response.text
+    found = response.json()["errors"][0]
+    assert found["field"] == "particles"
+    assert "e+" in found["value"]
+    assert str(MOST_PARTICLES) in found["limit"]
+    assert api.http.get("/v1/sweeps").json()["items"] == []
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999", "-1e999", "1" * 5000])

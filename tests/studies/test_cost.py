@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from studies import examples
+from studies import examples, run
 from studies.cost import cost_of, presets_of
 from studies.recipes import ACCURACY
 from studies.sweep import Sweep
@@ -33,6 +33,15 @@ def test_presets__cost_more_the_finer_they_are() -> None:
 def test_preset__that_makes_too_many_runs_is_not_expanded() -> None:
     (fine,) = [one for one in presets_of(SWEEP, most_runs=17) if one.name == "fine"]
     assert (fine.runs, fine.cost, fine.reason) == (18, None, "more than 17 runs")
+
+
+def test_preset__of_runs_that_are_too_large_says_so() -> None:
+    small = replace(
+        SWEEP, max_particles=max(run.estimate(one.run).particles for one in SWEEP.runs())
+    )
+    (fine,) = [one for one in presets_of(small, 1000) if one.name == "fine"]
+    assert fine.cost is None
+    assert fine.reason.endswith("in a run")
 
 
 def test_presets__are_none_where_the_resolution_is_fixed() -> None:

@@ -9,11 +9,13 @@ from typing import Any
 import pytest
 
 from solver.errors import Interrupted
+from solver.simulation import start
 from studies import materials, scenarios
 from studies.execution import _kinds_of_problem, compute, observer_of
+from studies.measurements import Reading
 from studies.parameters import declared
 from studies.recipes import RECIPES
-from studies.results import RunResult
+from studies.results import Progress, RunResult
 from studies.run import Run, materials_of, resolve
 from studies.scenarios._numerics import Numerics, numerics
 
@@ -175,6 +177,17 @@ def test_observer__recalls_what_it_remembered(scenario: str) -> None:
     assert [list(reading) for reading in other.readings] == [list(r) for r in one.readings]
 
 
+def test_growth__of_a_hole_that_was_not_there_yet_is_the_whole_of_it() -> None:
+    observer = observer_of(asked("thin_plate"))
+    window = observer.pace.window
+    observer.times = [0.0, window, 2.0 * window, 3.0 * window]
+    for values in ((math.nan, math.nan, math.nan, 4.0), (1.0, 2.0, 3.0, 4.0)):
+        observer.readings = [{"hole_diameter": Reading(value, {}, ())} for value in values]
+        whole = math.isnan(values[2])
+        assert observer.growth("hole_diameter") == (4.0 if whole else 1.0)
+        assert observer._measured("hole_diameter").parts == {"growth": 4.0 if whole else 1.0}
+
+
 def simulate_a_little(observer: Any) -> None:
     from solver.simulation import start
 
@@ -230,6 +243,42 @@ def test_result__follows_the_history_up_to_its_last_observation(
     assert values[: len(values) - len(known)] == [None] * (len(values) - len(known))
     assert contact.value == known[-1]
     assert bar["rebound_momentum"].history["value"][0] == pytest.approx(-1.0, abs=1e-12)
+
+
+class Clock:
+    """Stands in for the module ``time``: a second passes at each look."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def monotonic(self) -> float:
+        self.now += 1.0
+        return self.now
+
+
+def shares_and_times_left(
+    monkeypatch: pytest.MonkeyPatch, begun: float
+) -> list[tuple[float, float | None]]:
+    """What an observer says that sees the rest of a run, twenty times in the whole of it, once a second."""
+    told: list[Progress] = []
+    watched = observer_of(asked("thin_plate"), told.append)
+    monkeypatch.setattr("studies.execution.time", Clock())
+    snapshot = start(watched.setting.problem, threads=1).snapshot()
+    end = watched.setting.problem.end_time
+    for number in range(round(20 * begun), 21):
+        watched(snapshot._replace(time=number / 20 * end))
+    return [(one.fraction, one.eta_seconds) for one in told]
+
+
+@pytest.mark.parametrize("begun", [0.0, 0.5, 0.8])
+def test_time_left__is_at_the_pace_of_this_process(
+    monkeypatch: pytest.MonkeyPatch, begun: float
+) -> None:
+    (_, first), *others = shares_and_times_left(monkeypatch, begun)
+    assert first is None
+    assert others
+    for share, left in others:
+        assert left == pytest.approx(20.0 * (1.0 - share), abs=1e-9)
 
 
 @pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])

@@ -1,12 +1,13 @@
 """Parameters: read off a record's annotations, checked all at once, defaults filled in."""
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import pytest
 
-from solver.units import Dimensionless, Metre, MetrePerSecond
-from studies.errors import InvalidInput
+from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
+from studies.errors import Finding, InvalidInput
 from studies.parameters import MaterialName, declared, describe, parse_parameters
 
 
@@ -101,6 +102,65 @@ def test_parse_parameters__knows_the_materials_it_is_given() -> None:
     assert "did you mean 'copper-ofhc'" in refused(
         {**GIVEN, "target": "copper"}, materials=["copper-ofhc", "lead"]
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounded:
+    """Fields whose bounds matter: one has more digits than a value keeps."""
+
+    angle: Radian = field(default=0.0, metadata={"minimum": 0.0, "maximum": math.radians(75.0)})
+    share: Dimensionless = field(default=2.0, metadata={"minimum": 2.0, "maximum": 512.0})
+    count: int = field(default=2, metadata={"minimum": 1, "maximum": 6})
+
+
+def finding_of(name: str, value: Any) -> Finding:
+    with pytest.raises(InvalidInput) as caught:
+        parse_parameters(Bounded, {name: value})
+    (finding,) = caught.value.findings
+    return finding
+
+
+def test_bound__is_itself_allowed_though_it_has_more_digits_than_a_value() -> None:
+    bound = math.radians(75.0)
+    assert parse_parameters(Bounded, {"angle": "75 deg"})["angle"] == pytest.approx(bound)
+    assert parse_parameters(Bounded, {"angle": bound}, si=True)["angle"] == pytest.approx(bound)
+
+
+@pytest.mark.parametrize("angle", ["75.0001 deg", "90 deg", "-1 deg"])
+def test_bound__of_an_angle_is_told_in_degrees(angle: str) -> None:
+    finding = finding_of("angle", angle)
+    assert finding.limit == "an angle from 0 deg to 75 deg"
+    assert finding.cure in [f"the nearest allowed value is {end} deg" for end in (0, 75)]
+
+
+@pytest.mark.parametrize("share", ["30 percent", "0.3 mm/mm"])
+def test_angle__is_no_share(share: str) -> None:
+    assert "an angle" in finding_of("angle", share).limit
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("count", 0.4),
+        ("count", 6.7),
+        ("count", 2.5),
+        ("count", -1e30),
+        ("count", 7),
+        ("count", "two"),
+        ("count", float("nan")),
+        ("share", 0.5),
+        ("share", "30 deg"),
+        ("share", float("inf")),
+        ("share", "some"),
+    ],
+)
+def test_cure__of_a_plain_number_is_itself_allowed(name: str, value: Any) -> None:
+    offer = finding_of(name, value).cure.split()[-1]
+    assert name in parse_parameters(Bounded, {name: offer})
+
+
+def test_limit__of_a_whole_number_has_its_bounds() -> None:
+    assert finding_of("count", 2.5).limit == "a whole number from 1 to 6"
 
 
 def test_describe__is_plain() -> None:

@@ -1,5 +1,6 @@
 """Units at the door: exact, finite, of the right dimension, or refused with a cure."""
 
+import re
 import subprocess
 import sys
 from decimal import Decimal
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from studies.errors import InvalidInput
 from studies.quantities import exact_number, parse_quantity, readable, round_quantity
 
-UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1"]
+UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1", "rad"]
 
 
 @pytest.mark.parametrize(
@@ -21,6 +22,8 @@ UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1"]
         ("6km/s", "m s-1", "6000"),
         ("6 km s^-1", "m s-1", "6000"),
         ("6 km·s⁻¹", "m s-1", "6000"),
+        ("1 rad", "rad", "1"),
+        ("5 mrad", "rad", "0.005"),
         (" 2.4 mm ", "m", "0.0024"),
         ("2.4e-3 m", "m", "0.0024"),
         ("30 us", "s", "0.00003"),
@@ -56,6 +59,16 @@ def test_parse_quantity__is_exact(text: object, unit: str, value: str) -> None:
         ("1 m**9**9", "m", "not a known unit"),
         ("__import__('os')", "m", "length"),
         ("1 m" + " " * 200, "m", "length"),
+        (float("nan"), "m", "finite"),
+        (float("inf"), "m s-1", "finite"),
+        ("1e999", "m", "finite"),
+        ("30", "rad", "an angle with its unit"),
+        ("30 percent", "rad", "an angle with its unit"),
+        ("300 ppm", "rad", "an angle with its unit"),
+        ("1 sr", "rad", "an angle with its unit"),
+        ("1 mm/mm", "rad", "an angle with its unit"),
+        ("30 deg", "1", "plain number"),
+        ("30 rad/s", "s-1", "rate"),
         (float("nan"), "1", "finite"),
         (float("inf"), "1", "finite"),
         ("0.5 mm", "1", "plain number"),
@@ -86,6 +99,25 @@ def test_parse_quantity__refuses_an_integer_too_long_to_print(unit: str) -> None
 def test_readable__reads_back_as_the_same_quantity(value: float, unit: str) -> None:
     value = round_quantity(value)
     assert round_quantity(parse_quantity(readable(value, unit), unit, "field")) == value
+
+
+@pytest.mark.parametrize("degrees", [0, 5, 22.5, 30, 60, 75, 0.1, 179.99, -45])
+def test_readable__of_an_angle_is_the_degrees_that_were_written(degrees: float) -> None:
+    assert (
+        readable(round_quantity(parse_quantity(f"{degrees} deg", "rad", "field")), "rad")
+        == f"{degrees} deg"
+    )
+
+
+@pytest.mark.parametrize("given", [float("nan"), float("inf"), float("-inf"), "1e999", 6, 10**100])
+@pytest.mark.parametrize("unit", ["m s-1", "m", "rad", "s-1"])
+def test_parse_quantity__takes_the_cure_that_it_offers(given: object, unit: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        parse_quantity(given, unit, "field")
+    offers = re.findall(r"'([^']*)'", caught.value.findings[0].cure)
+    assert offers
+    for offer in offers:
+        assert parse_quantity(offer, unit, "field").is_finite()
 
 
 @given(st.integers(1, 10**6))

@@ -20,6 +20,7 @@ from studies.parameters import Parameter, declared
 from studies.recipes import RECIPES
 from studies.results import Progress, RunResult
 from studies.run import PHYSICS_VERSION, Run, estimate, execute, materials_of, resolve
+from studies.scenarios._impact import WINDOW_PER_DIAMETER
 from studies.scenarios._impact_watch import OBSERVATIONS_PER_WINDOW
 
 COPPER = materials.load("copper-ofhc")
@@ -223,6 +224,29 @@ def test_resolve__refuses_parameters_that_contradict_each_other(
     changes: dict[str, Any], field: str
 ) -> None:
     assert refused(**changes) == [field]
+
+
+@pytest.mark.parametrize("scenario", ["thin_plate", "thick_plate"])
+@pytest.mark.parametrize("diameter", [1e-3, 8e-3])
+def test_resolve__refuses_a_window_below_a_tenth_of_its_default(
+    scenario: str, diameter: float
+) -> None:
+    least = 0.1 * WINDOW_PER_DIAMETER * diameter
+    given = GIVEN if scenario == "thin_plate" else BLOCK
+    at: dict[str, Any] = {"scenario": scenario, "projectile_diameter": diameter}
+    allowed = asked(given, settled_window=least, **at).parameters["settled_window"]
+    assert allowed == pytest.approx(least)
+    for window in (1e-9, 5e-9, 0.99 * least):
+        assert refused(given, settled_window=window, **at) == ["settled_window"]
+
+
+def test_resolve__says_value_limit_and_default_of_a_window_that_is_too_short() -> None:
+    with pytest.raises(InvalidInput) as caught:
+        asked(settled_window=5e-9)
+    (finding,) = caught.value.findings
+    assert finding.value == "5 ns"
+    assert "0.5 us" in finding.limit
+    assert finding.cure.endswith(" 5 us")
 
 
 @pytest.mark.parametrize("field", ["target_depth", "target_radius"])
@@ -458,7 +482,7 @@ def test_stop__says_settled_where_growth_has_ended(tmp_path: Path) -> None:
     for name in ("crater_depth", "crater_diameter"):
         measured = result.measurements[name]
         assert measured.value is not None
-        assert measured.flags == ()
+        assert "still_growing" not in measured.flags
         assert measured.parts["growth"] < 0.2 * measured.value
 
 

@@ -22,7 +22,8 @@ from studies.nearest import nearest_cure
 from studies.parameters import MaterialName, declared
 from studies.quantities import refusal
 from studies.recipes import ACCURACY
-from studies.sweep import Sweep, SweepLimits
+from studies.scenarios import Size
+from studies.sweep import ACCEPTED, Sweep, SweepLimits
 from studies.sweep_document import read_sweep_file, read_yaml
 
 
@@ -43,11 +44,18 @@ class PlateParameters:
     heating: bool = True
 
 
+def size_of(given: PlateParameters, _materials: object) -> Size:
+    """A cube as thick as the plate, with a particle in each cell."""
+    cells = given.plate_thickness / given.projectile_diameter * given.cells_per_diameter
+    return Size(particles=round(cells**3), steps=1)
+
+
 PLATE = SimpleNamespace(
     name="plate",
     parameters=PlateParameters,
     materials=("projectile", "target"),
     measurements=("hole_diameter",),
+    estimate=size_of,
 )
 
 
@@ -408,6 +416,37 @@ def test_limits__are_counted_before_anything_is_expanded() -> None:
     assert "at most 5 values" in refused(DOCUMENT, SweepLimits(max_values=5))
     assert "at most 17 runs" in refused(DOCUMENT, SweepLimits(max_runs=17))
     assert Sweep.parse(DOCUMENT, SweepLimits(max_runs=18)).size == 18
+
+
+def test_limits__refuse_a_run_of_too_many_particles_at_its_point() -> None:
+    most = 16**3  # the plate of 4 mm at 32 cells across 8 mm
+    assert len(Sweep.parse(DOCUMENT, SweepLimits(max_particles=most)).runs()) == 18
+    with pytest.raises(InvalidInput) as caught:
+        Sweep.parse(DOCUMENT, SweepLimits(max_particles=most - 1)).runs()
+    (finding,) = caught.value.findings
+    assert "4.1e+03" in finding.value
+    assert "plate_thickness = 4 mm" in finding.value
+    assert "at most 4095" in finding.limit
+    assert "fewer cells" in finding.cure
+
+
+def test_limits__on_particles_hold_at_every_accuracy_and_are_no_part_of_the_question() -> None:
+    few, many = (
+        Sweep.parse(refined(resolution=32), SweepLimits(max_particles=most)) for most in (10, 10**9)
+    )
+    assert few == many
+    assert few.document() == many.document()
+    free = Sweep.parse(refined(resolution=None, accuracy="draft"), SweepLimits(max_particles=10))
+    with pytest.raises(InvalidInput, match="particles"):
+        free.at_accuracy("fine").runs()
+
+
+def test_accepted__lets_in_again_whatever_a_door_has_let_in() -> None:
+    document = changed("axes/plate_thickness", ["80 mm"])
+    document["resolution"] = 512
+    with pytest.raises(InvalidInput, match="particles"):
+        Sweep.parse(document).runs()
+    assert len(Sweep.parse(document, ACCEPTED).runs()) == 6
 
 
 # --- resolutions and offsets ------------------------------------------------------------------------
