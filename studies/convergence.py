@@ -211,7 +211,7 @@ def _doubted(known: Sequence[Level]) -> Iterator[str]:
     for doubt in sorted({doubt for level in counted for doubt in level.doubts}):
         places = [place for place, level in enumerate(counted) if doubt in level.doubts]
         which = " and ".join(("the finest", "the second", "the third")[place] for place in places)
-        yield f"{doubt} at {which} of the resolutions that count"
+        yield f"{doubt.replace('_', ' ')} at {which} of the resolutions that count"
 
 
 def _left_out(levels: Sequence[Level]) -> list[str]:

@@ -232,7 +232,7 @@ def test_flags_of_coarse_runs__stand_in_the_reason() -> None:
     coarse = run_at(SWEEP, speed=2e3, cells_per_diameter=16.0, offset=0.0)
     known = {coarse.id: replace(fakes.result(coarse), flags=("under_resolved",))}
     reason = str(built(SWEEP, **known).hole_diameter_converged_reason.sel(speed=2e3).item())
-    assert "under_resolved at the third of the resolutions that count" in reason
+    assert "under resolved at the third of the resolutions that count" in reason
 
 
 def test_finest_run_that_is_not_perforated__leaves_nothing_that_judges() -> None:
