@@ -2,12 +2,12 @@
 
 How to add one: a module here that offers a ``Case`` as ``CASE``. Its ``run`` takes the numerics (a ``Recipe``) and
 yields rows: what is compared, what the exact answer is, what came out, how far it is off, and how far it may be. A
-tolerance is set from the numerics' order or from what the answer is needed for; a row without one is reported. Where
-the figure was known when the tolerance, or what it gates, was decided, the line says so: ``thesis_bar`` (the grid of 8
-cells), ``contact`` (parting, sliding), ``vibrating_bar`` (the finest pair), ``sod`` (GIMP), ``energy`` (the hottest
-share), ``absorbing`` (the burst), ``absorbing_block`` (its size). Exact answers are functions of their own, in modules
-whose name starts with an underscore, with their own doctests; they share no code with the solver. Nothing here is heavy
-to import: ``run`` alone reaches for the solver.
+tolerance is set from the numerics' order or from what the answer is needed for; a row without one is reported, and
+``reported`` asks that its figure is a number. Where the figure was known when the tolerance, or what it gates, was
+decided, the line says so: ``thesis_bar`` (the grid of 8 cells), ``contact`` (parting, sliding), ``vibrating_bar`` (the
+finest pair), ``sod`` (GIMP), ``energy`` (the hottest share), ``absorbing`` (the burst), ``absorbing_block`` (its size).
+Exact answers are functions of their own, in modules whose name starts with an underscore, with their own doctests; they
+share no code with the solver. Nothing here is heavy to import: ``run`` alone reaches for the solver.
 
 ``verify`` runs cases and ``whipple validate --verification`` prints them; ``tests/claims`` makes each a claim, and the
 test command runs those that are quick. ``tests/verification`` tests this frame and fields with an exact answer.
@@ -148,8 +148,14 @@ def at_least(claim: str, *, limit: float, got: float) -> Row:
 
 
 def reported(claim: str, got: float, *, order: float | None = None) -> Row:
-    """A figure that stands beside others and is not gated."""
-    return Row(claim, "", got, math.nan, None, order)
+    """A figure that stands beside others: whatever it is, it must be one; not a finite number fails.
+
+    >>> reported("scatter", 0.03).verdict, reported("scatter", math.nan).verdict
+    ('REPORT', 'FAIL')
+    """
+    if math.isfinite(got):
+        return Row(claim, "", got, math.nan, None, order)
+    return Row(claim, "a number", got, math.nan, 0.0, order)
 
 
 def _excess(value: float) -> float:

@@ -223,9 +223,14 @@ def half_front(line: Profile, spacing: float, begin: float) -> tuple[float, Plat
 
 def plateau(line: Profile, spacing: float, begin: float, end: float) -> Plateau:
     """The plateau between an interface and a front: three cells at the interface and the outer fifth left out."""
+    low, high = begin + INTERFACE_CELLS * spacing, end - OUTER_SHARE * (end - begin)
+    return between(line, spacing, low, high)
+
+
+def between(line: Profile, spacing: float, low: float, high: float) -> Plateau:
+    """What stands between two places; not a number where fewer than two particles do."""
     import numpy as np
 
-    low, high = begin + INTERFACE_CELLS * spacing, end - OUTER_SHARE * (end - begin)
     inside = line.part((line.place > low) & (line.place < high))
     if inside.place.size < 2:
         nothing = float("nan")

@@ -1,6 +1,7 @@
 """Mirror images, and a quarter against the whole of which it is the quarter."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from studies.recipes import Recipe
 from studies.verification import Case, Row, at_most
@@ -17,12 +18,16 @@ from studies.verification._impacts import (
     unfolded,
 )
 
+if TYPE_CHECKING:
+    from solver.problem import Problem
+    from solver.state import Particles
+
 OBLIQUITY = 0.5  # rad
+# Of a whole plate, and the axes across which they are images of the first.
+QUARTERS = {"the first": (), "the image in x": (0,), "that in y": (1,), "that in both": (0, 1)}
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
-    import numpy as np
-
     speed = float(SMALL["speed"])
     oblique = impact_setting(recipe, geometry="half", obliquity=OBLIQUITY).problem
     turned = image(ordered(advanced(mirrored(oblique)).particles))
@@ -36,17 +41,34 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     quarter = impact_setting(recipe, geometry="quarter").problem
     part = ordered(advanced(quarter).particles)
     whole = ordered(advanced(unfolded(unfolded(quarter, 0), 1)).particles)
-    first = []  # the originals among the images: body by body, one in four
-    begin = 0
-    for body in quarter.bodies:
-        first.append(np.arange(begin, begin + body.mass.size))
-        begin += 4 * body.mass.size
-    originals = type(whole)(*(field[np.concatenate(first)] for field in whole))
-    yield at_most(
-        f"quarter against whole, {STEPS} steps: largest difference",
-        limit=ROUND_OFF,
-        got=gap(part, originals, spacing=quarter.geometry.spacing, speed=speed).largest,
-    )
+    for name, other in zip(QUARTERS, _quarters(whole, quarter), strict=True):
+        yield at_most(
+            f"quarter against {name} of the whole, {STEPS} steps: largest difference",
+            limit=ROUND_OFF,
+            got=gap(part, other, spacing=quarter.geometry.spacing, speed=speed).largest,
+        )
+
+
+def _quarters(whole: "Particles", quarter: "Problem") -> "Iterator[Particles]":
+    """The four quarters of the unfolded whole, each mirrored onto the first.
+
+    Body by body stand the originals, their images in x, and the images of both in y.
+    """
+    import numpy as np
+
+    sizes = np.array([body.mass.size for body in quarter.bodies])
+    begins = 4 * (np.cumsum(sizes) - sizes)
+    for number, axes in enumerate(QUARTERS.values()):
+        index = np.concatenate(
+            [
+                begin + number * size + np.arange(size)
+                for begin, size in zip(begins, sizes, strict=True)
+            ]
+        )
+        some = type(whole)(*(field[index] for field in whole))
+        for axis in axes:
+            some = image(some, axis)
+        yield some
 
 
 CASE = Case(

@@ -12,15 +12,16 @@ if TYPE_CHECKING:
     from solver.state import Particles
 
 LIMIT = 1e-10
-# Speed that no signal in copper exceeds here (m/s): c + up behind a shock of 6 km/s is 11 km/s. Ahead of it the grid
-# hands on a trace, smaller by an order of magnitude with each cell: the run ends when the signal is half-way to the
-# rim.
-FASTEST, HALF_WAY = 12e3, 0.5
+# Speed that no signal in copper exceeds here (m/s): c + up behind a shock of 6 km/s is 11 km/s. The run ends when the
+# signal is at the rim; ahead of it the grid hands on a trace, smaller by an order of magnitude with each cell.
+FASTEST = 12e3
 SPEED, RADIUS = 6e3, 28e-3
 END_TIME = 10e-6
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
+    import numpy as np
+
     from solver.simulation import simulate, start
 
     for geometry, axis in (("axisymmetric", 1), ("quarter", 2)):
@@ -28,7 +29,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             recipe, geometry=geometry, speed=SPEED, material="copper-ofhc", plate_radius=RADIUS
         )
         problem = setting.problem
-        reached = HALF_WAY * (setting.radius - 0.5 * setting.projectile_diameter) / FASTEST
+        reached = (setting.radius - 0.5 * setting.projectile_diameter) / FASTEST
         simulation = start(problem, threads=1)
         before = _along(simulation.particles, axis)
         while simulation.time < reached:
@@ -43,7 +44,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         yield at_most(
             f"{geometry}, to {1e6 * END_TIME:g} us, with what rim and outflow took: largest error (of sum |m v|)",
             limit=LIMIT,
-            got=max(abs(one.momentum_error) for one in outcome.history),
+            got=float(np.max([abs(one.momentum_error) for one in outcome.history])),
         )
 
 

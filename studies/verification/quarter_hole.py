@@ -11,7 +11,9 @@ if TYPE_CHECKING:
     from solver.state import Snapshot
 
 END_TIME = 25e-6  # s
-HALF_A_CELL = 0.5
+# Half a cell is what a user may count on. Faces of symmetry that turn no force round shift the hole by half of that: a
+# twentieth of a cell sees them.
+WITHIN = 0.05
 QUANTITIES = ("hole_diameter", "hole_diameter_clear")
 
 
@@ -36,7 +38,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             "quarter against whole (cells)",
             expected=read["whole"] / cell,
             got=read["quarter"] / cell,
-            within=HALF_A_CELL if quantity == QUANTITIES[0] else None,
+            within=WITHIN if quantity == QUANTITIES[0] else None,
         )
     yield reported(
         "hole of the whole plate (mm)",

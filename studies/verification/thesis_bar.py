@@ -7,6 +7,7 @@ rigid motion; its figure of the energies is lost. The split stands beside, with 
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 from studies.recipes import RECIPES, Recipe
 from studies.results import RunResult
@@ -18,10 +19,10 @@ LENGTH = 10e-3  # m; the set-up is the scenario's own default: Ma (2005), sectio
 BAR = Isotropic(8900.0, 100e9, 0.3)
 THESIS = 4.0  # cells across the diameter of the thesis
 RESOLUTIONS = {"quarter": (4.0, 8.0, 16.0), "axisymmetric": (4.0, 8.0, 16.0, 32.0)}
-# What waves across a bar of L / d = 2.5 may change, on the thesis' own grid and on the finest two. The grid between
-# misses it by 1 to 2 %, which was known when this was written; why it does is not.
+# What waves across a bar of L / d = 2.5 may change, on all grids but that of 8 cells: it misses this by 1 to 2 %, which
+# was known when this was written; why it does is not.
 CONTACT_TIME, BESIDE = 0.10, (8.0,)
-PARTED = 1e-10  # of the mean push: what may be left of it at the end
+PARTED = 1e-10  # of the mean push: what may be left of it at the end, on every grid
 # And what the thesis' rebound speed means for each.
 ENERGIES = {
     "rigid_energy": ("rigid motion", 1),
@@ -36,24 +37,24 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         for cells in resolutions:
             result = _bar(geometry, cells, recipe)
             where = f"thesis bar, {geometry}, {cells:g} cells per diameter"
-            yield from _rows(where, result, within=None if cells in BESIDE else CONTACT_TIME)
+            yield from _rows(where, result, gated=cells not in BESIDE)
     result = _bar("quarter", THESIS, RECIPES["thesis"])
-    yield from _rows(f"thesis bar, quarter, {THESIS:g} cells, recipe thesis", result, within=None)
+    yield from _rows(f"thesis bar, quarter, {THESIS:g} cells, recipe thesis", result, gated=False)
 
 
 def _bar(geometry: str, cells: float, recipe: Recipe) -> RunResult:
     return executed("elastic_bar", recipe, {"geometry": geometry, "cells_per_diameter": cells})
 
 
-def _rows(where: str, result: RunResult, *, within: float | None) -> Iterator[Row]:
-    yield relative(
+def _rows(where: str, result: RunResult, *, gated: bool) -> Iterator[Row]:
+    contact = relative(
         f"{where}: time in contact (us)",
         expected=1e6 * 2.0 * LENGTH / BAR.bar_speed,
         got=1e6 * value(result, "contact_time"),
-        within=within,
+        within=CONTACT_TIME,
     )
-    separated = at_most if within is not None else _beside
-    yield separated(
+    yield contact if gated else _beside(contact)
+    yield at_most(
         f"{where}: push of the wall at the end (of its mean)", limit=PARTED, got=_last_push(result)
     )
     yield reported(
@@ -69,8 +70,10 @@ def _rows(where: str, result: RunResult, *, within: float | None) -> Iterator[Ro
     )
 
 
-def _beside(claim: str, *, limit: float, got: float) -> Row:
-    return reported(f"{claim}, beside {limit:g}", got)
+def _beside(row: Row) -> Row:
+    """The same comparison, reported, with what the gate would have said."""
+    word = "holds" if row.passed else "misses"
+    return replace(row, claim=f"{row.claim}, {word} {CONTACT_TIME:g}", tolerance=None)
 
 
 def _last_push(result: RunResult) -> float:

@@ -1,5 +1,6 @@
 """The command line: exit status, words, and that no mistake of a user ends in a traceback."""
 
+import json
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -14,6 +15,7 @@ from service.commands import computing
 from service.jobs import RUN_STATES, Keep, SweepRow, SweepState
 from studies import examples
 from studies.recipes import ACCURACY
+from studies.verification import johnson_cook
 from tests.service.api import FILES, Api, open_api, served
 from tests.service.command import run
 
@@ -245,6 +247,28 @@ def test_warmup__that_fails_says_why(
     monkeypatch.setattr(computing, "WARMUP", "raise SystemExit('no compiler')")
     assert whipple("warmup") == 1
     assert "no compiler" in capsys.readouterr().err
+
+
+def test_validate__of_a_case_prints_its_rows_and_writes_them(
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "rows.json"
+    assert whipple("validate", "--verification", "johnson-cook", "--json", file) == 0
+    *lines, last = capsys.readouterr().out.splitlines()
+    rows = json.loads(file.read_text())["verification"]
+    assert {row["verdict"] for row in rows} == {"PASS"}
+    assert last == f"{len(rows)} passed, 0 failed, 0 reported"
+    for line, row in zip(lines, rows, strict=True):
+        assert line.startswith("johnson-cook | PASS")
+        assert row["claim"] in line
+
+
+def test_validate__ends_with_1_when_a_row_fails(
+    whipple: Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(johnson_cook, "PRINTED", 2.0 * johnson_cook.PRINTED)
+    assert whipple("validate", "--verification", "johnson-cook") == 1
+    assert ", 1 failed, 0 reported" in capsys.readouterr().out
 
 
 def test_version__is_printed(whipple: Run, capsys: pytest.CaptureFixture[str]) -> None:

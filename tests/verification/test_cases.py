@@ -36,8 +36,13 @@ def test_row__without_a_tolerance_is_reported() -> None:
     assert verification.reported("x", 9.0).passed is None
 
 
+@pytest.mark.parametrize("got", [math.nan, math.inf, -math.inf])
+def test_row__that_reports_no_finite_number_fails(got: float) -> None:
+    assert verification.reported("x", got).verdict == "FAIL"
+
+
 def test_row__as_plain_objects_holds_no_nan() -> None:
-    plain = verification.reported("x", math.nan).as_json()
+    plain = verification.relative("x", expected=1.0, got=math.nan).as_json()
     assert plain["got"] is None
     assert plain["verdict"] == "REPORT"
 

@@ -22,7 +22,8 @@ def mirror() -> Iterator[Row]:
 
 
 @claim(
-    "quarter-hole", says="the hole of a quarter model is that of the whole plate within half a cell"
+    "quarter-hole",
+    says="the hole of a quarter model is that of the whole plate within a twentieth of a cell",
 )
 def quarter_hole() -> Iterator[Row]:
     return case("quarter-hole")

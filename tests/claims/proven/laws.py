@@ -2,6 +2,7 @@
 
 import functools
 import math
+import statistics
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import xarray as xr
 
 from studies.compare import Residual, compare, sentence
 from studies.convergence import Convergence, Sample, converge
+from studies.formats import of_share
 from studies.publish import publish
 from studies.run import Run
 from studies.sweep import Sweep
@@ -30,8 +32,11 @@ SWEEP: dict[str, Any] = {
     "resolution": [8, 12, 16],
     "offsets": 3,
 }
+GRIDS = ", ".join(map(str, SWEEP["resolution"]))
 NAME = "hole_diameter"
 ROUND_OFF = 1e-12  # relative: the same operations in another order
+
+Pair = tuple[float, Convergence]  # what a law answers at a point (m), and the hole there
 
 
 @functools.cache
@@ -59,8 +64,8 @@ def _converged(speed: float) -> Convergence:
 
 @claim(
     "law-sentences",
-    says="the sentence about each law compares it with the converged hole, and the scatter over offsets is part of the "
-    "error bar",
+    says="the sentence about each law, rebuilt from the runs: how far it is from the converged hole, and how often "
+    f"inside an error bar that holds the scatter over offsets; on grids of {GRIDS} cells per diameter",
 )
 def law_sentences() -> Iterator[Row]:
     _, cube = computed()
@@ -110,15 +115,39 @@ def _rows(residual: Residual, cube: xr.Dataset, holes: list[Convergence]) -> Ite
         everywhere.within,
         inside == everywhere.within,
     )
-    settled = sum(hole.verdict == "converging" for hole in holes)
-    said = sentence(residual)
-    words = (
+    in_range = cube[f"{NAME}_by_law_in_range"].sel({f"{NAME}_law": residual.subject}).values.ravel()
+    stated = [
+        (float(law), hole)
+        for law, hole, inside in zip(answers, holes, in_range, strict=True)
+        if inside == 1 and math.isfinite(law)
+    ]
+    yield _spoken(sentence(residual), stated, pairs, len(holes))
+
+
+def _spoken(said: str, stated: list[Pair], answered: list[Pair], points: int) -> Row:
+    """Whether a sentence has the words and figures of its points: those in the law's range if any, else all."""
+    share = "all" if len(stated) == points else f"{len(stated)} of {points}"
+    opening = f"({share} points)" if stated else "no point inside its stated range"
+    words = (opening, *_figures(stated or answered))
+    missing = [part for part in words if part not in said]
+    return Row(said, "; ".join(words), f"without {missing}" if missing else "the same", not missing)
+
+
+def _figures(compared: list[Pair]) -> Iterator[str]:
+    """What a sentence says of laws and holes: how far apart, how settled, how often inside the error bar."""
+    mean = math.fsum((law - hole.value) / hole.value for law, hole in compared) / len(compared)
+    yield f" {of_share(abs(mean))} {'larger' if mean > 0.0 else 'smaller'} than"
+    settled = sum(hole.verdict == "converging" for _, hole in compared)
+    yield (
         "the converged simulation"
-        if settled == len(holes)
-        else f"(converged at {settled or 'none'} of {len(holes)} points)"
+        if settled == len(compared)
+        else f"(converged at {settled or 'none'} of {len(compared)} points)"
     )
-    spoken = words in said
-    yield Row(said, words, words if spoken else "other words", spoken)
+    bars = [(law, hole) for law, hole in compared if math.isfinite(hole.mesh)]
+    median = statistics.median(hole.uncertainty / hole.value for _, hole in bars)
+    inside = sum(abs(law - hole.value) <= hole.uncertainty for law, hole in bars)
+    many = "s" if len(bars) > 1 else ""
+    yield f"inside the error bar (median ± {of_share(median)}) at {inside} of {len(bars)} point{many}."
 
 
 def _same(claim: str, expected: float, got: float) -> Row:

@@ -10,6 +10,7 @@ import multiprocessing
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,8 @@ from solver.errors import WhippleError
 from studies import materials
 from studies.convergence import Convergence, Sample, converge
 from studies.run import execute, resolve
-from tests.claims import Row, claim, within
+from studies.verification.energy import CELLS_PER_DIAMETER, DRIFT, HOTTEST
+from tests.claims import Row, at_most, claim, within
 
 MATERIAL, DIAMETER, THICKNESS = "copper-ofhc", 8e-3, 2e-3  # t/d = 0.25
 SPEEDS = (2e3, 4e3, 6e3)  # m/s
@@ -32,17 +34,27 @@ WORKERS = 2
 Question = tuple[float, int, float, str]  # speed, cells through the plate, offset, geometry
 
 
-def hole(question: Question) -> tuple[float, float, float]:
-    """Hole diameter (m; NaN without one), and what the run states as unseen by one run and as the rest.
+@dataclass(frozen=True)
+class Hole:
+    """What came of a run."""
 
-    Raises WhippleError where the run failed.
-    """
+    diameter: float  # m; NaN without a hole
+    unseen: float  # by one run alone, as it states, m
+    rest: float  # root of the sum of the squares of all else that it states, m
+    cells_per_diameter: float
+    energy_drift: float  # largest of the run, of the initial energy
+    hottest_energy_share: float  # of internal energy, in the hottest 0.1 % of mass at the end
+
+
+def hole(question: Question) -> Hole:
+    """Compute a run; raises WhippleError where it failed."""
     speed, through, offset, geometry = question
+    cells = through * DIAMETER / THICKNESS
     parameters: dict[str, Any] = {
         "speed": speed,
         "projectile_diameter": DIAMETER,
         "plate_thickness": THICKNESS,
-        "cells_per_diameter": through * DIAMETER / THICKNESS,
+        "cells_per_diameter": cells,
         "offset": offset,
         "geometry": geometry,
         "projectile": MATERIAL,
@@ -55,12 +67,17 @@ def hole(question: Question) -> tuple[float, float, float]:
     if result.state != "succeeded":
         raise WhippleError(f"{question}: {result.reason}")
     measured = result.measurements["hole_diameter"]
-    rest = math.hypot(*(part for name, part in measured.parts.items() if name != "resolution"))
-    value = math.nan if measured.value is None else measured.value
-    return value, measured.parts.get("resolution", 0.0), rest
+    return Hole(
+        diameter=math.nan if measured.value is None else measured.value,
+        unseen=measured.parts.get("resolution", 0.0),
+        rest=math.hypot(*(part for name, part in measured.parts.items() if name != "resolution")),
+        cells_per_diameter=cells,
+        energy_drift=abs(result.numbers["largest_energy_drift"]),
+        hottest_energy_share=result.numbers["hottest_energy_share"],
+    )
 
 
-def _holes(questions: list[Question]) -> list[tuple[float, float, float]]:
+def _holes(questions: list[Question]) -> list[Hole]:
     """All answers, the longest runs first."""
     context = multiprocessing.get_context("spawn")
     order = sorted(range(len(questions)), key=lambda index: -questions[index][1])
@@ -69,30 +86,46 @@ def _holes(questions: list[Question]) -> list[tuple[float, float, float]]:
     return [found[index] for index in range(len(questions))]
 
 
+def _energy(holes: list[Hole]) -> Iterator[Row]:
+    """The worst of all runs that are fine enough, as the case ``energy`` gates its own."""
+    fine = [one for one in holes if one.cells_per_diameter >= CELLS_PER_DIAMETER]
+    where = f"worst of {len(fine)} runs of at least {CELLS_PER_DIAMETER:g} cells per diameter"
+    yield at_most(
+        f"{where}: largest energy drift (of the initial energy)",
+        limit=DRIFT,
+        got=float(np.max([one.energy_drift for one in fine])),
+    )
+    yield at_most(
+        f"{where}: share of internal energy in the hottest 0.1 % of mass at the end",
+        limit=HOTTEST,
+        got=float(np.max([one.hottest_energy_share for one in fine])),
+    )
+
+
 @functools.cache
-def convergences() -> dict[float, Convergence]:
-    """The verdict for each speed; every offset of every resolution must have a hole."""
+def refined() -> tuple[dict[float, Convergence], list[Hole]]:
+    """The verdict for each speed, of which every offset of every resolution must have a hole, and all runs."""
     questions: list[Question] = [
         (speed, through, offset, "axisymmetric")
         for speed in SPEEDS
         for through in THROUGH
         for offset in OFFSETS
     ]
+    holes = _holes(questions)
     samples: dict[float, list[Sample]] = {speed: [] for speed in SPEEDS}
-    for (speed, through, _, _), (value, unseen, rest) in zip(
-        questions, _holes(questions), strict=True
-    ):
-        samples[speed].append(Sample(THICKNESS / through, value, unseen, rest))
-    return {speed: converge(some) for speed, some in samples.items()}
+    for (speed, through, _, _), one in zip(questions, holes, strict=True):
+        samples[speed].append(Sample(THICKNESS / through, one.diameter, one.unseen, one.rest))
+    return {speed: converge(some) for speed, some in samples.items()}, holes
 
 
 @claim(
     "thin-plate-convergence",
     says="holes in a thin plate at 4 to 32 cells through it, mean of three offsets: order or what it is; 4 to 8 "
-    "cells change it by at most 8 %, 8 to 16 by at most 2 %",
+    "cells change it by at most 8 %, 8 to 16 by at most 2 %; every run keeps its energy within 1 %",
 )
 def thin_plate_convergence() -> Iterator[Row]:
-    for speed, found in convergences().items():
+    convergences, holes = refined()
+    for speed, found in convergences.items():
         where = f"{speed / 1e3:g} km/s"
         means = {round(THICKNESS / level.spacing): level for level in found.levels}
         text = ", ".join(
@@ -114,6 +147,7 @@ def thin_plate_convergence() -> Iterator[Row]:
         order = "" if math.isnan(found.order) else f", order {found.order:.2f}"
         value = f"D = {1e3 * found.value:.3f} +- {1e3 * found.uncertainty:.3f} mm"
         yield Row(f"{where}: {found.reason}", "", f"{found.verdict}{order}; {value}", None)
+    yield from _energy(holes)
 
 
 @claim(
@@ -127,7 +161,8 @@ def thin_plate_geometries() -> Iterator[Row]:
         for geometry in ("quarter", "axisymmetric")
         for offset in OFFSETS
     ]
-    values = np.array([value for value, _, _ in _holes(questions)])
+    holes = _holes(questions)
+    values = np.array([one.diameter for one in holes])
     means = values.reshape(len(SPEEDS), 2, len(OFFSETS)).mean(axis=2)
     for speed, (solid, flat) in zip(SPEEDS, means, strict=True):
         yield within(
@@ -137,3 +172,4 @@ def thin_plate_geometries() -> Iterator[Row]:
             got=1e3 * flat,
             relative=GEOMETRIES_AGREE,
         )
+    yield from _energy(holes)

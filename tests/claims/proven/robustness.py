@@ -15,6 +15,7 @@ import numpy as np
 from studies import materials
 from studies.results import RunResult
 from studies.run import execute, resolve
+from studies.verification.energy import CELLS_PER_DIAMETER
 from tests.claims import Row, claim
 
 SEED = 20050601
@@ -151,10 +152,11 @@ def _flags(found: list[Answer]) -> str:
 @claim(
     "robustness",
     says="200 draws over materials, speeds of 2 to 7 km/s, sizes, thicknesses and resolutions: 98 % measured, the rest "
-    "named errors, every number finite",
+    "named errors, every number finite; none of at least 16 cells per diameter drifts by more than 1 % of its energy",
 )
 def robustness() -> Iterator[Row]:
-    found = answers(draws(ORDINARY, ORDINARY_SPEEDS, SEED))
+    drawn = draws(ORDINARY, ORDINARY_SPEEDS, SEED)
+    found = answers(drawn)
     share = sum(one.measured for one in found) / len(found)
     yield Row(
         f"measured results of {ORDINARY} draws ({_counts(found)})",
@@ -163,6 +165,7 @@ def robustness() -> Iterator[Row]:
         share >= MEASURED_SHARE,
     )
     yield Row(f"flags of them: {_flags(found)}", "", "", None)
+    yield _kept(drawn, found)
     yield from _sound(found)
 
 
@@ -180,13 +183,32 @@ def robustness_few() -> Iterator[Row]:
 
 @claim(
     "robustness-fast",
-    says="7 to 15 km/s: a measured result or a named error, every number finite",
+    says="7 to 15 km/s: a measured result or a named error, every number finite; none of at least 16 cells per "
+    "diameter drifts by more than 1 % of its energy",
 )
 def robustness_fast() -> Iterator[Row]:
-    found = answers(draws(FAST, FAST_SPEEDS, SEED + 1))
+    drawn = draws(FAST, FAST_SPEEDS, SEED + 1)
+    found = answers(drawn)
     yield Row(f"{FAST} draws: {_counts(found)}", "", f"{sum(one.measured for one in found)}", None)
     yield Row(f"flags of them: {_flags(found)}", "", "", None)
+    yield _kept(drawn, found)
     yield from _sound(found)
+
+
+def _kept(drawn: list[tuple[str, dict[str, Any]]], found: list[Answer]) -> Row:
+    """Whether the draws that are fine enough keep their energy within what the flag of a run allows."""
+    fine = [
+        one
+        for (_, given), one in zip(drawn, found, strict=True)
+        if given["cells_per_diameter"] >= CELLS_PER_DIAMETER
+    ]
+    drifting = sum("energy_drift" in one.flags for one in fine)
+    return Row(
+        f"draws flagged energy_drift, of {len(fine)} with at least {CELLS_PER_DIAMETER:g} cells per diameter",
+        0,
+        drifting,
+        drifting == 0 < len(fine),
+    )
 
 
 def _sound(found: list[Answer]) -> Iterator[Row]:
