@@ -203,7 +203,10 @@ def test_state__that_is_damaged_leaves_its_run_as_it_is_and_renews_the_others(
     ]
     assert told.body["runs"] == 1
     assert "does not match its checksum" in told.body["unreadable"][damaged]
-    assert json.loads(solved.cube(id).attrs["measurement_versions"])[MEASUREMENT] == [TODAY, VERSION]
+    assert json.loads(solved.cube(id).attrs["measurement_versions"])[MEASUREMENT] == [
+        TODAY,
+        VERSION,
+    ]
 
 
 def test_death__between_reading_and_publishing_loses_nothing(

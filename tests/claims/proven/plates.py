@@ -134,8 +134,8 @@ def thin_plate_convergence() -> Iterator[Row]:
         )
         yield Row(f"{where}: D by cells through the plate (mm)", "", text, None)
         runs = sum(level.runs for level in found.levels)
-        holes = sum(level.values for level in found.levels)
-        yield Row(f"{where}: runs with a hole", runs, holes, holes == runs)
+        valued = sum(level.values for level in found.levels)
+        yield Row(f"{where}: runs with a hole", runs, valued, valued == runs)
         for through, most in CHANGES.items():
             before, after = means[through // 2].value, means[through].value
             yield within(
