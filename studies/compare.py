@@ -17,7 +17,7 @@ import xarray as xr
 
 from studies.formats import display_of, of_share, printed_in
 from studies.places import Place, places_of
-from studies.points import points_of, refined, refinements_of, simulated
+from studies.points import comparable, points_of, refined, refinements_of, simulated
 from studies.sightings import Sighting, bring_to, sightings_of
 
 Reference = Literal["simulation", "observation"]
@@ -183,7 +183,7 @@ def _against_simulation(
             laws, inside = dataset[f"{name}_by_law"], dataset[f"{name}_by_law_in_range"]
             reference = _Reference(
                 "simulation",
-                simulated(dataset, name).values.ravel(),
+                comparable(dataset, name).values.ravel(),
                 simulated(_whole(dataset, name), f"{name}_uncertainty").values.ravel(),
                 places,
                 converged[name],

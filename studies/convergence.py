@@ -5,6 +5,8 @@ The rules:
 - The value of a resolution is the mean over its sub-cell offsets; its scatter is half the range of two or three
   offsets, the standard deviation of more. An offset that failed is left out, and counted in the reason.
 - The three finest resolutions count; coarser ones are shown and decide nothing.
+- A finest resolution that is flagged ``too_coarse`` has no error bar at all, and nothing is
+  extrapolated from it.
 - A run that succeeded and found nothing to measure (no hole, say) contradicts the others: where one of those that
   count did, nothing is extrapolated and the mesh's part is unknown.
 - The noise of a resolution is its scatter, or, where only one offset has a value, what the
@@ -42,6 +44,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from studies.orders import FORMAL_ORDER, ORDERS, farthest_limit, observed_order
+from studies.results import TOO_COARSE
 
 Verdict = Literal[
     "converging",
@@ -137,15 +140,18 @@ def converge(samples: Iterable[Sample]) -> Convergence:
         nothing = (math.nan, math.nan, math.nan, math.nan)
         return Convergence("no value", "no run has a value", *nothing, levels=levels)
     judged = (_of_one, _of_two, _of_three)[min(len(known), 3) - 1](known)
-    verdict, reason, value, mesh, more = _contradicted(levels, known) or judged
+    verdict, reason, value, mesh, more = (
+        _too_coarse(known) or _contradicted(levels, known) or judged
+    )
     finest = known[0]
+    unknown = TOO_COARSE in finest.doubts
     return Convergence(
         verdict,
         "; ".join([reason, *_unstated(known), *_doubted(known), *_left_out(levels)]),
         value,
         mesh,
-        finest.noise,
-        finest.rest,
+        math.nan if unknown else finest.noise,
+        math.nan if unknown else finest.rest,
         levels=levels,
         **more,
     )
@@ -232,6 +238,15 @@ def _left_out(levels: Sequence[Level]) -> list[str]:
 # ---- verdicts ------------------------------------------------------------------------------------
 
 _Judged = tuple[Verdict, str, float, float, dict[str, float]]  # with value, mesh, and more numbers
+
+
+def _too_coarse(known: Sequence[Level]) -> _Judged | None:
+    """The verdict where even the finest resolution with a value is too coarse to have an error bar."""
+    if TOO_COARSE not in known[0].doubts:
+        return None
+    verdict: Verdict = "single grid" if len(known) == 1 else "not in the asymptotic range"
+    reason = "the finest resolution has too few cells for any error bar"
+    return verdict, reason, known[0].value, math.nan, {}
 
 
 def _contradicted(levels: Sequence[Level], known: Sequence[Level]) -> _Judged | None:

@@ -27,7 +27,7 @@ from studies.files import ANSWER, FILM, STATE
 from studies.film import Film
 from studies.journal import Journal, Say
 from studies.measurements import History, Measurement, Reading
-from studies.results import Measured, Progress, RunResult
+from studies.results import TOO_COARSE, Measured, Progress, RunResult
 from studies.run import Run, materials_of
 from studies.scenarios import Scenario, Setting
 
@@ -35,6 +35,10 @@ from studies.scenarios import Scenario, Setting
 # holds 3 to 9 % of the internal energy at the end; half of it means that single particles have run away.
 ENERGY_DRIFT_FLAG = 0.01
 HOTTEST_SHARE_FLAG = 0.5
+
+# A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
+# the share of the value.
+SETTLED_IN_CELLS = 0.25
 
 LEAST_SHARE = (
     0.02  # of a run that has to be done here before the time left is told: an observation or two
@@ -101,10 +105,10 @@ class Observer:
 
     def measured(self) -> dict[str, Measured]:
         """The last readings with their uncertainty and history."""
-        return {name: self._measured(name) for name in self.scenario.measurements}
+        return {name: self.measured_as(name) for name in self.scenario.measurements}
 
     def growth(self, name: str) -> float:
-        """Change of a measurement within the last window; NaN where it has no value on both ends.
+        """Range of a measurement within the last window; NaN before one has passed, and where a value is missing in it.
 
         What has to settle, as a hole, has grown from nothing where it was not there yet.
         """
@@ -112,10 +116,10 @@ class Observer:
         earlier = [index for index, at in enumerate(self.times) if at <= begin]
         if not earlier:
             return math.nan
-        before = self.readings[earlier[-1]][name].value
-        if math.isnan(before) and name in self.scenario.settles:
-            before = 0.0
-        return self.readings[-1][name].value - before
+        values = np.array([reading[name].value for reading in self.readings[earlier[-1] :]])
+        if name in self.scenario.settles:
+            values[:-1] = np.nan_to_num(values[:-1])
+        return float(np.ptp(values))
 
     def _follow(self, measurement: Measurement) -> Reading:
         values = {
@@ -125,25 +129,32 @@ class Observer:
         return measurement.read(History(np.array(self.times), values))
 
     def _settled(self, name: str) -> bool:
-        """Two windows at least, and less growth within the last one than allowed."""
+        """Two windows at least, and a range within the last one below a share of the value or a quarter of a cell."""
         if self.times[-1] < 2.0 * self.pace.window:
             return False
-        growth, value = self.growth(name), self.readings[-1][name].value
-        return abs(growth) < self.pace.growth * abs(value)
+        share = self.pace.growth * abs(self.readings[-1][name].value)
+        cells = SETTLED_IN_CELLS * self.setting.problem.geometry.spacing
+        return self.growth(name) < max(share, cells)
 
-    def _measured(self, name: str) -> Measured:
+    def measured_as(self, name: str) -> Measured:
+        """The last reading of a measurement with its uncertainty, flags and history."""
         reading = self.readings[-1][name]
         growth = self.growth(name)
         parts = dict(reading.parts)
         if math.isfinite(growth):
-            parts["growth"] = abs(growth)
+            parts["growth"] = growth
         known = math.isfinite(reading.value)
         flags = reading.flags
         if known and name in self.scenario.settles and not self._settled(name):
             flags = (*flags, "still_growing")
+        uncertainty = math.hypot(*parts.values()) if known and parts else None
+        if uncertainty and uncertainty > measurements.load(name).widest * abs(reading.value):
+            flags = (*flags, "wide_bar")
+        if known and self.scenario.watch.too_coarse(self.scenario.cells(self.given)):
+            uncertainty, flags = None, (*flags, TOO_COARSE)
         return Measured(
             value=reading.value if known else None,
-            uncertainty=math.hypot(*parts.values()) if known and parts else None,
+            uncertainty=uncertainty,
             parts=parts if known else {},
             flags=flags,
             history={

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from studies.convergence import VERDICTS, Level, Sample, Verdict, levels_of
+from studies.results import NOT_COMPARED
 from studies.sweep import OFFSET, RESOLUTION
 from studies.variables import STATES
 
@@ -52,6 +53,15 @@ def refinements_of(dataset: xr.Dataset) -> list[str]:
 def simulated(dataset: xr.Dataset, name: str) -> xr.DataArray:
     """A measured variable where the run succeeded; NaN elsewhere."""
     return dataset[name].where(dataset.run_state == SUCCEEDED)
+
+
+def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """A measured variable where a law may be compared with it; NaN where its flags speak against it."""
+    flags = dataset[f"{name}_flags"]
+    masks = np.atleast_1d(flags.attrs["flag_masks"])
+    meanings = str(flags.attrs["flag_meanings"]).split()
+    against = sum(mask for mask, word in zip(masks, meanings, strict=True) if word in NOT_COMPARED)
+    return simulated(dataset, name).where(flags & int(against) == 0)
 
 
 def points_of(dataset: xr.Dataset) -> xr.Dataset:

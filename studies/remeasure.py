@@ -1,10 +1,11 @@
 """Reads the stored final state of a run again when the definition of a measurement has changed; nothing is solved.
 
 What a run measured carries the version of the definition that it was read with. Where that is no longer today's, the
-measurement is read off the final state once more. Two things a final state cannot tell, and the result says so. How a
-measurement grew belongs to its old definition: the history of one that was read again is its last value alone, and the
-part of its uncertainty that came from growth stays as it was. A measurement that looks at the history of others can be
-read again only while theirs is of today's definition; else it keeps its value and gets the flag ``needs_solving``.
+measurement is read off the final state once more. How a measurement grew belongs to its old definition, and a final
+state cannot tell it: the history of one that was read again is its last value alone, its uncertainty has no part for
+growth, whether it had settled is not said, and it gets the flag ``needs_solving``. A measurement that looks at the
+history of others can be read again only while theirs is of today's definition; else it keeps its value and gets the
+same flag.
 """
 
 import math
@@ -15,14 +16,10 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
-from studies.results import Measured, RunResult
+from studies.results import TOO_COARSE, Measured, RunResult
 from studies.run import Run
 
-NEEDS_SOLVING = (
-    "needs_solving"  # flag of a value of an older definition that no stored state can renew
-)
-GROWTH = "growth"  # part of an uncertainty that comes from the history
-OF_THE_HISTORY = ("still_growing",)  # flags that do
+NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
 NEVER = Measured(None, None, {}, (NEEDS_SOLVING,), {"time": [], "value": []}, 0)
 
 
@@ -40,7 +37,10 @@ def outdated(scenario: str, stored: Mapping[str, Mapping[str, Any]]) -> tuple[st
         name
         for name, version in definitions(scenario).items()
         if stored.get(name, {}).get("version") != version
-        and NEEDS_SOLVING not in stored.get(name, {}).get("flags", ())
+        and not (
+            measurements.load(name).follows
+            and NEEDS_SOLVING in stored.get(name, {}).get("flags", ())
+        )
     )
 
 
@@ -57,8 +57,10 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
     renewed = dict(result.measurements)
     seen = _view_of(run, result, state) if any(not one.follows for one in chosen) else None
     for one in chosen:
-        reading = _follow(one, result) if one.follows else one.read(seen)
-        renewed[one.name] = _renewed(one, reading, result)
+        if one.follows:
+            renewed[one.name] = _renewed(one, _follow(one, result), result)
+        else:
+            renewed[one.name] = _without_history(run, one, one.read(seen), result)
     return replace(
         result,
         measurements={name: renewed[name] for name in _in_order(run.scenario, renewed)},
@@ -113,17 +115,28 @@ def _renewed(measurement: Measurement, reading: Reading | None, result: RunResul
     if reading is None:
         kept = before or replace(NEVER, version=measurement.version)
         return replace(kept, flags=tuple(dict.fromkeys((*kept.flags, NEEDS_SOLVING))))
+    return _measured(measurement, reading, result)
+
+
+def _without_history(
+    run: Run, measurement: Measurement, reading: Reading, result: RunResult
+) -> Measured:
+    """What a run measured, read off its final state alone."""
+    measured = _measured(measurement, reading, result)
+    flags: tuple[str, ...] = (*measured.flags, NEEDS_SOLVING)
+    if measured.value is not None and scenarios.load(run.scenario).watch.too_coarse(result.numbers):
+        return replace(measured, uncertainty=None, flags=(*flags, TOO_COARSE))
+    return replace(measured, flags=flags)
+
+
+def _measured(measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
     known = math.isfinite(reading.value)
-    parts, flags = dict(reading.parts), reading.flags
-    if before is not None and known:
-        parts |= {name: size for name, size in before.parts.items() if name == GROWTH}
-        flags = (*flags, *(flag for flag in before.flags if flag in OF_THE_HISTORY))
     value = reading.value if known else None
     return Measured(
         value=value,
-        uncertainty=math.hypot(*parts.values()) if known and parts else None,
-        parts=parts if known else {},
-        flags=flags,
+        uncertainty=math.hypot(*reading.parts.values()) if known and reading.parts else None,
+        parts=dict(reading.parts) if known else {},
+        flags=reading.flags,
         history={"time": [result.numbers["end_time"]], "value": [value]},
         version=measurement.version,
     )

@@ -6,13 +6,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+# Flags of a value whose error nobody knows: no law is compared with it.
+TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
+CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
+NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)
+
 
 @dataclass(frozen=True)
 class Measured:
     """A number read off the state of a run."""
 
     value: float | None  # None where the flags say why
-    uncertainty: float | None  # standard, the root of the sum of the squares of the parts
+    uncertainty: (
+        float | None
+    )  # standard, the root of the sum of the squares of the parts; None where too coarse
     parts: Mapping[str, float]  # resolution, azimuth, growth: same unit as the value
     flags: tuple[str, ...]
     history: Mapping[str, list[float | None]]  # time (s) and value

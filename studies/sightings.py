@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from studies.places import Place, axes_of, places_of, plain
-from studies.points import simulated
+from studies.points import comparable, simulated
 
 ELSEWHERE = "not simulated: another"
 LINEAR = "linear between neighbouring runs"
@@ -94,10 +94,10 @@ def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, s
         sides = _sides_of(dataset, axes, at)
     except LookupError as error:
         return math.nan, math.nan, str(error.args[0])
-    values = simulated(dataset, name)
+    values = comparable(dataset, name)
     value = float(_mixed(values, sides))
     if math.isnan(value):
-        return value, math.nan, "a neighbouring run has no value"
+        return value, math.nan, "a neighbouring run has no value that may be compared"
     weighted = float(_mixed(simulated(dataset, f"{name}_uncertainty"), sides))
     chords = [axis for axis, around in sides.items() if len(around) > 1]
     if not chords:

@@ -6,9 +6,10 @@ of it: an impact (``_view``), a bar (``_bar``), two plates (``_plates``). A view
 body of revolution or a quarter in three dimensions. What no single state shows (when contact ended, the largest pull)
 names other measurements that it ``follows`` and looks at their ``History``. Contract tests give it states with a known
 answer (a drilled disc, a scooped half space, a stretched bar) and shuffle the particles. ``version`` grows when the
-definition changes: a stored state is then read again, not solved again.
+definition changes, that of its uncertainty included: a stored state is then read again, not solved again.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -53,6 +54,7 @@ class Measurement:
     version: int
     read: Callable[[Any], Reading]  # of a view, or of the History of what it follows
     follows: tuple[str, ...] = ()  # measurements of one state
+    widest: float = math.inf  # uncertainty over value, above which a value is flagged "wide_bar"
 
 
 def names() -> list[str]:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from studies.measurements._view import View, cumulated
+from studies.results import CLOSED_ON_AXIS
 
 # Particles lose contact when they are drawn more than a cell apart: at a stretch of two, where two fill a cell. A plate
 # that is stretched to twice its size in both directions has a quarter of its areal density: what is denser is a plate
@@ -25,4 +26,4 @@ def is_whole(seen: View) -> bool:
 def film_flags(seen: View) -> tuple[str, ...]:
     """``closed_on_axis`` where a film of the plate still closes the hole: some stands within a cell of the axis."""
     innermost = np.min(seen.radius[seen.attached_target], initial=np.inf)
-    return ("closed_on_axis",) if innermost - 0.5 * seen.radial_width < seen.cell else ()
+    return (CLOSED_ON_AXIS,) if innermost - 0.5 * seen.radial_width < seen.cell else ()

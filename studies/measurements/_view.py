@@ -6,6 +6,7 @@ stray particle does not move them.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -266,20 +267,27 @@ def azimuthal_spread(radii: np.ndarray) -> float:
 
 
 def radii_by_sector(
-    seen: View, keep: np.ndarray, weight: np.ndarray, areal_density: float
+    seen: View,
+    keep: np.ndarray,
+    weight: np.ndarray,
+    areal_density: float,
+    *,
+    edge: Callable[..., float] = edge_from_outside,
+    window: float | None = None,
 ) -> np.ndarray:
-    """Edge radius of kept matter in each sector, walking inwards from the rim (m); NaN where there is no edge.
+    """Edge radius of kept matter in each sector, between the axis and the rim (m); NaN where there is no edge.
 
-    ``weight`` (n,) is the mass per radian that counts, ``areal_density`` (kg/m2) the undisturbed one.
+    ``weight`` (n,) is the mass per radian that counts, ``areal_density`` (kg/m2) the undisturbed one; ``edge`` walks
+    inwards from the rim or outwards from the axis, with a window of one cell unless told.
     """
     radii = np.empty(seen.sectors)
     for sector in range(seen.sectors):
         mine = keep & (seen.sector == sector)
-        radii[sector] = edge_from_outside(
+        radii[sector] = edge(
             seen.radius[mine],
             weight[mine],
             width=seen.radial_width,
-            window=seen.cell,
+            window=window or seen.cell,
             start=seen.target_radius - seen.cell,
             stop=0.0,
             nominal=lambda low, high: 0.5 * areal_density * (high**2 - low**2),
@@ -290,3 +298,8 @@ def radii_by_sector(
 def contained(seen: View, radii: np.ndarray) -> bool:
     """Whether an opening stays clear of the rim."""
     return bool(np.nanmax(radii) < seen.target_radius - 3.0 * seen.cell)
+
+
+def rim_flags(seen: View, diameter: float) -> tuple[str, ...]:
+    """``near_rim`` where an opening is wider than half of its plate: the rim has a say in it."""
+    return ("near_rim",) if diameter > seen.target_radius else ()

@@ -42,6 +42,6 @@ MEASUREMENT = Measurement(
     meaning="depth below the original surface at which matter connected to the target, by its undisturbed volume, "
     "first fills half of a column of a quarter projectile diameter about the axis on the way down; near back where the "
     "block is thinner than three of these depths and its back reflects waves",
-    version=3,
+    version=4,
     read=_read,
 )

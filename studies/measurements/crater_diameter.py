@@ -4,28 +4,56 @@ import math
 
 import numpy as np
 
-from studies.measurements import Measurement, Reading
+from studies.measurements import Measurement, Reading, load
 from studies.measurements._view import (
     View,
     azimuthal_spread,
     contained,
+    edge_from_inside,
     equal_area_diameter,
     overlap,
     radii_by_sector,
 )
 
+# Particles of a wall are drawn apart by up to a cell (the numerical fracture of the method), so a gap of one cell is no
+# end of it: layers are two cells high, and matter is looked for in windows two cells wide.
+LAYER = 2.0  # cells
+CENTRES = np.array([1.0, 2.0, 3.0])  # of the layers below the original surface, in cells
+DEEPEST = (
+    0.5  # of the crater's depth, where the lowest layer ends at the latest: the floor is no wall
+)
+
 
 def _read(seen: View) -> Reading:
-    """Where matter fills half of the first cell below the original surface, each particle by its undisturbed volume."""
-    layer = overlap(seen.depth, seen.axial_width, 0.0, seen.cell)
-    radii = radii_by_sector(seen, seen.attached, seen.mass * layer, seen.density * seen.cell)
-    if np.isnan(radii).any():
+    """Where walls begin on the way out from the axis, in three layers, on a straight line to the original surface."""
+    depth = load("crater_depth").read(seen).value
+    if depth < seen.cell:
         return Reading(math.nan, flags=("no_crater",))
-    if not contained(seen, radii):
+    unit = seen.cell
+    if math.isfinite(depth):
+        unit = min(unit, DEEPEST * depth / (CENTRES[-1] + 0.5 * LAYER))
+    walls = np.array([_wall(seen, centre * unit, LAYER * unit) for centre in CENTRES])
+    if np.isnan(walls).any():
+        return Reading(math.nan, flags=("no_crater",))
+    if not contained(seen, walls):
         return Reading(math.nan, flags=("not_contained",))
+    _, radii = np.polyfit(CENTRES, walls, 1)
     return Reading(
         equal_area_diameter(radii),
         {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
+    )
+
+
+def _wall(seen: View, centre: float, height: float) -> np.ndarray:
+    """Radius of the wall (sectors,) in a layer about a depth; NaN where matter stands on the axis."""
+    share = overlap(seen.depth, seen.axial_width, centre - 0.5 * height, centre + 0.5 * height)
+    return radii_by_sector(
+        seen,
+        seen.attached,
+        seen.mass * share,
+        seen.density * height,
+        edge=edge_from_inside,
+        window=LAYER * seen.cell,
     )
 
 
@@ -33,8 +61,10 @@ MEASUREMENT = Measurement(
     name="crater_diameter",
     title="Crater diameter",
     unit="m",
-    meaning="equal-area diameter at the original surface, where the undisturbed volume of matter connected to the "
-    "target in the first cell below it falls to half of the cell",
-    version=2,
+    meaning="equal-area diameter at the original surface: the radius at which matter connected to the target, by its "
+    "undisturbed volume, first fills half of a window of two cells on the way out from the axis, in three layers of "
+    "two cells, one cell apart below the surface, continued to it by the straight line through them; in a crater of "
+    "less than eight cells the layers are thinner, so that they end above half of its depth",
+    version=3,
     read=_read,
 )

@@ -12,6 +12,7 @@ from studies.measurements._view import (
     contained,
     equal_area_diameter,
     radii_by_sector,
+    rim_flags,
 )
 
 
@@ -22,10 +23,11 @@ def _read(seen: View) -> Reading:
         return Reading(math.nan, flags=("not_perforated",))
     if not contained(seen, radii):
         return Reading(math.nan, flags=("not_contained",))
+    diameter = equal_area_diameter(radii)
     return Reading(
-        equal_area_diameter(radii),
+        diameter,
         {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
-        film_flags(seen),
+        film_flags(seen) + rim_flags(seen, diameter),
     )
 
 
@@ -35,7 +37,8 @@ MEASUREMENT = Measurement(
     unit="m",
     meaning="equal-area diameter of the opening seen along the plate's normal, where the areal density of the plate "
     "that is connected to the rim falls to half of its nominal value; not perforated where more than a quarter of it "
-    "stands within a cell of the axis, closed on axis where less does: a film of the plate still closes the hole",
-    version=2,
+    "stands within a cell of the axis, closed on axis where less does: a film of the plate still closes the hole; near "
+    "rim where it is wider than half of the plate",
+    version=3,
     read=_read,
 )

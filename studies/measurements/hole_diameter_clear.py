@@ -5,7 +5,13 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._view import View, azimuthal_spread, contained, equal_area_diameter
+from studies.measurements._view import (
+    View,
+    azimuthal_spread,
+    contained,
+    equal_area_diameter,
+    rim_flags,
+)
 
 
 def innermost(seen: View, keep: np.ndarray) -> Reading:
@@ -21,9 +27,11 @@ def innermost(seen: View, keep: np.ndarray) -> Reading:
         return Reading(math.nan, flags=("not_perforated",))
     if not np.isfinite(radii).all() or not contained(seen, radii):
         return Reading(math.nan, flags=("not_contained",))
+    diameter = equal_area_diameter(radii)
     return Reading(
-        equal_area_diameter(radii),
+        diameter,
         {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
+        rim_flags(seen, diameter),
     )
 
 
@@ -35,7 +43,9 @@ MEASUREMENT = Measurement(
     name="hole_diameter_clear",
     title="Smallest clear diameter",
     unit="m",
-    meaning="equal-area diameter of the innermost particle edges of the plate that is connected to the rim",
-    version=2,
+    meaning="equal-area diameter of the innermost particle edges of the plate that is connected to the rim; near "
+    "rim where it is wider than half of the plate, wide bar where its uncertainty is more than a tenth of it",
+    version=3,
     read=_read,
+    widest=0.1,
 )

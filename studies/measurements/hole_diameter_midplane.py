@@ -19,7 +19,7 @@ def _read(seen: View) -> Reading:
     reading = innermost(seen, seen.attached_target & near)
     if math.isnan(reading.value):
         return reading
-    return replace(reading, flags=film_flags(seen))
+    return replace(reading, flags=film_flags(seen) + reading.flags)
 
 
 MEASUREMENT = Measurement(
@@ -27,7 +27,7 @@ MEASUREMENT = Measurement(
     title="Hole diameter at the mid-plane",
     unit="m",
     meaning="equal-area diameter of the innermost particle edges of the connected plate within half a cell of its "
-    "original mid-plane; not perforated and closed on axis as the hole diameter",
-    version=2,
+    "original mid-plane; not perforated, closed on axis and near rim as the hole diameter",
+    version=3,
     read=_read,
 )

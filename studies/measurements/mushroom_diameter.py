@@ -9,6 +9,6 @@ MEASUREMENT = Measurement(
     unit="m",
     meaning="diameter of the widest layer between particle edges; an edge is the centre of the outermost particle and "
     "half of its present distance to the next one in its row",
-    version=1,
+    version=2,
     read=mushroom_of,
 )

@@ -72,6 +72,11 @@ class Watch:
     view: Callable[[Any, Any], Any]  # of a Setting and a Snapshot in it: what measurements look at
     numbers: Callable[[Any], dict[str, float]] = _no_numbers  # that a last view says of its run
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
+    fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
+
+    def too_coarse(self, cells: Mapping[str, float]) -> bool:
+        """Whether a grid is so coarse that nothing is known of the error of what was measured on it."""
+        return any(cells[name] < fewest for name, fewest in self.fewest_cells.items())
 
 
 @dataclass(frozen=True)

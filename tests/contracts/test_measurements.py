@@ -93,6 +93,14 @@ def scooped_half_space(crater: float) -> View:
     return seen(radius[left], depth[left], thickness=DEPTH, breadth=BREADTH)
 
 
+def cratered(wall: Callable[[float], float], floor: float) -> View:
+    """A deep block without a crater: each layer of particles begins exactly at the wall of its depth."""
+    depths = line(0.0, DEPTH)
+    rows = [line(wall(z) if z < floor else 0.0, BREADTH) for z in depths]
+    depth = np.concatenate([np.full(row.size, z) for row, z in zip(rows, depths, strict=True)])
+    return seen(np.concatenate(rows), depth, thickness=DEPTH, breadth=BREADTH)
+
+
 def bored_half_space() -> View:
     """A deep block with a hole right through it, wider than the column about the axis."""
     points = np.meshgrid(line(HOLE, BREADTH), line(0.0, DEPTH), indexing="ij")
@@ -549,6 +557,14 @@ def test_opening__that_reaches_the_rim_is_not_contained(opening: str) -> None:
 
 
 @pytest.mark.parametrize("opening", OPENINGS)
+@pytest.mark.parametrize(("share", "flags"), [(0.49, ()), (0.51, ("near_rim",))])
+def test_opening__wider_than_half_of_its_plate_says_so(
+    opening: str, share: float, flags: tuple[str, ...]
+) -> None:
+    assert read(opening, drilled_disc(share * RADIUS)).flags == flags
+
+
+@pytest.mark.parametrize("opening", OPENINGS)
 def test_opening__of_a_plate_that_is_gone_is_not_contained(opening: str) -> None:
     disc = drilled_disc(HOLE)
     nothing = np.zeros_like(disc.target)
@@ -597,6 +613,70 @@ def test_crater_depth__of_a_hemisphere_is_its_radius() -> None:
 def test_crater_diameter__of_a_hemisphere_is_twice_its_radius() -> None:
     diameter = value("crater_diameter", scooped_half_space(CRATER))
     assert abs(diameter - 2.0 * CRATER) < 2.0 * PARTICLE
+
+
+# Walls by depth: radius at the surface and depth of the floor are those of the scoop.
+WALLS: dict[str, Callable[[float], float]] = {
+    "cylinder": lambda z: CRATER,
+    "hemisphere": lambda z: math.sqrt(CRATER**2 - z**2),
+    "paraboloid": lambda z: CRATER * math.sqrt(1.0 - z / CRATER),
+    "cone": lambda z: CRATER - 0.5 * z,
+    "undercut": lambda z: CRATER + 0.3 * z,
+}
+TENTH = 0.1 * CELL
+
+
+@pytest.mark.parametrize("shape", WALLS)
+def test_crater_diameter__is_that_of_the_wall_at_the_surface_to_a_tenth_of_a_cell(
+    shape: str,
+) -> None:
+    diameter = value("crater_diameter", cratered(WALLS[shape], CRATER))
+    assert abs(diameter - 2.0 * CRATER) < 2.0 * TENTH
+
+
+@pytest.mark.parametrize("cells", [3.0, 5.0, 7.0])
+def test_crater_diameter__of_a_shallow_crater_does_not_see_its_floor(cells: float) -> None:
+    shallow = cratered(WALLS["cylinder"], cells * CELL)
+    assert abs(value("crater_diameter", shallow) - 2.0 * CRATER) < 2.0 * TENTH
+
+
+def without_ring(block: View, begin: float, *, below: float) -> View:
+    """The block without a ring of one cell, from the surface to a depth."""
+    ring = (block.radius > begin) & (block.radius < begin + CELL) & (block.depth < below)
+    return without(block, ring)
+
+
+@pytest.mark.parametrize("skin", [1.5, 2.0, 4.0])  # cells of wall before the gap
+@pytest.mark.parametrize("below", [1.0, 2.0, 4.0])  # cells
+def test_crater_diameter__is_not_moved_by_a_gap_of_a_cell_in_the_wall(
+    skin: float, below: float
+) -> None:
+    block = cratered(WALLS["cylinder"], CRATER)
+    torn = without_ring(block, CRATER + skin * CELL, below=below * CELL)
+    assert abs(value("crater_diameter", torn) - 2.0 * CRATER) < 2.0 * TENTH
+
+
+@pytest.mark.parametrize("lean", [-1.0, 0.0, 1.0])  # of the lip's height, outwards
+def test_crater_diameter__is_not_moved_by_a_lip(lean: float) -> None:
+    block = cratered(WALLS["hemisphere"], CRATER)
+    lipped = block
+    for height in PARTICLE * (np.arange(8) + 0.5):
+        for radius in line(CRATER + lean * height, CRATER + lean * height + 4.0 * PARTICLE):
+            lipped = with_particle(lipped, float(radius), -float(height))
+    assert value("crater_diameter", lipped) == value("crater_diameter", block)
+
+
+def test_crater_diameter__is_not_moved_by_loose_matter_in_the_crater() -> None:
+    """A fifth of the crater's room is filled with single particles that still touch the wall."""
+    block = cratered(WALLS["hemisphere"], CRATER)
+    random = np.random.default_rng(1)
+    loose = block
+    for radius in line(PARTICLE, CRATER - 2.0 * CELL):
+        for depth in line(0.0, 4.0 * CELL):
+            if random.random() < 0.2:
+                loose = with_particle(loose, float(radius), float(depth))
+    moved = value("crater_diameter", loose) - value("crater_diameter", block)
+    assert abs(moved) < 2.0 * TENTH
 
 
 def test_crater_shape__of_a_hemisphere_is_one_half() -> None:

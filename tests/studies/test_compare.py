@@ -113,6 +113,20 @@ def test_value_of_a_failed_run__is_not_a_reference() -> None:
     assert residual(compare(dataset), "maiden_c").everywhere.n == 17
 
 
+@pytest.mark.parametrize(
+    ("flag", "compared"),
+    [("closed_on_axis", False), ("too_coarse", False), ("near_rim", True), ("still_growing", True)],
+)
+def test_value__whose_error_nobody_knows_is_compared_with_no_law(flag: str, compared: bool) -> None:
+    sweep = fakes.holes()
+    run = sweep.runs()[0].run
+    hole = fakes.measured(0.012, flag)
+    known = {**fakes.results(sweep), run.id: fakes.Result(run.id, {"hole_diameter": hole})}
+    laws = compare(cube.build(sweep, known, fakes.catalogue())).residuals
+    assert laws
+    assert {law.points for law in laws} == {len(sweep.runs()) - (not compared)}
+
+
 def test_statement__says_that_the_reference_is_a_simulation_unless_shots_are_given() -> None:
     assert compare(holes()).statement == ONLY_SIMULATION
     assert "observed shots that the sweep brought" in compare(holes(*fakes.SHOTS)).statement

@@ -536,3 +536,17 @@ def test_converge__extrapolates_only_what_converges(levels: list[list[float]]) -
     elif found.verdict != "no value":
         assert found.value == next(level.value for level in found.levels if level.values)
     assert found.verdict == "no value" or found.uncertainty >= found.offsets
+
+
+@pytest.mark.parametrize("grids", [1, 2, 3])
+def test_finest_grid__that_is_too_coarse_has_no_error_bar(grids: int) -> None:
+    samples = [
+        Sample(2.0**n, 10.0 + 2.0**n, 0.1, 0.1, doubts=("too_coarse",) if n == 0 else ())
+        for n in range(grids)
+    ]
+    found = converge(samples)
+    assert found.verdict == ("single grid" if grids == 1 else "not in the asymptotic range")
+    assert found.value == 11.0
+    assert math.isnan(found.uncertainty)
+    assert math.isnan(found.extrapolated)
+    assert "too coarse at the finest" in found.reason

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import pytest
 from solver.errors import Interrupted
 from solver.simulation import start
 from studies import materials, scenarios
-from studies.execution import _kinds_of_problem, compute, observer_of
+from studies.execution import Observer, _kinds_of_problem, compute, observer_of
 from studies.measurements import Reading
 from studies.parameters import declared
 from studies.recipes import RECIPES
@@ -31,7 +31,12 @@ RUNS: dict[str, dict[str, Any]] = {
         "cells_per_diameter": 4.0,
         "end_time": 4e-6,
     },
-    "taylor_bar": {"cells_per_diameter": 4.0, "end_time": 20e-6, "reference_length": 16.2e-3},
+    "taylor_bar": {
+        "cells_per_diameter": 4.0,
+        "end_time": 20e-6,
+        "reference_length": 16.2e-3,
+        "speed": 400.0,
+    },
     "elastic_bar": {},
     "plate_impact": {"cells_per_thickness": 40.0},
 }
@@ -177,15 +182,61 @@ def test_observer__recalls_what_it_remembered(scenario: str) -> None:
     assert [list(reading) for reading in other.readings] == [list(r) for r in one.readings]
 
 
+def watched(history: Sequence[float], name: str = "hole_diameter", **changes: Any) -> Observer:
+    """An observer of a plate that has read a history, in mm, five times in each window."""
+    observer = observer_of(asked("thin_plate", **{"cells_per_diameter": 16.0, **changes}))
+    observer.times = [observer.pace.interval * count for count in range(len(history))]
+    parts = {"resolution": 0.5e-3}
+    observer.readings = [{name: Reading(1e-3 * value, parts, ())} for value in history]
+    return observer
+
+
+STEADY = [math.nan] * 5 + [14.0] + [15.0] * 5  # two windows, of which the last begins at 14
+
+
 def test_growth__of_a_hole_that_was_not_there_yet_is_the_whole_of_it() -> None:
-    observer = observer_of(asked("thin_plate"))
-    window = observer.pace.window
-    observer.times = [0.0, window, 2.0 * window, 3.0 * window]
-    for values in ((math.nan, math.nan, math.nan, 4.0), (1.0, 2.0, 3.0, 4.0)):
-        observer.readings = [{"hole_diameter": Reading(value, {}, ())} for value in values]
-        whole = math.isnan(values[2])
-        assert observer.growth("hole_diameter") == (4.0 if whole else 1.0)
-        assert observer._measured("hole_diameter").parts == {"growth": 4.0 if whole else 1.0}
+    assert watched([math.nan] * 10 + [4.0]).growth("hole_diameter") == pytest.approx(4e-3)
+
+
+def test_growth__is_the_range_within_the_last_window_and_a_part_of_the_uncertainty() -> None:
+    """A dent in the history counts although both of its ends are level."""
+    observer = watched([*STEADY, 15.0, 15.3, 15.0, 15.0])
+    assert observer.growth("hole_diameter") == pytest.approx(0.3e-3)
+    hole = observer.measured_as("hole_diameter")
+    assert hole.parts["growth"] == pytest.approx(0.3e-3)
+    assert hole.uncertainty == pytest.approx(math.hypot(0.3e-3, 0.5e-3))
+
+
+# A cell is 0.5 mm, and half a per cent of 15 mm is 0.075 mm: the quarter of a cell decides; on 64 cells the share does.
+@pytest.mark.parametrize(
+    ("cells", "dent", "settled"),
+    [(16.0, 0.12, True), (16.0, 0.13, False), (64.0, 0.07, True), (64.0, 0.08, False)],
+)
+def test_settled__is_a_range_below_a_share_of_the_value_or_a_quarter_of_a_cell(
+    cells: float, dent: float, settled: bool
+) -> None:
+    level = [15.0] * 5
+    observer = watched([*STEADY, *level, 15.0 - dent, *level[:4], 15.0], cells_per_diameter=cells)
+    hole = observer.measured_as("hole_diameter")
+    assert ("still_growing" not in hole.flags) == settled
+
+
+def test_measured__on_fewer_than_two_cells_through_the_plate_has_no_error_bar() -> None:
+    for cells, flags in ((7.0, ("too_coarse",)), (8.0, ())):
+        hole = watched([*STEADY, *STEADY[5:]], cells_per_diameter=cells).measured_as(
+            "hole_diameter"
+        )
+        assert [flag for flag in hole.flags if flag == "too_coarse"] == list(flags)
+        assert (hole.uncertainty is None) == bool(flags)
+        assert hole.value == pytest.approx(15e-3)
+
+
+@pytest.mark.parametrize(("diameter", "flags"), [(4.9, ("wide_bar",)), (5.1, ())])
+def test_clear_diameter__whose_bar_is_above_a_tenth_of_it_says_so(
+    diameter: float, flags: tuple[str, ...]
+) -> None:
+    name = "hole_diameter_clear"
+    assert watched([diameter] * 20, name).measured_as(name).flags == flags
 
 
 def simulate_a_little(observer: Any) -> None:

@@ -23,6 +23,8 @@ KNOWN = Known(
     materials=("copper-ofhc",),
 )
 
+FLAGS = {"flag_masks": [1, 2], "flag_meanings": "closed_on_axis near_rim"}
+
 TABLE = """\
 # shots of last week
 speed [km/s], target, quantity, value [mm], uncertainty, source
@@ -124,6 +126,7 @@ def grid(
         {
             "depth": (dims, value),
             "depth_uncertainty": (dims, np.full(value.shape, bar)),
+            "depth_flags": (dims, np.zeros(value.shape, np.int32), FLAGS),
             "run_state": (dims, np.full(value.shape, SUCCEEDED)),
         },
         coords={name: list(values) for name, values in axes.items()},
@@ -223,11 +226,19 @@ def test_interpolation__gives_no_error_bar_where_the_runs_have_none() -> None:
     assert how == "linear between neighbouring runs"
 
 
+@pytest.mark.parametrize(("flag", "compared"), [(1, False), (2, True)])
+def test_shot_on_a_run__that_closed_on_its_axis_is_not_compared(flag: int, compared: bool) -> None:
+    dataset = grid(lambda speed: speed, speed=(1.0, 2.0))
+    dataset["depth_flags"][0] = flag
+    assert math.isfinite(bring_to(dataset, "depth", {"speed": 1.0})[0]) == compared
+
+
 def test_shot_in_a_zip__has_the_error_bar_of_its_run() -> None:
     dataset = xr.Dataset(
         {
             "depth": ("run", [1.0, 4.0, 9.0]),
             "depth_uncertainty": ("run", [0.1, 0.2, 0.3]),
+            "depth_flags": ("run", [0] * 3, FLAGS),
             "run_state": ("run", [SUCCEEDED] * 3),
         },
         coords={"speed": ("run", [1.0, 2.0, 3.0]), "plate_thickness": ("run", [3.0, 2.0, 1.0])},

@@ -385,7 +385,7 @@ def test_execute__state_holds_the_living_particles(computed: Computed) -> None:
 
 def test_execute__state_can_be_measured_again(tmp_path: Path) -> None:
     """A stored state gives the numbers of the result without solving."""
-    asking = asked(BLOCK, scenario="thick_plate", end_time=4e-6)
+    asking = asked(BLOCK, scenario="thick_plate", end_time=8e-6)
     result = execute(asking, tmp_path, threads=1)
     scenario = scenarios.load("thick_plate")
     setting = scenario.build(scenario.parameters(**asking.parameters), materials_of(asking))
