@@ -20,10 +20,11 @@ import numpy as np
 from solver.eos import reference_density, reference_sound_speed
 from solver.errors import ProblemError
 from solver.faces import Layer, fold_vectors
-from solver.geometry import fill_stencil, internal_force, node_count, node_positions, stencil_size
+from solver.geometry import node_count, node_positions
 from solver.jit import device, kernel
 from solver.problem import Absorber, Face, Matter, Problem
-from solver.transfer import new_stencil
+from solver.state import empty_nodes, empty_particles, tabulated
+from solver.transfer import scatter_surface
 
 REACH = 1.5  # cells: nodes nearer to a surface than this may have area there, for any shape
 
@@ -59,17 +60,22 @@ def absorber(matter: Matter, *, body: int, axis: int, side: int, place: float) -
 def dashpots(problem: Problem, absorber: Absorber, layers: list[list[Layer]]) -> Dashpots:
     """The nodes of an absorber between the closed faces of its grid; raises ProblemError where there is no surface."""
     body = problem.bodies[absorber.body]
-    nodes = node_count(problem.geometry)
-    full, area = np.zeros(nodes), np.zeros((nodes, 3))
-    _scatter(
-        problem.geometry, problem.shape, body.position, body.mass, 1.0 / body.density, full, area
-    )
+    found = empty_nodes(node_count(problem.geometry))
+    particles = empty_particles(body.mass.size)
+    particles.position[:], particles.mass[:] = body.position, body.mass
+    particles.density[:] = body.density
+    ranges = np.array([[0, body.mass.size]])
+    touched = np.zeros(found.mass.size, np.uint8)
+    table = tabulated(particles)
+    scatter_surface(problem.geometry, problem.shape, table, ranges, found.state, touched)
+    full, area = found.mass, found.force
     for axis in layers:
         for layer in axis:
             if layer.kind == Face.SYMMETRIC:
                 full[layer.inner] += full[layer.ghost]
                 fold_vectors(layer, area)
     distance = np.abs(node_positions(problem.geometry)[:, absorber.axis] - absorber.place)
+    area = area[: distance.size]
     outwards = area[:, absorber.axis] if absorber.side == 1 else -area[:, absorber.axis]
     near = distance < REACH * problem.geometry.spacing
     node = np.flatnonzero(near & (outwards > ROUND_OFF * np.abs(area).max()))
@@ -79,24 +85,6 @@ def dashpots(problem: Problem, absorber: Absorber, layers: list[list[Layer]]) ->
         )
     constant = outwards[node, None] * absorber.impedance
     return Dashpots(node, full[node], constant, np.zeros((node.size, 3)))
-
-
-@kernel
-def _scatter(geometry, shape, position, mass, specific_volume, full, area):
-    """Mass and outward area (m, 3) of particles at some places (n, 3).
-
-    The area is the force of a unit tension, and so there is none inside.
-    """
-    stencil = new_stencil(geometry, shape)
-    unit = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
-    for p in range(mass.size):
-        fill_stencil(geometry, shape, position, p, stencil)
-        for a in range(stencil_size(geometry, shape)):
-            i = stencil.node[a]
-            full[i] += stencil.weight[a] * mass[p]
-            share = internal_force(geometry, unit, stencil.gradient, a)
-            for c in range(3):
-                area[i, c] += mass[p] * specific_volume * share[c]
 
 
 @kernel

@@ -19,9 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.geometry import fill_stencil, internal_force, stencil_size
 from solver.jit import device, kernel
-from solver.transfer import new_stencil
 
 
 class Meeting(NamedTuple):
@@ -33,25 +31,6 @@ class Meeting(NamedTuple):
 def empty_meeting(nodes):
     """A pair that does not touch, on a number of nodes."""
     return Meeting(np.zeros((nodes, 3)))
-
-
-@kernel
-def scatter_surface(geometry, shape, particles, order, slab_start, slabs, surface):
-    """Outward area of a body at each node, (m, 3) m2 (m2 per radian): the sum of V grad N.
-
-    It is the force of a unit tension, and so vanishes inside a body in either geometry.
-    """
-    stencil = new_stencil(geometry, shape)
-    unit = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)
-    for slab in slabs:
-        for place in range(slab_start[slab], slab_start[slab + 1]):
-            p = order[place]
-            fill_stencil(geometry, shape, particles.position, p, stencil)
-            volume = particles.mass[p] / particles.density[p]
-            for a in range(stencil_size(geometry, shape)):
-                area = internal_force(geometry, unit, stencil.gradient, a)
-                for c in range(3):
-                    surface[stencil.node[a], c] += volume * area[c]
 
 
 @kernel

@@ -13,13 +13,17 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
 from solver.keeper import Keeper, Watch
 from solver.problem import Body, Problem
-from solver.state import Particles, Snapshot, empty_particles, joined, selected
-from solver.step import Stage, Stepper
-from solver.stress import QUANTITIES, Limits, Tally, chunks_of, empty_tally
+from solver.state import MASS, Snapshot, Particles, empty_particles, joined, tabulated, views
+from solver.step import Stage, Stepper, shares_of
+from solver.stress import QUANTITIES, Limits, Tally, empty_tally, find_fault
 from solver.threads import Team
 from solver.timestep import first_step, stable_step
+from solver.vectors import LANES
 
 SORT_INTERVAL = 50  # steps between reorderings of the particle arrays: memory locality only
+
+# Particles of a share, about, and the most shares: each has a table of nodes of its own.
+SHARE, MOST_SHARES = 8192, 8
 
 # Limits of a physical state. The strongest shock compresses a solid s/(s - 1) times, with s the slope of the Hugoniot:
 # twofold to fivefold for most metals. No particle ends ten times faster than the fastest body began, or with a hundred
@@ -97,11 +101,14 @@ class Simulation:
     taken: float = 0.0  # energy that damping, walls, absorbers and contact took, J
     taken_by_contact: float = 0.0  # of it
     team: Team = field(default_factory=Team)
+    shares: int = 0  # of the particles; decides the bits, and how many threads find work; 0: by their number
 
     def __post_init__(self) -> None:
         problem = self.problem
         self.limits = _limits(problem)
-        self.stepper = Stepper(problem, self.limits, self.team)
+        self.shares = self.shares or shares_for(self.particles.mass.size)
+        self.stepper = Stepper(problem, self.limits, self.team, self.shares)
+        self.table = tabulated(self.particles)
         self.impulse = np.zeros(3)
         self.start = totals(self.particles)
         self.dt = problem.fixed_dt or _first_step(problem)
@@ -128,7 +135,9 @@ class Simulation:
         """What goes from this step to the next, and into a checkpoint."""
         ledger, first = asdict(self.ledger), asdict(self.start)
         arrays = {
-            **self.particles._asdict(),
+            "table": np.ascontiguousarray(self.table),
+            "number": self.particles.number,
+            "alive": self.particles.alive,
             "body": self.body,
             "impulse": self.impulse,
             "ledger_momentum": ledger.pop("momentum"),
@@ -151,16 +160,15 @@ class Simulation:
         self.ledger = Ledger(**numbers["ledger"], momentum=arrays["ledger_momentum"])
         self.start = Totals(**numbers["start"], momentum=arrays["start_momentum"])
         self.impulse = arrays["impulse"]
-        self.particles = Particles(**{name: arrays[name] for name in Particles._fields})
-        self.body = arrays["body"]
-        self._lay_out()
+        self.table, self.body = arrays["table"], arrays["body"]
+        self._lay_out(arrays["number"], arrays["alive"])
 
     def advance(self) -> None:
         """One step; raises UnphysicalState."""
         if self.step and self.step % SORT_INTERVAL == 0:
             self._arrange()
         dt = self.dt
-        booked = self.stepper.advance(self.stage, self.tally, dt)
+        booked = self.stepper.advance(self.stage, self.tallies, dt)
         self.impulse += booked.impulse
         self.taken += booked.energy + booked.contact
         self.taken_by_contact += booked.contact
@@ -186,21 +194,26 @@ class Simulation:
         if faults.size:
             self._raise(int(faults[0]))
         if tally.outside.any():
-            gone = np.flatnonzero((self.particles.alive == 0) & ~self.booked)
+            gone = np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0))
             self.ledger = self.ledger.with_particles(self.particles, gone)
-            self.booked[gone] = True
+            self._blank(gone)
             if self.ledger.particles and not self.particles.alive.any():
                 raise ProblemError("every particle has left the grid; enlarge it or end earlier")
 
     def _raise(self, row: int) -> None:
-        culprit = int(self.tally.culprit[row])
+        first = int(self.tally.culprit[row])
+        found = [
+            (p, *find_fault(self.problem.bodies[int(self.body[p])].matter, self.limits, self.particles, p))
+            for p in range(first, min(first + LANES, self.body.size))
+        ]
+        culprit, kind, value = next(one for one in found if one[1])
         raise UnphysicalState(
             particle=int(self.particles.number[culprit]),
             body=self.problem.bodies[int(self.body[culprit])].name,
             time=self.time,
             step=self.step,
-            quantity=QUANTITIES[int(self.tally.fault[row])],
-            value=float(self.tally.value[row]),
+            quantity=QUANTITIES[kind],
+            value=value,
         )
 
     def _arrange(self) -> None:
@@ -214,18 +227,27 @@ class Simulation:
         cell += self.body.astype(np.int64) * node_count(geometry)
         order = np.argsort(cell, kind="stable")
         order = order[self.particles.alive[order] == 1]
-        self.particles = selected(self.particles, order)
+        if order.size < self.body.size:
+            self.table = np.ascontiguousarray(self.table[:, order])
+        else:
+            for row in self.table:
+                row[:] = row[order]
         self.body = np.ascontiguousarray(self.body[order])
-        self._lay_out()
+        self._lay_out(self.particles.number[order], self.particles.alive[order])
 
-    def _lay_out(self) -> None:
-        """The scratch that goes with the present order of the particles."""
-        count = self.body.size
+    def _lay_out(self, number: np.ndarray, alive: np.ndarray) -> None:
+        """The views and shares that go with the present order of the particles."""
+        self.particles = views(self.table, number, alive)
         edges = np.searchsorted(self.body, np.arange(len(self.problem.bodies) + 1))
         ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(edges) - 1)]
-        self.tally = empty_tally(sum(chunks_of(end - begin) for begin, end in ranges))
-        self.stage = Stage(self.particles, np.empty((count, 3)), np.empty(count, np.int64), ranges)
-        self.booked = self.particles.alive == 0
+        self.tally, self.tallies = empty_tally(self.shares * len(ranges))
+        self.stage = Stage(self.table, self.particles, shares_of(ranges, self.shares))
+
+    def _blank(self, gone: np.ndarray) -> None:
+        """Particles that left the grid have no mass, and stand where they harm nothing until they are dropped."""
+        self.table[MASS, gone] = 0.0
+        geometry = self.problem.geometry
+        self.particles.position[gone] = geometry.lower + 0.5 * geometry.spacing
 
 
 def simulate(
@@ -271,6 +293,14 @@ def simulate(
         smallest_step=simulation.smallest_step,
         particle_steps=simulation.particle_steps,
     )
+
+
+def shares_for(particles: int) -> int:
+    """Shares that so many particles are cut into, a power of two whatever the number of threads."""
+    shares = 1
+    while shares < MOST_SHARES and 2 * shares * SHARE <= particles:
+        shares *= 2
+    return shares
 
 
 def start(problem: Problem, *, threads: int | None = None) -> Simulation:

@@ -1,8 +1,22 @@
-"""The arrays of a simulation: particles, nodes, and the picture of both that leaves the solver. Allocation only."""
+"""The arrays of a simulation: particles, nodes, and the picture of both that leaves the solver. Allocation only.
+
+Kernels see tables. In that of the particles each number has a row, so that eight neighbours are one vector; ``Particles``
+are views of its rows. In those of the nodes each node has a line of eight numbers, 64 bytes, which is what the memory
+moves at a time; ``Nodes`` are views of its columns.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
+
+LINE = 8  # numbers of a node in a table
+BLOCK = 8  # nodes that are looked at together: whether any particle touched them
+
+# Rows of the table of particles.
+X, Y, Z, VX, VY, VZ, MASS, DENSITY, ENERGY, PRESSURE, VISCOSITY = range(11)
+S11, S22, S33, S12, S23, S31, STRAIN, KELVIN, DAMAGE = range(11, 20)
+NEW_X, NEW_Y, NEW_Z = range(20, 23)  # positions at n+1 while those at n are still needed
+ROWS = 23
 
 
 class Particles(NamedTuple):
@@ -36,6 +50,11 @@ class Nodes(NamedTuple):
         np.ndarray
     )  # (m, 3) ``before`` mapped to the particles and back, for damping of second order, m/s
     surface: np.ndarray  # (m, 3) outward area of a body, for contact, m2 (m2 per radian)
+    state: np.ndarray  # (m, 8) table of mass, momentum and force
+    motion: np.ndarray  # (m, 8) table of before and acceleration
+    mapped: np.ndarray  # (m, 8) table of velocity
+    smoothed: np.ndarray  # (m, 8) table of smooth
+    areas: np.ndarray  # (m, 8) table whose columns of the force are surface
 
 
 class Snapshot(NamedTuple):
@@ -49,46 +68,69 @@ class Snapshot(NamedTuple):
 
 def empty_particles(count):
     """Particles at rest, without stress."""
+    number, alive = np.arange(count, dtype=np.int64), np.ones(count, np.uint8)
+    return views(np.zeros((ROWS, count)), number, alive)
+
+
+def views(table, number, alive):
+    """The particles whose numbers are the columns of a table (ROWS, n)."""
     return Particles(
-        position=np.zeros((count, 3)),
-        velocity=np.zeros((count, 3)),
-        mass=np.zeros(count),
-        density=np.zeros(count),
-        energy=np.zeros(count),
-        pressure=np.zeros(count),
-        viscosity=np.zeros(count),
-        deviator=np.zeros((count, 6)),
-        plastic_strain=np.zeros(count),
-        temperature=np.zeros(count),
-        damage=np.zeros(count),
-        number=np.arange(count, dtype=np.int64),
-        alive=np.ones(count, dtype=np.uint8),
+        position=table[X : Z + 1].T,
+        velocity=table[VX : VZ + 1].T,
+        mass=table[MASS],
+        density=table[DENSITY],
+        energy=table[ENERGY],
+        pressure=table[PRESSURE],
+        viscosity=table[VISCOSITY],
+        deviator=table[S11 : S31 + 1].T,
+        plastic_strain=table[STRAIN],
+        temperature=table[KELVIN],
+        damage=table[DAMAGE],
+        number=number,
+        alive=alive,
     )
 
 
-def empty_nodes(count):
-    """Nodes without mass."""
+def tabulated(particles):
+    """A table (ROWS, n) with the numbers of some particles."""
+    table = np.zeros((ROWS, particles.mass.size))
+    copy = views(table, particles.number, particles.alive)
+    for name in set(Particles._fields) - {"number", "alive"}:
+        getattr(copy, name)[:] = getattr(particles, name)
+    return table
+
+
+def lines(count):
+    """A table of so many lines of zeros, each in a line of the processor's cache."""
+    memory = np.zeros(count * LINE + LINE)
+    skipped = -memory.ctypes.data % (LINE * memory.itemsize) // memory.itemsize
+    return memory[skipped : skipped + count * LINE].reshape(count, LINE)
+
+
+def empty_nodes(count, *, smooth=True, surface=True):
+    """Nodes without mass, in whole blocks; without what only damping or contact looks at, if told so."""
+    count = -(-count // BLOCK) * BLOCK
+    state, motion, mapped = lines(count), lines(count), lines(count)
+    smoothed, areas = lines(count if smooth else 0), lines(count if surface else 0)
     return Nodes(
-        mass=np.zeros(count),
-        momentum=np.zeros((count, 3)),
-        force=np.zeros((count, 3)),
-        before=np.zeros((count, 3)),
-        velocity=np.zeros((count, 3)),
-        acceleration=np.zeros((count, 3)),
-        smooth=np.zeros((count, 3)),
-        surface=np.zeros((count, 3)),
+        mass=state[:, 0],
+        momentum=state[:, 1:4],
+        force=state[:, 4:7],
+        before=motion[:, 0:3],
+        velocity=mapped[:, 0:3],
+        acceleration=motion[:, 3:6],
+        smooth=smoothed[:, 0:3],
+        surface=areas[:, 4:7],
+        state=state,
+        motion=motion,
+        mapped=mapped,
+        smoothed=smoothed,
+        areas=areas,
     )
 
 
 def joined(parts):
     """Particles of several bodies behind one another, numbered anew."""
-    fields = {
-        name: np.concatenate([getattr(part, name) for part in parts]) for name in Particles._fields
-    }
-    fields["number"] = np.arange(fields["mass"].size, dtype=np.int64)
-    return Particles(**fields)
-
-
-def selected(particles, index):
-    """The particles at the given places, as new contiguous arrays."""
-    return Particles(*(np.ascontiguousarray(field[index]) for field in particles))
+    table = np.concatenate([tabulated(part) for part in parts], axis=1)
+    alive = np.concatenate([part.alive for part in parts])
+    return views(table, np.arange(alive.size, dtype=np.int64), alive)

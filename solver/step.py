@@ -18,13 +18,13 @@ velocities that the particles end with, so that their sums drift, and the audit 
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from solver.absorb import absorb, dashpots, energy_absorbed
-from solver.contact import empty_meeting, energy_taken, meet, scatter_surface
+from solver.contact import empty_meeting, energy_taken, meet
 from solver.faces import (
     Layer,
     book_ghosts,
@@ -40,26 +40,24 @@ from solver.faces import (
 )
 from solver.geometry import node_count
 from solver.jit import kernel
-from solver.problem import Body, Face, Problem, Scheme
-from solver.state import Nodes, Particles, empty_nodes
-from solver.stress import BAD_POSITION, CHUNK, Limits, Tally, chunks_of, update_chunks
+from solver.problem import Face, Problem, Scheme
+from solver.state import BLOCK, NEW_X, NEW_Z, X, Z, Particles, empty_nodes, lines
+from solver.stress import Limits, update_particles
 from solver.threads import Team
 from solver.transfer import (
     move_particles,
     scatter_smoothed,
     scatter_state,
-    slab_count,
-    sort_into_slabs,
+    scatter_surface,
 )
 
 
 class Stage(NamedTuple):
-    """The particle arrays of a step and the scratch that goes with them."""
+    """The particles of a step."""
 
-    particles: Particles
-    moved: np.ndarray  # (n, 3) positions at n+1 while those at n are still needed, m
-    order: np.ndarray  # (n,) living particles, field by field and in it slab by slab
-    ranges: list[tuple[int, int]]  # (begin, end) of each body
+    table: np.ndarray  # (ROWS, n)
+    particles: Particles  # views of it
+    shares: np.ndarray  # (s, bodies, 2) where the particles of each body begin and end in each share
 
 
 class Booked(NamedTuple):
@@ -74,14 +72,22 @@ class Booked(NamedTuple):
 
 
 class Field:
-    """One velocity field: its nodes, the closed faces around them, and which bodies move in it."""
+    """One velocity field: its nodes, the closed faces around them, and which bodies move in it.
 
-    def __init__(self, problem: Problem, bodies: slice):
-        self.nodes = empty_nodes(node_count(problem.geometry))
+    Each share of the particles adds to a table of its own; the first is that of the nodes.
+    """
+
+    def __init__(self, problem: Problem, bodies: slice, shares: int):
+        count = node_count(problem.geometry)
+        self.nodes = empty_nodes(
+            count, smooth=problem.damping.order > 1, surface=problem.contact is not None
+        )
+        whole = len(self.nodes.mass)
+        self.tables = [self.nodes.state, *(lines(whole) for _ in range(1, shares))]
+        self.touched = np.zeros((shares, whole // BLOCK), np.uint8)
+        self.blocks = np.zeros(0, np.int64)  # of nodes that particles touch in this step
         self.layers = closed_layers(problem.geometry, problem.faces, problem.clamp)
-        slabs = slab_count(problem.geometry)
-        self.slab_start = np.zeros(slabs + 1, np.int64)
-        self.lost = np.zeros((slabs, 4))
+        self.lost = np.zeros((shares, 4))
         self.bodies = bodies
         ours = range(len(problem.bodies))[bodies]
         self.dashpots = [
@@ -92,6 +98,12 @@ class Field:
         """The layers, axis by axis."""
         for axis in self.layers:
             yield from axis
+
+    def gathered(self, team: Team) -> None:
+        """Sum the tables of the shares in the first one, in their order, and find the blocks that they touched."""
+        self.blocks = np.flatnonzero(self.touched.any(axis=0))
+        for table in self.tables[1:]:
+            _over_blocks(team, add_lines, self.blocks, self.nodes.state, table)
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces, axis by axis, so that corners are folded once along each."""
@@ -128,9 +140,9 @@ class Field:
 
 
 class Stepper:
-    """The ordered stages of a step over one problem's arrays."""
+    """The ordered stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, team: Team):
+    def __init__(self, problem: Problem, limits: Limits, team: Team, shares: int):
         self.problem = problem
         self.limits = limits
         self.team = team
@@ -138,59 +150,44 @@ class Stepper:
         bodies = len(problem.bodies)
         apart = bodies if problem.contact else 1  # contact asks for a field a body
         self.fields = [
-            Field(problem, slice(i, i + 1) if problem.contact else slice(0, bodies))
+            Field(problem, slice(i, i + 1) if problem.contact else slice(0, bodies), shares)
             for i in range(apart)
         ]
         self.pairs = [
-            (first, second, empty_meeting(node_count(problem.geometry)))
+            (first, second, empty_meeting(len(self.fields[0].nodes.mass)))
             for first, second in itertools.combinations(range(apart), 2)
         ]
-        self.node_ranges = team.ranges(node_count(problem.geometry))
-        slabs = np.arange(slab_count(problem.geometry))
-        self.parities = (slabs[0::2], slabs[1::2])
 
-    def advance(self, stage: Stage, tally: Tally, dt: float) -> Booked:
-        """Take the particles from n to n+1."""
+    def advance(self, stage: Stage, tally: np.ndarray, dt: float) -> Booked:
+        """Take the particles from n to n+1; ``tally`` (shares times bodies, columns) is written."""
         scheme, impulse = self.problem.scheme, np.zeros(3)
-        self._sort(stage)
         if scheme == Scheme.USF:
             self._update_first(stage, tally, dt)
         energy, contact = self._move(stage, dt, impulse)
+        outside = True
         if scheme == Scheme.USF:
-            stage.particles.position[:] = stage.moved
-            _find_nowhere(stage.moved, tally)
+            stage.table[X : Z + 1] = stage.table[NEW_X : NEW_Z + 1]
+            _find_nowhere(stage.particles.position, tally)
         else:
             self._update(stage, tally, dt, keep=0)  # sigma at n+1
+            outside = bool(tally[:, OUTSIDE].any())
         reflected = 0
-        if tally.outside.any():
+        if outside:
             reflected = cross_faces(
                 self.problem.geometry, self.faces, self.problem.clamp, stage.particles, impulse
             )
         return Booked(impulse, energy, contact, reflected)
 
-    def _sort(self, stage: Stage) -> None:
-        for field in self.fields:
-            begin, end = _span(stage, field)
-            sort_into_slabs(
-                self.problem.geometry,
-                stage.particles,
-                begin,
-                end,
-                stage.order[begin:end],
-                field.slab_start,
-            )
-
-    def _update_first(self, stage: Stage, tally: Tally, dt: float) -> None:
+    def _update_first(self, stage: Stage, tally: np.ndarray, dt: float) -> None:
         """Stress at n+1 from the nodal velocities at n; the nodes are clear again."""
         for field in self.fields:
             self._scatter(field, stage)
             field.close(0.0, np.zeros(3))
-            self._on_nodes(solve_momentum, field.nodes, 0.0)
+            self._on_nodes(solve_momentum, field, 0.0)
             field.mirror()
-            self._on_nodes(clear_nodes, field.nodes)
-        stage.moved[:] = stage.particles.position
+            self._clear(field)
+        stage.table[NEW_X : NEW_Z + 1] = stage.table[X : Z + 1]
         self._update(stage, tally, dt, keep=1)
-        tally.outside[:] = 1  # they move after this: every step looks
 
     def _move(self, stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
         """x, v at n+1, and the nodal velocities that the strain takes.
@@ -201,42 +198,49 @@ class Stepper:
         part = -np.expm1(-problem.damping.rate * dt)
         damping = (float(part), float(problem.damping.order))
         halves = 0.0 if problem.scheme == Scheme.USF else 0.5
-        work = (halves, problem.viscosity.heating)
+        work = (halves, float(problem.viscosity.heating))
         for field in self.fields:
             self._scatter(field, stage)  # m, p, f at n
             field.close(dt, impulse)
             field.absorb(dt, impulse)
         self._meet(stage, dt)
         for field in self.fields:
-            self._on_nodes(solve_momentum, field.nodes, dt)  # v at n+1
+            self._on_nodes(solve_momentum, field, dt)  # v at n+1
             field.mirror()
             for layer in field.walls():
                 book_ghosts(layer, field.nodes, dt, impulse)
-            if damping[0] > 0.0 and damping[1] == 2.0:
+            if damping[0] > 0.0 and damping[1] > 1.0:
                 self._smooth(field, stage)
         for field in self.fields:
             field.lost[:] = 0.0
-            self._over_slabs(
-                move_particles,
+            self._over_shares(
                 field,
                 stage,
-                stage.moved,
-                field.nodes,
-                work,
-                damping,
-                dt,
-                field.lost,
+                lambda field, share, ranges: move_particles(
+                    problem.geometry,
+                    problem.shape,
+                    stage.table,
+                    ranges,
+                    field.nodes.motion,
+                    field.nodes.smoothed,
+                    field.tables[share],
+                    work,
+                    damping,
+                    dt,
+                    field.lost[share],
+                ),
             )
+            field.gathered(self.team)
             impulse -= field.lost[:, :3].sum(axis=0)
             energy += float(field.lost[:, 3].sum())
             energy += field.close_mapped()
             if problem.scheme == Scheme.MUSL:
-                self._on_nodes(take_mapped, field.nodes)
+                self._on_nodes(take_mapped, field)
                 field.mirror()
         for first, second, meeting in self.pairs:
             contact += energy_taken(self.fields[first].nodes, self.fields[second].nodes, meeting)
         for field in self.fields:
-            self._on_nodes(clear_nodes, field.nodes)
+            self._clear(field)
         return energy, contact
 
     def _meet(self, stage: Stage, dt: float) -> None:
@@ -251,8 +255,12 @@ class Stepper:
             meet(nodes, others, meeting, contact.friction, dt)
 
     def _scatter_surface(self, field: Field, stage: Stage) -> None:
-        field.nodes.surface[:] = 0.0
-        self._over_slabs(scatter_surface, field, stage, field.nodes.surface)
+        areas = field.nodes.areas
+        self._on_lines(clear_lines, field, areas)
+        for share in range(len(field.tables)):  # into one table, so one after another
+            ranges = stage.shares[share, field.bodies]
+            problem, touched = self.problem, field.touched[0]
+            scatter_surface(problem.geometry, problem.shape, stage.table, ranges, areas, touched)
         for axis in field.layers:
             for layer in axis:
                 fold_vectors(layer, field.nodes.surface)
@@ -260,136 +268,162 @@ class Stepper:
                 mirror_vectors(layer, field.nodes.surface)
 
     def _scatter(self, field: Field, stage: Stage) -> None:
-        self._over_slabs(scatter_state, field, stage, field.nodes)
+        self._over_shares(
+            field,
+            stage,
+            lambda field, share, ranges: scatter_state(
+                self.problem.geometry,
+                self.problem.shape,
+                stage.table,
+                ranges,
+                field.tables[share],
+                field.touched[share],
+            ),
+        )
+        field.gathered(self.team)
 
     def _smooth(self, field: Field, stage: Stage) -> None:
         """The nodal velocities seen through the particles once more."""
-        field.nodes.smooth[:] = 0.0
-        self._over_slabs(scatter_smoothed, field, stage, field.nodes)
+        smoothed = field.nodes.smoothed
+        self._on_lines(clear_lines, field, smoothed)
+        for share in range(len(field.tables)):
+            ranges = stage.shares[share, field.bodies]
+            geometry, shape = self.problem.geometry, self.problem.shape
+            scatter_smoothed(geometry, shape, stage.table, ranges, field.nodes.motion, smoothed)
         for layer in field.walls():
             fold_vectors(layer, field.nodes.smooth)
-        self._on_nodes(divide_smooth, field.nodes)
+        self._on_nodes(divide_smooth, field)
         for axis in reversed(field.layers):
             for layer in axis:
                 mirror_vectors(layer, field.nodes.smooth)
 
-    def _update(self, stage: Stage, tally: Tally, dt: float, *, keep: int) -> None:
-        row = 0
-        for field in self.fields:
-            pairs = list(zip(self.problem.bodies, stage.ranges, strict=True))[field.bodies]
-            for body, (begin, end) in pairs:
-                self._update_body(body, field.nodes, stage, begin, end, tally, row, dt, keep)
-                row += chunks_of(end - begin)
+    def _update(self, stage: Stage, tally: np.ndarray, dt: float, *, keep: int) -> None:
+        problem = self.problem
 
-    def _update_body(
-        self,
-        body: Body,
-        nodes: Nodes,
-        stage: Stage,
-        begin: int,
-        end: int,
-        tally: Tally,
-        row: int,
-        dt: float,
-        keep: int,
-    ) -> None:
-        def update(part: tuple[int, int]) -> None:
-            update_chunks(
-                self.problem.geometry,
-                self.problem.shape,
-                body.matter,
-                self.problem.viscosity,
+        def update(work: tuple[int, int, int, Field]) -> None:
+            row, body, share, field = work
+            begin, end = stage.shares[share, body].tolist()
+            update_particles(
+                problem.geometry,
+                problem.shape,
+                problem.bodies[body].matter,
+                problem.viscosity,
                 self.limits,
-                stage.particles,
-                stage.moved,
-                begin + part[0],
-                begin + part[1],
-                nodes,
+                stage.table,
+                begin,
+                end,
+                field.nodes.mapped,
                 tally,
-                row + part[0] // CHUNK,
+                row,
                 dt,
                 keep,
             )
 
-        self.team.run(update, self.team.ranges(end - begin, CHUNK))
+        shares, bodies = stage.shares.shape[:2]
+        works = [
+            (share * bodies + body, body, share, field)
+            for field in self.fields
+            for body in range(bodies)[field.bodies]
+            for share in range(shares)
+        ]
+        self.team.run(update, works)
 
-    def _over_slabs(self, work: Any, field: Field, stage: Stage, *arguments: Any) -> None:
-        """A kernel over the particles of a field, slab by slab."""
-        begin, end = _span(stage, field)
-        order = stage.order[begin:end]
-        for slabs in self._shares(field):
-            self.team.run(
-                lambda share: work(
-                    self.problem.geometry,
-                    self.problem.shape,
-                    stage.particles,
-                    order,
-                    field.slab_start,
-                    share,
-                    *arguments,
-                ),
-                slabs,
-            )
+    def _over_shares(self, field: Field, stage: Stage, call: Any) -> None:
+        """A kernel over each share of the particles of a field."""
+        shares = range(len(field.tables))
+        self.team.run(lambda share: call(field, share, stage.shares[share, field.bodies]), shares)
 
-    def _shares(self, field: Field) -> list[list[np.ndarray]]:
-        """Slabs for each thread: the even ones, and then the odd ones; empty slabs are left out."""
-        load = np.diff(field.slab_start)
-        return [self.team.balanced(load, slabs[load[slabs] > 0]) for slabs in self.parities]
+    def _on_nodes(self, work: Any, field: Field, *arguments: float) -> None:
+        _over_blocks(self.team, work, field.blocks, field.nodes, *arguments)
 
-    def _on_nodes(self, work: Any, nodes: Nodes, *arguments: float) -> None:
-        self.team.run(lambda part: work(nodes, *part, *arguments), self.node_ranges)
+    def _on_lines(self, work: Any, field: Field, table: np.ndarray) -> None:
+        _over_blocks(self.team, work, field.blocks, table)
+
+    def _clear(self, field: Field) -> None:
+        self._on_lines(clear_lines, field, field.nodes.state)
+        field.touched[:] = 0
 
 
-def _find_nowhere(position: np.ndarray, tally: Tally) -> None:
+OUTSIDE, FAULT, CULPRIT = 10, 11, 12  # columns of a tally
+
+
+def _over_blocks(team: Team, work: Any, blocks: np.ndarray, *arguments: Any) -> None:
+    """A kernel over blocks of nodes, cut into one range a thread."""
+    shares = [blocks[begin:end] for begin, end in team.ranges(blocks.size)]
+    team.run(lambda share: work(share, *arguments), shares)
+
+
+def _find_nowhere(position: np.ndarray, tally: np.ndarray) -> None:
     """Report a place that is no number: with USF particles move after all else has been looked at."""
     nowhere = np.flatnonzero(~np.isfinite(position).all(axis=1))
-    if nowhere.size and not tally.fault.any():
-        tally.fault[0], tally.culprit[0], tally.value[0] = BAD_POSITION, nowhere[0], np.nan
+    if nowhere.size and not tally[:, FAULT].any():
+        tally[0, FAULT], tally[0, CULPRIT] = 1.0, nowhere[0]
 
 
-def _span(stage: Stage, field: Field) -> tuple[int, int]:
-    """Where the particles of a field's bodies begin and end."""
-    ranges = stage.ranges[field.bodies]
-    return ranges[0][0], ranges[-1][1]
+def shares_of(ranges: Sequence[tuple[int, int]], shares: int) -> np.ndarray:
+    """The particles of bodies, each from begin to end, cut into shares: (shares, bodies, 2)."""
+    return np.array(
+        [
+            [
+                [begin + (end - begin) * share // shares, begin + (end - begin) * (share + 1) // shares]
+                for begin, end in ranges
+            ]
+            for share in range(shares)
+        ],
+        np.int64,
+    )
 
 
 @kernel
-def solve_momentum(nodes, begin, end, dt):
+def add_lines(blocks, table, other):
+    """Add the lines of another table, and clear them there."""
+    for block in blocks:
+        for i in range(BLOCK * block, BLOCK * (block + 1)):
+            for c in range(8):
+                table[i, c] += other[i, c]
+                other[i, c] = 0.0
+
+
+@kernel
+def clear_lines(blocks, table):
+    """Nothing in the lines of some blocks, for the next mapping."""
+    for block in blocks:
+        table[BLOCK * block : BLOCK * (block + 1), :] = 0.0
+
+
+@kernel
+def solve_momentum(blocks, nodes, dt):
     """p(n+1) = p(n) + f dt, as velocity and acceleration; leaves momentum and force clear for the mapping back."""
-    for i in range(begin, end):
-        if nodes.mass[i] > 0.0:
-            for axis in range(3):
-                acceleration = nodes.force[i, axis] / nodes.mass[i]
-                nodes.before[i, axis] = nodes.momentum[i, axis] / nodes.mass[i]
-                nodes.acceleration[i, axis] = acceleration
-                nodes.velocity[i, axis] = nodes.before[i, axis] + acceleration * dt
-                nodes.momentum[i, axis] = 0.0
-                nodes.force[i, axis] = 0.0
+    for block in blocks:
+        for i in range(BLOCK * block, BLOCK * (block + 1)):
+            if nodes.mass[i] > 0.0:
+                inverse = 1.0 / nodes.mass[i]
+                for axis in range(3):
+                    acceleration = nodes.force[i, axis] * inverse
+                    before = nodes.momentum[i, axis] * inverse
+                    nodes.before[i, axis] = before
+                    nodes.acceleration[i, axis] = acceleration
+                    nodes.velocity[i, axis] = before + acceleration * dt
+                    nodes.momentum[i, axis] = 0.0
+                    nodes.force[i, axis] = 0.0
 
 
 @kernel
-def divide_smooth(nodes, begin, end):
+def divide_smooth(blocks, nodes):
     """Mapped momentum of the smoothed velocities becomes their velocity."""
-    for i in range(begin, end):
-        if nodes.mass[i] > 0.0:
-            for axis in range(3):
-                nodes.smooth[i, axis] /= nodes.mass[i]
+    for block in blocks:
+        for i in range(BLOCK * block, BLOCK * (block + 1)):
+            if nodes.mass[i] > 0.0:
+                for axis in range(3):
+                    nodes.smooth[i, axis] /= nodes.mass[i]
 
 
 @kernel
-def take_mapped(nodes, begin, end):
+def take_mapped(blocks, nodes):
     """Velocity of nodes that carry mass, from the momentum mapped back."""
-    for i in range(begin, end):
-        if nodes.mass[i] > 0.0:
-            for axis in range(3):
-                nodes.velocity[i, axis] = nodes.momentum[i, axis] / nodes.mass[i]
-
-
-@kernel
-def clear_nodes(nodes, begin, end):
-    """No mass and no momentum, for the next mapping."""
-    for i in range(begin, end):
-        if nodes.mass[i] > 0.0:
-            nodes.mass[i] = 0.0
-            for axis in range(3):
-                nodes.momentum[i, axis] = 0.0
+    for block in blocks:
+        for i in range(BLOCK * block, BLOCK * (block + 1)):
+            if nodes.mass[i] > 0.0:
+                inverse = 1.0 / nodes.mass[i]
+                for axis in range(3):
+                    nodes.velocity[i, axis] = nodes.momentum[i, axis] * inverse

@@ -1,7 +1,7 @@
 """Stress update of one body: strain rate, spin, return to the yield surface, pressure, energy, failure, temperature.
 
-Called body by body, because the laws are chosen by the types in its ``Matter``. Chunks of fixed size make the tallies
-independent of the number of threads.
+Called body by body, because the laws are chosen by the types in its ``Matter``, and eight particles at a time: the
+laws are written without ``if``, for a point as for eight of them.
 """
 
 import math
@@ -19,8 +19,33 @@ from solver.eos import (
     temperature,
 )
 from solver.failure import floor_until_failure, grown_damage
-from solver.geometry import exit_face
+from solver.geometry import PACK, dimensions, gather, hoop_factor, velocity_gradient
 from solver.jit import device, kernel
+from solver.state import (
+    DAMAGE,
+    DENSITY,
+    ENERGY,
+    KELVIN,
+    MASS,
+    NEW_X,
+    NEW_Y,
+    NEW_Z,
+    PRESSURE,
+    S11,
+    S12,
+    S22,
+    S23,
+    S31,
+    S33,
+    STRAIN,
+    VISCOSITY,
+    VX,
+    VY,
+    VZ,
+    X,
+    Y,
+    Z,
+)
 from solver.strength import hardening, melting, rate_and_heat, stiffness
 from solver.tension import pressure_floor
 from solver.tensor import (
@@ -35,20 +60,35 @@ from solver.tensor import (
     strain_increment,
     volume_ratio,
 )
-from solver.transfer import gather_velocity_gradient, new_stencil
-
-CHUNK = 1024  # particles whose tallies are kept together
+from solver.transfer import find_nodes, new_pack
+from solver.vectors import (
+    LANES,
+    absolute,
+    alike,
+    anywhere,
+    finite,
+    first_lanes,
+    largest,
+    load,
+    maximum,
+    minimum,
+    spread,
+    sqrt,
+    store,
+    total,
+    where,
+)
 
 # Of the trial stress: the relative error of the plastic strain increment. The stress itself is on the surface exactly.
-RETURN_TOLERANCE = 1e-5
+RETURN_TOLERANCE = 1e-9
 SECANTS, HALVINGS = 30, 60  # tries of each rule; the second leaves 1e-18 of the elastic strain
 
 # Of c0, in the time step only: an expanded solid has no sound to speak of, and steps without bound would follow.
 SOUND_SPEED_FLOOR = 0.2
 
-# Kinds of unphysical state, as kernels report them; the text is what the error says.
+# Kinds of unphysical state; the text is what the error says.
 QUANTITIES = ("", "density", "specific internal energy", "pressure", "speed", "position")
-SOUND, BAD_DENSITY, BAD_ENERGY, BAD_PRESSURE, BAD_SPEED, BAD_POSITION = range(6)
+PHYSICAL, BAD_DENSITY, BAD_ENERGY, BAD_PRESSURE, BAD_SPEED, BAD_POSITION = range(6)
 
 
 class Limits(NamedTuple):
@@ -61,7 +101,7 @@ class Limits(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """What the chunks of one step report; each array has one row a chunk."""
+    """What the shares of the bodies report of one step; each array has one number a share."""
 
     signal: np.ndarray  # largest signal speed + particle speed, m/s
     volume_rate: np.ndarray  # largest |tr D|, 1/s
@@ -74,13 +114,12 @@ class Tally(NamedTuple):
     unstable: np.ndarray  # particles whose negative c^2 counted as zero for the viscosity
     failed: np.ndarray  # particles that failed in this step
     outside: np.ndarray  # particles now outside the grid, for ``faces.cross_faces``
-    fault: np.ndarray  # 0 or the first kind of unphysical state
-    culprit: np.ndarray  # its particle
-    value: np.ndarray  # and the value
+    fault: np.ndarray  # 1 where a state is unphysical
+    culprit: np.ndarray  # the first particle of the first eight among which one is
 
 
 class Point(NamedTuple):
-    """The state of one particle that the laws act on."""
+    """The state of one particle, or of eight, that the laws act on."""
 
     density: float
     energy: float
@@ -93,154 +132,114 @@ class Point(NamedTuple):
 
 
 class Acts(NamedTuple):
-    """Which safeguards acted on a point in a step, each 0 or 1."""
+    """Which safeguards acted on a point in a step."""
 
-    tension_floor: int
-    molten: int
-    unstable: int
-
-
-def empty_tally(chunks):
-    """A tally for a number of chunks."""
-    real = ("signal", "volume_rate", "value")
-    return Tally(
-        **{name: np.zeros(chunks, float if name in real else np.int64) for name in Tally._fields}
-    )
+    tension_floor: bool
+    molten: bool
+    unstable: bool
 
 
-def chunks_of(count):
-    """Chunks that hold a number of particles."""
-    return -(-count // CHUNK)
+def empty_tally(shares):
+    """A tally for a number of shares, and the table (shares, columns) that kernels write it to."""
+    table = np.zeros((shares, len(Tally._fields)))
+    return Tally(*table.T), table
 
 
 @kernel
-def update_chunks(
-    geometry,
-    shape,
-    matter,
-    viscosity,
-    limits,
-    particles,
-    moved,
-    begin,
-    end,
-    nodes,
-    tally,
-    row,
-    dt,
-    keep,
+def update_particles(
+    geometry, shape, matter, viscosity, limits, table, begin, end, nodes, tally, row, dt, keep
 ):
     """Advance stress, density, energy and position of the particles begin..end of one body.
 
-    The tally of each chunk of ``CHUNK`` particles goes to its own row, from ``row`` on. ``keep`` 1 stores the energy
-    with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that follow.
+    ``nodes`` is a table whose lines begin with the velocity; the tally goes to one row of its table. ``keep`` 1 stores
+    the energy with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that
+    follow.
     """
-    for start in range(begin, end, CHUNK):
-        stop = min(start + CHUNK, end)
-        _update_chunk(
-            geometry,
-            shape,
-            matter,
-            viscosity,
-            limits,
-            particles,
-            moved,
-            start,
-            stop,
-            nodes,
-            tally,
-            row,
-            dt,
-            keep,
-        )
-        row += 1
-
-
-@device
-def _update_chunk(
-    geometry,
-    shape,
-    matter,
-    viscosity,
-    limits,
-    particles,
-    moved,
-    start,
-    stop,
-    nodes,
-    tally,
-    row,
-    dt,
-    keep,
-):
-    # Arrays by their own names: taking them from a record inside the loop costs their reference counts each time.
-    position, velocity, alive = particles.position, particles.velocity, particles.alive
-    density, energy, pressure = particles.density, particles.energy, particles.pressure
-    q, s, kelvin = particles.viscosity, particles.deviator, particles.temperature
-    plastic_strain, damage = particles.plastic_strain, particles.damage
-    stencil = new_stencil(geometry, shape)
-    gradient = np.empty((3, 3))
-    signal = volume_rate = value = 0.0
-    floors = beyond = below = cold = molten = slow = unstable = failed = 0
-    outside = fault = culprit = 0
-    for p in range(start, stop):
-        if not alive[p]:
-            continue
-        gather_velocity_gradient(geometry, shape, position, p, nodes, stencil, gradient)
-        deviatoric = (s[p, 0], s[p, 1], s[p, 2], s[p, 3], s[p, 4], s[p, 5])
-        old = Point(
-            density[p],
-            energy[p],
-            pressure[p],
-            q[p],
-            deviatoric,
-            plastic_strain[p],
-            kelvin[p],
-            damage[p],
-        )
-        new, present, acts = advance(matter, viscosity, geometry.spacing, dt, gradient, old)
-        density[p] = new.density
-        energy[p] = present if keep else new.energy
-        pressure[p] = new.pressure
-        q[p] = new.viscosity
-        plastic_strain[p] = new.plastic_strain
-        kelvin[p] = max(new.temperature, 0.0)
-        damage[p] = new.damage
-        s[p, 0], s[p, 1], s[p, 2] = new.deviator[0], new.deviator[1], new.deviator[2]
-        s[p, 3], s[p, 4], s[p, 5] = new.deviator[3], new.deviator[4], new.deviator[5]
-        position[p, 0] = moved[p, 0]
-        position[p, 1] = moved[p, 1]
-        position[p, 2] = moved[p, 2]
-
-        rate = gradient[0, 0] + gradient[1, 1] + gradient[2, 2]
-        speed = math.sqrt(velocity[p, 0] ** 2 + velocity[p, 1] ** 2 + velocity[p, 2] ** 2)
-        own, floored = signal_speed(matter, viscosity, geometry.spacing, rate, new)
-        signal = max(signal, speed + own)
-        volume_rate = max(volume_rate, abs(rate))
-        floors += acts.tension_floor
-        molten += acts.molten
-        unstable += acts.unstable
-        slow += floored
-        beyond += outside_range(matter.eos, new.density)
-        below += below_range(matter.eos, new.density)
-        cold += new.temperature < 0.0
-        failed += (new.damage >= 1.0) > (old.damage >= 1.0)
-        outside += exit_face(geometry, position, p) >= 0
-        if fault == 0:
-            place = position[p, 0] + position[p, 1] + position[p, 2]
-            fault, value = find_fault(matter, limits, new, speed, place)
-            culprit = p
-    tally.signal[row], tally.volume_rate[row] = signal, volume_rate
-    tally.tension_floors[row], tally.molten[row] = floors, molten
-    tally.beyond_hugoniot[row], tally.below_expansion[row] = beyond, below
-    tally.sound_floors[row], tally.unstable[row] = slow, unstable
-    tally.below_zero_kelvin[row], tally.failed[row], tally.outside[row] = cold, failed, outside
-    tally.fault[row], tally.culprit[row], tally.value[row] = fault, culprit, value
+    index, weight, slope, lines = new_pack(geometry)
+    none = spread(0.0)
+    signal = fastest = none
+    floors = beyond = below = cold = molten = slow = unstable = failed = outside = none
+    fault, culprit = 0.0, 0.0
+    inverse = 1.0 / geometry.spacing
+    for start in range(begin, end, PACK):
+        stop = min(start + PACK, end)
+        find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+        for k in range(stop - start):
+            gather(geometry, shape, k, index, weight, slope, nodes, lines)
+        for p in range(start, stop, LANES):
+            within = first_lanes(stop - p)
+            lanes = within & (load(table, MASS, p, within) > 0.0)  # what has left the grid has none
+            hoop = hoop_factor(geometry, load(table, X, p, lanes))
+            gradient = velocity_gradient(geometry, lines, p - start, hoop)
+            old = Point(
+                load(table, DENSITY, p, lanes),
+                load(table, ENERGY, p, lanes),
+                load(table, PRESSURE, p, lanes),
+                load(table, VISCOSITY, p, lanes),
+                (
+                    load(table, S11, p, lanes),
+                    load(table, S22, p, lanes),
+                    load(table, S33, p, lanes),
+                    load(table, S12, p, lanes),
+                    load(table, S23, p, lanes),
+                    load(table, S31, p, lanes),
+                ),
+                load(table, STRAIN, p, lanes),
+                load(table, KELVIN, p, lanes),
+                load(table, DAMAGE, p, lanes),
+            )
+            new, present, acts = advance(matter, viscosity, geometry.spacing, dt, gradient, old)
+            store(table, DENSITY, p, new.density, lanes)
+            store(table, ENERGY, p, present if keep else new.energy, lanes)
+            store(table, PRESSURE, p, new.pressure, lanes)
+            store(table, VISCOSITY, p, new.viscosity, lanes)
+            store(table, S11, p, new.deviator[0], lanes)
+            store(table, S22, p, new.deviator[1], lanes)
+            store(table, S33, p, new.deviator[2], lanes)
+            store(table, S12, p, new.deviator[3], lanes)
+            store(table, S23, p, new.deviator[4], lanes)
+            store(table, S31, p, new.deviator[5], lanes)
+            store(table, STRAIN, p, new.plastic_strain, lanes)
+            store(table, KELVIN, p, maximum(new.temperature, 0.0), lanes)
+            store(table, DAMAGE, p, new.damage, lanes)
+            place = none
+            past = lanes & (none > 0.0)
+            for axis in range(3):
+                coordinate = load(table, NEW_X + axis, p, lanes)
+                store(table, X + axis, p, coordinate, lanes)
+                place = place + coordinate
+                if axis < dimensions(geometry):
+                    cells = (coordinate - geometry.lower[axis]) * inverse
+                    past = past | (cells < 0.0) | (cells >= geometry.cells[axis])
+            vx, vy = load(table, VX, p, lanes), load(table, VY, p, lanes)
+            vz = load(table, VZ, p, lanes)
+            speed = sqrt(vx * vx + vy * vy + vz * vz)
+            rate = gradient[0][0] + gradient[1][1] + gradient[2][2]
+            own, floored = signal_speed(matter, viscosity, geometry.spacing, rate, new)
+            signal = maximum(signal, where(lanes, speed + own, 0.0))
+            fastest = maximum(fastest, where(lanes, absolute(rate), 0.0))
+            floors = floors + where(lanes & acts.tension_floor, 1.0, 0.0)
+            molten = molten + where(lanes & acts.molten, 1.0, 0.0)
+            unstable = unstable + where(lanes & acts.unstable, 1.0, 0.0)
+            slow = slow + where(lanes & floored, 1.0, 0.0)
+            beyond = beyond + where(lanes & outside_range(matter.eos, new.density), 1.0, 0.0)
+            below = below + where(lanes & below_range(matter.eos, new.density), 1.0, 0.0)
+            cold = cold + where(lanes & (new.temperature < 0.0), 1.0, 0.0)
+            broken = (new.damage >= 1.0) & ~(old.damage >= 1.0)
+            failed = failed + where(lanes & broken, 1.0, 0.0)
+            outside = outside + where(lanes & past, 1.0, 0.0)
+            if fault == 0.0 and anywhere(lanes & ~is_physical(matter, limits, new, speed, place)):
+                fault, culprit = 1.0, float(p)
+    tally[row, 0], tally[row, 1] = largest(signal), largest(fastest)
+    tally[row, 2], tally[row, 3], tally[row, 4] = total(floors), total(beyond), total(below)
+    tally[row, 5], tally[row, 6], tally[row, 7] = total(cold), total(molten), total(slow)
+    tally[row, 8], tally[row, 9], tally[row, 10] = total(unstable), total(failed), total(outside)
+    tally[row, 11], tally[row, 12] = fault, culprit
 
 
 @device
 def advance(matter, viscosity, spacing, dt, gradient, old):
-    """One point over one step with the velocity gradient (3, 3): the new Point, its energy to come, and the Acts.
+    """Points over one step with a velocity gradient (tensor.py): the new Point, its energy to come, and the Acts.
 
     Density and pressure live at the new time, and so does the energy to come; the Point's own energy lacks the half of
     the new stress' work. The gradient belongs to the step between.
@@ -263,7 +262,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     )
 
     sound = sound_speed_squared(matter.eos, old.density, old.energy, old.pressure)
-    q = artificial_viscosity(viscosity, density, math.sqrt(max(sound, 0.0)), spacing, trace / dt)
+    q = artificial_viscosity(viscosity, density, sqrt(maximum(sound, 0.0)), spacing, trace / dt)
 
     # Energy at the time of the velocity: the second half of the work of the old stress, see step.py.
     old_work = contract(old.deviator, shape_change) - trace * (
@@ -273,20 +272,24 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     # Energy at the time of the density: half the work of the new stress on top; e = known - p dv / 2.
     expansion = (ratio - 1.0) / old.density
     known = energy + 0.5 * contract(new_deviator, shape_change) / old.density
-    known -= 0.5 * viscosity.heating * q * expansion
+    known = known - 0.5 * viscosity.heating * q * expansion
     floor = floor_until_failure(matter.failure, pressure_floor(matter.tension, homologous))
+    floor = alike(floor, density)
     pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
-    carried = floor if pressure < floor else pressure
-    damage = grown_damage(matter.failure, old.damage, old.plastic_strain + slip, carried, dt)
-    if damage >= 1.0:  # neither shear nor tension, from this step on
-        known -= 0.5 * contract(new_deviator, shape_change) / old.density
-        new_deviator = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        floor = 0.0
-        pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
-        if old.damage >= 1.0:
-            slip = 0.0
-    acts = Acts(int(pressure < floor), int(homologous >= 1.0), int(sound < 0.0))
-    pressure = floor if pressure < floor else pressure
+    damage = grown_damage(
+        matter.failure, old.damage, old.plastic_strain + slip, maximum(pressure, floor), dt
+    )
+    failed = damage >= 1.0
+    if anywhere(failed):  # neither shear nor tension, from this step on
+        lost = 0.5 * contract(new_deviator, shape_change) / old.density
+        known = where(failed, known - lost, known)
+        new_deviator = scaled(new_deviator, where(failed, 0.0, 1.0))
+        floor = where(failed, 0.0, floor)
+        empty = solve_pressure(matter.eos, density, known, expansion, energy, floor)
+        pressure = where(failed, empty, pressure)
+        slip = where(failed & (old.damage >= 1.0), 0.0, slip)
+    acts = Acts(pressure < floor, homologous >= 1.0, sound < 0.0)
+    pressure = maximum(pressure, floor)
     present = known - 0.5 * pressure * expansion  # with the pressure that is stored
     new = Point(
         density,
@@ -304,20 +307,16 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
 @device
 def homologous_temperature(matter, kelvin, compression):
     """(T - T_room) / (T_melt - T_room) within 0..1; 0 for matter that never melts."""
-    if math.isinf(matter.melt_temperature):
-        return 0.0
     melt = matter.melt_temperature * melting(matter.strength, compression)
-    if melt <= matter.room_temperature:  # a liquid
-        return 1.0
     part = (kelvin - matter.room_temperature) / (melt - matter.room_temperature)
-    return min(max(part, 0.0), 1.0)
+    liquid = melt <= matter.room_temperature
+    return where(liquid, 1.0, minimum(maximum(part, 0.0), 1.0))
 
 
 @device
 def relative_stiffness(matter, density, pressure, kelvin):
     """Shear modulus over that at rest; heat does not matter to matter that never softens."""
-    if math.isinf(matter.melt_temperature):
-        kelvin = matter.room_temperature
+    kelvin = where(math.isinf(matter.melt_temperature), matter.room_temperature, kelvin)
     compression = density / reference_density(matter.eos)
     return stiffness(matter.strength, compression, pressure, kelvin)
 
@@ -325,9 +324,7 @@ def relative_stiffness(matter, density, pressure, kelvin):
 @device
 def artificial_viscosity(viscosity, density, sound_speed, spacing, rate):
     """q in Pa, in compression only; the length is the cell, not the stretched particle."""
-    if rate >= 0.0:
-        return 0.0
-    jump = -rate * spacing
+    jump = maximum(-rate, 0.0) * spacing
     return density * jump * (viscosity.linear * sound_speed + viscosity.quadratic * jump)
 
 
@@ -341,30 +338,34 @@ def return_to_yield(strength, trial, modulus, plastic_strain, factor):
     strain, whose elastic part is of the order of sigma_y / G and does not matter where strain is large.
     """
     size = equivalent_stress(trial)
-    limit = hardening(strength, plastic_strain) * factor
-    if size <= limit:
-        return trial, 0.0
-    stiffness = 3.0 * modulus
-    low, excess_low = 0.0, size - limit
-    slip = excess_low / stiffness
+    limit = alike(hardening(strength, plastic_strain) * factor, size)
+    yielding = size > limit
+    slip = alike(0.0, size)
+    if not anywhere(yielding):
+        return trial, slip
+    steep = alike(3.0 * modulus, size)
+    low, excess_low = slip, size - limit
+    slip = where(yielding, excess_low / steep, 0.0)
+    seeking = yielding
     for _ in range(SECANTS):
-        limit = hardening(strength, plastic_strain + slip) * factor
-        excess = size - stiffness * slip - limit
-        if abs(excess) <= RETURN_TOLERANCE * size:
+        present = alike(hardening(strength, plastic_strain + slip) * factor, size)
+        limit = where(seeking, present, limit)
+        excess = size - steep * slip - limit
+        seeking = seeking & (absolute(excess) > RETURN_TOLERANCE * size)
+        if not anywhere(seeking):
             break
         step = excess * (slip - low) / (excess_low - excess)
-        low, excess_low = slip, excess
-        slip = max(slip + step, 0.0)
-    else:
-        low, high = 0.0, size / stiffness
+        low, excess_low = where(seeking, slip, low), where(seeking, excess, excess_low)
+        slip = where(seeking, maximum(slip + step, 0.0), slip)
+    if anywhere(seeking):
+        low, high = where(seeking, 0.0, slip), where(seeking, size / steep, slip)
         for _ in range(HALVINGS):
             slip = 0.5 * (low + high)
-            limit = hardening(strength, plastic_strain + slip) * factor
-            if size - stiffness * slip > limit:
-                low = slip
-            else:
-                high = slip
-    return scaled(trial, limit / size), slip
+            present = alike(hardening(strength, plastic_strain + slip) * factor, size)
+            limit = where(seeking, present, limit)
+            beyond = size - steep * slip > limit
+            low, high = where(beyond, slip, low), where(beyond, high, slip)
+    return scaled(trial, where(yielding, limit / size, 1.0)), slip
 
 
 @device
@@ -380,26 +381,42 @@ def signal_speed(matter, viscosity, spacing, rate, point):
         matter, point.density, point.pressure, point.temperature
     )
     longitudinal = bulk + 4.0 / 3.0 * modulus / point.density
-    sound = max(longitudinal, slowest * slowest)
-    damping = 0.0
-    if rate < 0.0:
-        damping = viscosity.linear * math.sqrt(sound) - viscosity.quadratic * spacing * rate
-    return damping + math.sqrt(damping * damping + sound), int(longitudinal < slowest * slowest)
+    sound = maximum(longitudinal, slowest * slowest)
+    squeezed = maximum(-rate, 0.0)
+    damping = viscosity.quadratic * spacing * squeezed
+    damping = damping + where(squeezed > 0.0, viscosity.linear * sqrt(sound), 0.0)
+    return damping + sqrt(damping * damping + sound), longitudinal < slowest * slowest
 
 
 @device
-def find_fault(matter, limits, point, speed, place):
-    """Kind and value of an unphysical state, (0, 0.0) for none; comparisons are written so that NaN fails them."""
+def is_physical(matter, limits, point, speed, place):
+    """Whether a state is within its limits; comparisons are written so that NaN fails them."""
     ratio = point.density / reference_density(matter.eos)
     stress = point.pressure + point.viscosity + contract(point.deviator, point.deviator)
-    if not (limits.thinnest < ratio < limits.densest):
-        return BAD_DENSITY, point.density
-    if not abs(point.energy) < limits.energy:
-        return BAD_ENERGY, point.energy
-    if not math.isfinite(stress):
-        return BAD_PRESSURE, point.pressure
-    if not speed < limits.speed:
-        return BAD_SPEED, speed
-    if not math.isfinite(place):
-        return BAD_POSITION, place
-    return SOUND, 0.0
+    return (
+        (ratio > limits.thinnest)
+        & (ratio < limits.densest)
+        & (absolute(point.energy) < limits.energy)
+        & finite(stress)
+        & (speed < limits.speed)
+        & finite(place)
+    )
+
+
+def find_fault(matter, limits, particles, p):
+    """Kind and value of an unphysical state of a particle, PHYSICAL for none."""
+    ratio = particles.density[p] / reference_density(matter.eos)
+    speed = float(np.linalg.norm(particles.velocity[p]))
+    stress = particles.pressure[p] + particles.viscosity[p] + particles.deviator[p].sum()
+    place = particles.position[p].sum()
+    checks = (
+        (BAD_DENSITY, limits.thinnest < ratio < limits.densest, particles.density[p]),
+        (BAD_ENERGY, abs(particles.energy[p]) < limits.energy, particles.energy[p]),
+        (BAD_PRESSURE, math.isfinite(stress), particles.pressure[p]),
+        (BAD_SPEED, speed < limits.speed, speed),
+        (BAD_POSITION, math.isfinite(place), place),
+    )
+    for kind, physical, value in checks:
+        if not physical:
+            return kind, float(value)
+    return PHYSICAL, 0.0

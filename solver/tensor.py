@@ -1,12 +1,12 @@
 """Symmetric tensors of second order as six components: 11, 22, 33, 12, 23, 31.
 
-Stress deviators and strain increments are tuples of six floats inside kernels and rows of (n, 6) arrays outside.
+Stress deviators and strain increments are tuples of six numbers, or vectors, inside kernels and rows of (n, 6) arrays
+outside. A velocity gradient is three rows of three, v_j,k at [j][k].
 Shear components are tensor components, not engineering strains.
 """
 
-import math
-
 from solver.jit import device
+from solver.vectors import sqrt
 
 
 @device
@@ -18,13 +18,13 @@ def contract(a, b):
 @device
 def equivalent_stress(deviator):
     """Von Mises stress sqrt(3/2 s:s) of a deviator."""
-    return math.sqrt(1.5 * contract(deviator, deviator))
+    return sqrt(1.5 * contract(deviator, deviator))
 
 
 @device
 def equivalent_strain(deviator):
     """Von Mises strain sqrt(2/3 e:e) of a deviator."""
-    return math.sqrt(2.0 / 3.0 * contract(deviator, deviator))
+    return sqrt(2.0 / 3.0 * contract(deviator, deviator))
 
 
 @device
@@ -54,26 +54,31 @@ def added(a, b, factor):
 
 
 @device
-def strain_increment(gradient, dt):
-    """Symmetric part of a velocity gradient (3, 3) times dt, and its trace."""
-    trace = (gradient[0, 0] + gradient[1, 1] + gradient[2, 2]) * dt
-    strain = (
-        gradient[0, 0] * dt,
-        gradient[1, 1] * dt,
-        gradient[2, 2] * dt,
-        0.5 * dt * (gradient[0, 1] + gradient[1, 0]),
-        0.5 * dt * (gradient[1, 2] + gradient[2, 1]),
-        0.5 * dt * (gradient[2, 0] + gradient[0, 2]),
+def symmetric(gradient):
+    """Symmetric part of a velocity gradient."""
+    return (
+        gradient[0][0],
+        gradient[1][1],
+        gradient[2][2],
+        0.5 * (gradient[0][1] + gradient[1][0]),
+        0.5 * (gradient[1][2] + gradient[2][1]),
+        0.5 * (gradient[2][0] + gradient[0][2]),
     )
-    return strain, trace
+
+
+@device
+def strain_increment(gradient, dt):
+    """Symmetric part of a velocity gradient times dt, and its trace."""
+    strain = scaled(symmetric(gradient), dt)
+    return strain, strain[0] + strain[1] + strain[2]
 
 
 @device
 def volume_ratio(gradient, dt):
     """det(I + L dt): what the step x + v dt does to a volume, exactly."""
-    a, b, c = 1.0 + gradient[0, 0] * dt, gradient[0, 1] * dt, gradient[0, 2] * dt
-    d, e, f = gradient[1, 0] * dt, 1.0 + gradient[1, 1] * dt, gradient[1, 2] * dt
-    g, h, i = gradient[2, 0] * dt, gradient[2, 1] * dt, 1.0 + gradient[2, 2] * dt
+    a, b, c = 1.0 + gradient[0][0] * dt, gradient[0][1] * dt, gradient[0][2] * dt
+    d, e, f = gradient[1][0] * dt, 1.0 + gradient[1][1] * dt, gradient[1][2] * dt
+    g, h, i = gradient[2][0] * dt, gradient[2][1] * dt, 1.0 + gradient[2][2] * dt
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
 
 
@@ -88,9 +93,9 @@ def deviator(a, trace):
 def spin_increment(gradient, dt):
     """Axial vector of the antisymmetric part of a velocity gradient times dt: rotations about 1, 2, 3."""
     return (
-        0.5 * dt * (gradient[2, 1] - gradient[1, 2]),
-        0.5 * dt * (gradient[0, 2] - gradient[2, 0]),
-        0.5 * dt * (gradient[1, 0] - gradient[0, 1]),
+        0.5 * dt * (gradient[2][1] - gradient[1][2]),
+        0.5 * dt * (gradient[0][2] - gradient[2][0]),
+        0.5 * dt * (gradient[1][0] - gradient[0][1]),
     )
 
 

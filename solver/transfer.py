@@ -1,215 +1,269 @@
 """Particles to nodes and back: written once for every geometry and shape.
 
-Scatter runs slab by slab along the first axis, even slabs and then odd ones. Slabs of the same parity share no node,
-so threads never meet, and a node receives its sum in an order that depends on the particles alone: one thread and
-many give the same bits. Particles are assigned to slabs anew in each step, so nothing can drift out of its slab.
+Particles come in packs: eight at a time their weights are found and what they give or got is computed, one at a time
+they meet their nodes, whose eight numbers are one vector. A kernel takes the particles of one share of a body; shares
+add to tables of their own, which are then summed in a fixed order, so that one thread and many give the same bits.
 """
 
 import numpy as np
 
 from solver.geometry import (
-    Stencil,
-    add_velocity_gradient,
-    fill_stencil,
-    internal_force,
-    position_in_cells,
-    stencil_size,
+    MARGIN,
+    PACK,
+    WIDEST,
+    columns,
+    dimensions,
+    gather,
+    hoop_factor,
+    scatter,
+    scatter_weighted,
+    set_columns,
+    set_sources,
+    velocity_gradient,
 )
 from solver.jit import device, kernel
-from solver.shapes import width
-
-# Columns of cells in a slab. Its particles touch at most the node left of it and three right of its first ones: two
-# more columns than the slab has, so slabs of one parity, eight columns apart, never share a node.
-SLAB_COLUMNS = 4
-
-
-def slab_count(geometry):
-    """Slabs that cover the first axis."""
-    return -(-(geometry.nodes[0] - 1) // SLAB_COLUMNS)
-
-
-@device
-def new_stencil(geometry, shape):
-    """Scratch for one particle after another."""
-    size = stencil_size(geometry, shape)
-    return Stencil(
-        np.empty(size, np.int64),
-        np.empty(size),
-        np.empty((size, 3)),
-        np.empty((3, width(shape))),
-        np.empty((3, width(shape))),
-    )
-
-
-@kernel
-def sort_into_slabs(geometry, particles, begin, end, order, slab_start):
-    """Counting sort of the living particles begin..end by slab, stable; fills ``order`` and ``slab_start``.
-
-    ``order`` has room for them, ``slab_start`` (slabs + 1,) tells where each slab begins in it.
-    """
-    slab_start[:] = 0
-    for p in range(begin, end):
-        if particles.alive[p]:
-            column = int(position_in_cells(geometry, particles.position, p, 0))
-            slab_start[column // SLAB_COLUMNS + 1] += 1
-    for slab in range(slab_start.size - 1):
-        slab_start[slab + 1] += slab_start[slab]
-    place = slab_start[:-1].copy()
-    for p in range(begin, end):
-        if particles.alive[p]:
-            slab = int(position_in_cells(geometry, particles.position, p, 0)) // SLAB_COLUMNS
-            order[place[slab]] = p
-            place[slab] += 1
+from solver.shapes import weights, width
+from solver.state import (
+    DENSITY,
+    ENERGY,
+    LINE,
+    MASS,
+    NEW_X,
+    NEW_Y,
+    NEW_Z,
+    PRESSURE,
+    S11,
+    S12,
+    S22,
+    S23,
+    S31,
+    S33,
+    VISCOSITY,
+    VX,
+    VY,
+    VZ,
+    X,
+    Y,
+    Z,
+)
+from solver.tensor import contract, scaled, symmetric
+from solver.vectors import (
+    LANES,
+    first_lanes,
+    load,
+    spread,
+    store,
+    store_whole,
+    total,
+    where,
+)
 
 
 @device
-def total_stress(particles, p, heating):
-    """Stress of a particle with ``heating`` times its artificial viscosity, six components in Pa."""
-    isotropic = -(particles.pressure[p] + heating * particles.viscosity[p])
+def new_pack(geometry):
+    """Scratch of a pack: index of the first node, weights, slopes (1/m), and lines to and from nodes."""
+    rows = dimensions(geometry) * WIDEST
     return (
-        particles.deviator[p, 0] + isotropic,
-        particles.deviator[p, 1] + isotropic,
-        particles.deviator[p, 2] + isotropic,
-        particles.deviator[p, 3],
-        particles.deviator[p, 4],
-        particles.deviator[p, 5],
+        np.zeros(PACK, np.int64),
+        np.zeros((rows, PACK)),
+        np.zeros((rows, PACK)),
+        np.zeros((4 * PACK, LINE)),
+    )
+
+
+@device
+def find_nodes(geometry, shape, table, start, stop, index, weight, slope):
+    """First node, weights and slopes of the particles start..stop of a table, eight at a time."""
+    inverse = 1.0 / geometry.spacing
+    lanes = first_lanes(LANES)
+    for p in range(start, stop, LANES):
+        k = p - start
+        node = spread(0.0)
+        for axis in range(dimensions(geometry)):
+            place = (load(table, X + axis, p, first_lanes(stop - p)) - geometry.lower[axis]) * inverse
+            first, values, slopes = weights(shape, place + MARGIN)
+            node = node * geometry.nodes[axis] + first
+            for a in range(width(shape)):
+                store(weight, axis * WIDEST + a, k, values[a], lanes)
+                store(slope, axis * WIDEST + a, k, slopes[a] * inverse, lanes)
+        store_whole(index, k, node)
+
+
+@device
+def stress_of(table, p, lanes, heating):
+    """Stress of eight particles with ``heating`` times their artificial viscosity, six components in Pa."""
+    isotropic = -(load(table, PRESSURE, p, lanes) + heating * load(table, VISCOSITY, p, lanes))
+    return (
+        load(table, S11, p, lanes) + isotropic,
+        load(table, S22, p, lanes) + isotropic,
+        load(table, S33, p, lanes) + isotropic,
+        load(table, S12, p, lanes),
+        load(table, S23, p, lanes),
+        load(table, S31, p, lanes),
     )
 
 
 @kernel
-def scatter_state(geometry, shape, particles, order, slab_start, slabs, nodes):
-    """Mass, momentum and internal force of the particles of some slabs: Ma (2005), Eqs. 2-29 to 2-31."""
-    for slab in slabs:
-        _scatter_state(
-            geometry, shape, particles, order, slab_start[slab], slab_start[slab + 1], nodes
-        )
+def scatter_state(geometry, shape, table, ranges, nodes, touched):
+    """Mass, momentum and internal force of particles: Ma (2005), Eqs. 2-29 to 2-31.
 
-
-@device
-def _scatter_state(geometry, shape, particles, order, begin, end, nodes):
-    stencil = new_stencil(geometry, shape)
-    for place in range(begin, end):
-        p = order[place]
-        fill_stencil(geometry, shape, particles.position, p, stencil)
-        mass = particles.mass[p]
-        volume = mass / particles.density[p]
-        stress = total_stress(particles, p, 1.0)
-        for a in range(stencil_size(geometry, shape)):
-            i = stencil.node[a]
-            share = stencil.weight[a] * mass
-            force = internal_force(geometry, stress, stencil.gradient, a)
-            nodes.mass[i] += share
-            for axis in range(3):
-                nodes.momentum[i, axis] += share * particles.velocity[p, axis]
-                nodes.force[i, axis] -= volume * force[axis]
+    ``ranges`` (b, 2) are the places of the particles of each body; ``touched`` notes the blocks of nodes.
+    """
+    index, weight, slope, lines = new_pack(geometry)
+    for body in range(ranges.shape[0]):
+        begin, end = ranges[body, 0], ranges[body, 1]
+        for start in range(begin, end, PACK):
+            stop = min(start + PACK, end)
+            find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+            for p in range(start, stop, LANES):
+                lanes = first_lanes(stop - p)
+                mass = load(table, MASS, p, lanes)
+                volume = mass / load(table, DENSITY, p, lanes)
+                momentum = (
+                    mass * load(table, VX, p, lanes),
+                    mass * load(table, VY, p, lanes),
+                    mass * load(table, VZ, p, lanes),
+                )
+                force = scaled(stress_of(table, p, lanes, 1.0), -volume)
+                hoop = hoop_factor(geometry, load(table, X, p, lanes))
+                set_sources(geometry, lines, p - start, mass, momentum, force, hoop)
+            for k in range(stop - start):
+                scatter(geometry, shape, k, index, weight, slope, lines, nodes, touched)
 
 
 @kernel
-def move_particles(
-    geometry, shape, particles, order, slab_start, slabs, moved, nodes, work, damping, dt, lost
-):
+def scatter_surface(geometry, shape, table, ranges, nodes, touched):
+    """Mass, and in the place of the force the outward area: sum of V grad N, m2 (m2 per radian).
+
+    It is the force of a unit tension turned round, and so vanishes inside a body in either geometry.
+    """
+    index, weight, slope, lines = new_pack(geometry)
+    none = spread(0.0)
+    for body in range(ranges.shape[0]):
+        begin, end = ranges[body, 0], ranges[body, 1]
+        for start in range(begin, end, PACK):
+            stop = min(start + PACK, end)
+            find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+            for p in range(start, stop, LANES):
+                lanes = first_lanes(stop - p)
+                mass = load(table, MASS, p, lanes)
+                volume = mass / load(table, DENSITY, p, lanes)
+                hoop = hoop_factor(geometry, load(table, X, p, lanes))
+                unit = (volume, volume, volume, none, none, none)
+                set_sources(geometry, lines, p - start, mass, (none, none, none), unit, hoop)
+            for k in range(stop - start):
+                scatter(geometry, shape, k, index, weight, slope, lines, nodes, touched)
+
+
+@kernel
+def move_particles(geometry, shape, table, ranges, motion, smoothed, mapped, work, damping, dt, lost):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
     The internal energy takes the part ``work[0]`` of the work of the stress in the velocities before the forces
-    (``work[1]`` times that of the viscosity). New positions go to ``moved`` (n, 3): the strain update that follows
-    still uses the weights of the old ones. ``damping`` is (part of the step, order); to ``lost`` (slabs, 4) are added
-    the momentum and, last, the energy that it took from each slab.
+    (``work[1]`` times that of the viscosity). New positions go to rows of their own: the strain update that follows
+    still uses the weights of the old ones. ``damping`` is (part of the step, order); to ``lost`` (4,) are added the
+    momentum and, last, the energy that it took. The momentum goes to the table ``mapped``.
     """
-    for slab in slabs:
-        begin, end = slab_start[slab], slab_start[slab + 1]
-        _move(
-            geometry,
-            shape,
-            particles,
-            moved,
-            order,
-            begin,
-            end,
-            nodes,
-            work,
-            damping,
-            dt,
-            lost[slab],
-        )
+    index, weight, slope, lines = new_pack(geometry)
+    _, _, _, smooth = new_pack(geometry)
+    none = spread(0.0)
+    for body in range(ranges.shape[0]):
+        begin, end = ranges[body, 0], ranges[body, 1]
+        for start in range(begin, end, PACK):
+            stop = min(start + PACK, end)
+            find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+            for k in range(stop - start):
+                gather(geometry, shape, k, index, weight, slope, motion, lines)
+            if damping[0] > 0.0 and damping[1] > 1.0:
+                for k in range(stop - start):
+                    gather(geometry, shape, k, index, weight, slope, smoothed, smooth)
+            for p in range(start, stop, LANES):
+                k = p - start
+                lanes = first_lanes(stop - p)
+                mass = load(table, MASS, p, lanes)
+                density = load(table, DENSITY, p, lanes)
+                old = (
+                    load(table, VX, p, lanes),
+                    load(table, VY, p, lanes),
+                    load(table, VZ, p, lanes),
+                )
+                x = load(table, X, p, lanes)
+                seen = columns(lines, k)
+                gradient = velocity_gradient(geometry, lines, k, hoop_factor(geometry, x))
+                stress = stress_of(table, p, lanes, work[1])
+                power = contract(stress, symmetric(gradient))
+                energy = load(table, ENERGY, p, lanes) + work[0] * power * dt / density
+                store(table, ENERGY, p, energy, lanes)
+                kick = (seen[3] * dt, seen[4] * dt, seen[5] * dt)
+                change = (none, none, none)
+                if damping[0] > 0.0:
+                    change = damped(old, seen, columns(smooth, k), damping)
+                    for axis in range(3):
+                        taken = where(lanes, -mass * change[axis], 0.0)
+                        mean = old[axis] + 0.5 * (kick[axis] + change[axis])
+                        lost[axis] += total(taken)
+                        lost[3] += total(where(lanes, taken * mean, 0.0))
+                new = (
+                    old[0] + kick[0] + change[0],
+                    old[1] + kick[1] + change[1],
+                    old[2] + kick[2] + change[2],
+                )
+                store(table, VX, p, new[0], lanes)
+                store(table, VY, p, new[1], lanes)
+                store(table, VZ, p, new[2], lanes)
+                y, z = load(table, Y, p, lanes), load(table, Z, p, lanes)
+                store(table, NEW_X, p, x + (seen[0] + kick[0]) * dt, lanes)
+                store(table, NEW_Y, p, y + (seen[1] + kick[1]) * dt, lanes)
+                store(table, NEW_Z, p, z + (seen[2] + kick[2]) * dt, lanes)
+                set_columns(
+                    lines,
+                    k,
+                    none,
+                    mass * new[0],
+                    mass * new[1],
+                    mass * new[2],
+                    none,
+                    none,
+                    none,
+                    none,
+                )
+            for k in range(stop - start):
+                scatter_weighted(geometry, shape, k, index, weight, lines, mapped)
 
 
 @device
-def _move(geometry, shape, particles, moved, order, begin, end, nodes, work, damping, dt, lost):
-    stencil = new_stencil(geometry, shape)
-    drift = np.empty(3)
-    kick = np.empty(3)
-    for place in range(begin, end):
-        p = order[place]
-        fill_stencil(geometry, shape, particles.position, p, stencil)
-        drift[:] = 0.0
-        kick[:] = 0.0
-        stress = total_stress(particles, p, work[1])
-        power = 0.0  # of the stress in the velocities before the forces, W/m3
-        for a in range(stencil_size(geometry, shape)):
-            i = stencil.node[a]
-            for axis in range(3):
-                drift[axis] += stencil.weight[a] * nodes.velocity[i, axis]
-                kick[axis] += stencil.weight[a] * nodes.acceleration[i, axis]
-            force = internal_force(geometry, stress, stencil.gradient, a)
-            power += (
-                force[0] * nodes.before[i, 0]
-                + force[1] * nodes.before[i, 1]
-                + force[2] * nodes.before[i, 2]
-            )
-        particles.energy[p] += work[0] * power * dt / particles.density[p]
-        if damping[0] > 0.0:
-            _damp(geometry, shape, particles, p, nodes, stencil, damping, kick, dt, lost)
-        for axis in range(3):
-            particles.velocity[p, axis] += kick[axis] * dt
-            moved[p, axis] = particles.position[p, axis] + drift[axis] * dt
-        for a in range(stencil_size(geometry, shape)):
-            i = stencil.node[a]
-            share = stencil.weight[a] * particles.mass[p]
-            for axis in range(3):
-                nodes.momentum[i, axis] += share * particles.velocity[p, axis]
+def damped(velocity, seen, smooth, damping):
+    """Minus the part ``damping[0]`` of (1 - P)^order v: the change of eight velocities by damping, (3,).
 
-
-@device
-def _damp(geometry, shape, particles, p, nodes, stencil, damping, kick, dt, lost):
-    """Take the part ``damping[0]`` of (1 - P)^order v from the velocity of a particle, through its kick (3,).
-
-    Its share of the kinetic energy is that in the mean of old and new velocity, as the work of the forces is.
+    ``seen`` has P v, ``smooth`` P P v. Its share of the kinetic energy is that in the mean of old and new velocity, as
+    the work of the forces is.
     """
-    for axis in range(3):
-        noise = particles.velocity[p, axis]
-        for a in range(stencil_size(geometry, shape)):
-            i = stencil.node[a]
-            noise -= stencil.weight[a] * damping[1] * nodes.before[i, axis]
-            noise += stencil.weight[a] * (damping[1] - 1.0) * nodes.smooth[i, axis]
-        change = -damping[0] * noise
-        mean = particles.velocity[p, axis] + 0.5 * (kick[axis] * dt + change)
-        lost[axis] -= particles.mass[p] * change
-        lost[3] -= particles.mass[p] * mean * change
-        kick[axis] += change / dt
+    part, order = damping
+    return (
+        -part * (velocity[0] - order * seen[0] + (order - 1.0) * smooth[0]),
+        -part * (velocity[1] - order * seen[1] + (order - 1.0) * smooth[1]),
+        -part * (velocity[2] - order * seen[2] + (order - 1.0) * smooth[2]),
+    )
 
 
 @kernel
-def scatter_smoothed(geometry, shape, particles, order, slab_start, slabs, nodes):
-    """Momentum of particles that move with the nodes' velocities before the forces, onto ``nodes.smooth``."""
-    stencil = new_stencil(geometry, shape)
-    for slab in slabs:
-        for place in range(slab_start[slab], slab_start[slab + 1]):
-            p = order[place]
-            fill_stencil(geometry, shape, particles.position, p, stencil)
-            for axis in range(3):
-                mean = 0.0
-                for a in range(stencil_size(geometry, shape)):
-                    mean += stencil.weight[a] * nodes.before[stencil.node[a], axis]
-                for a in range(stencil_size(geometry, shape)):
-                    share = stencil.weight[a] * particles.mass[p]
-                    nodes.smooth[stencil.node[a], axis] += share * mean
-
-
-@device
-def gather_velocity_gradient(geometry, shape, position, p, nodes, stencil, gradient):
-    """Velocity gradient (3, 3) at particle ``p`` from the nodal velocities: Ma (2005), Eqs. 2-38, 2-39."""
-    fill_stencil(geometry, shape, position, p, stencil)
-    gradient[:, :] = 0.0
-    for a in range(stencil_size(geometry, shape)):
-        i = stencil.node[a]
-        add_velocity_gradient(geometry, gradient, nodes.velocity, i, stencil.gradient, a)
+def scatter_smoothed(geometry, shape, table, ranges, motion, smoothed):
+    """Momentum of particles that move with the nodes' velocities before the forces, onto the table ``smoothed``."""
+    index, weight, slope, lines = new_pack(geometry)
+    none = spread(0.0)
+    for body in range(ranges.shape[0]):
+        begin, end = ranges[body, 0], ranges[body, 1]
+        for start in range(begin, end, PACK):
+            stop = min(start + PACK, end)
+            find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+            for k in range(stop - start):
+                gather(geometry, shape, k, index, weight, slope, motion, lines)
+            for p in range(start, stop, LANES):
+                k = p - start
+                mass = load(table, MASS, p, first_lanes(stop - p))
+                seen = columns(lines, k)
+                set_columns(
+                    lines, k, mass * seen[0], mass * seen[1], mass * seen[2], none, none, none, none, none
+                )
+            for k in range(stop - start):
+                scatter_weighted(geometry, shape, k, index, weight, lines, smoothed)

@@ -1,7 +1,7 @@
 """Equations of state: pressure as a function of density and internal energy.
 
 A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, and the device
-functions below implemented for its type. ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound
+functions below implemented for its type, written without ``if`` so that they act on eight points at a time. ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound
 speed equal to the derivative along the isentrope, and for finite answers at the corners.
 
 The pressure is handed out as its tangent in the energy, p = a + b e: where it is linear in it, as in Mie and
@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from solver.jit import device, generic
+from solver.vectors import maximum
 
 
 class EosEntry(NamedTuple):
@@ -71,12 +72,18 @@ def solve_pressure(eos, density, known, expansion, guess, floor):
 
     ``guess`` lies near e; the answer itself is not floored.
     """
-    pressure = 0.0
-    for _ in range(linearisations(eos)):
-        a, b = pressure_terms(eos, density, guess)
-        pressure = (a + b * known) / (1.0 + 0.5 * b * expansion)
-        guess = known - 0.5 * max(pressure, floor) * expansion
+    pressure = _by_tangent(eos, density, known, expansion, guess)
+    for _ in range(1, linearisations(eos)):
+        guess = known - 0.5 * maximum(pressure, floor) * expansion
+        pressure = _by_tangent(eos, density, known, expansion, guess)
     return pressure
+
+
+@device
+def _by_tangent(eos, density, known, expansion, energy):
+    """The pressure with p(e) replaced by its tangent at an energy."""
+    a, b = pressure_terms(eos, density, energy)
+    return (a + b * known) / (1.0 + 0.5 * b * expansion)
 
 
 @device

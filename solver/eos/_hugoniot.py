@@ -7,7 +7,6 @@ dV, is integrated once and kept as a polynomial, so that a record holds plain nu
 in copper and amounts to 4 K.
 """
 
-import math
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -22,6 +21,7 @@ from solver.eos import (
     temperature,
 )
 from solver.jit import device, generic, implements
+from solver.vectors import exp, maximum, minimum
 
 # Steps of the isentrope's integration, and the degree of the polynomial in t = mu / (1 + mu) for the ratio of e_s to
 # the Hugoniot energy p_H t / (2 rho0), a smooth number that starts at 1. The fit is good to 1e-3 of e_s as far as the
@@ -79,21 +79,19 @@ def isentropic_sound_speed_squared(eos, mu, density, pressure):
 @device
 def horner(coefficients, t):
     """A polynomial of ``ISENTROPE_DEGREE``, coefficients by power."""
-    value = 0.0
-    for power in range(ISENTROPE_DEGREE, -1, -1):
+    value = coefficients[ISENTROPE_DEGREE] * t + coefficients[ISENTROPE_DEGREE - 1]
+    for power in range(ISENTROPE_DEGREE - 2, -1, -1):
         value = value * t + coefficients[power]
     return value
 
 
 @device
 def _temperature(eos, density, energy):
-    mu = density / eos.density - 1.0
-    if mu <= 0.0:
-        return eos.temperature + energy / eos.heat_capacity
-    inside = min(mu, eos.mu_tangent)
+    mu = maximum(density / eos.density - 1.0, 0.0)
+    inside = minimum(mu, eos.mu_tangent)
     t = inside / (1.0 + inside)
     ratio = horner(eos.isentrope, t)
-    on_isentrope = eos.temperature * math.exp(eos.gamma0 * mu / (1.0 + mu))
+    on_isentrope = eos.temperature * exp(eos.gamma0 * mu / (1.0 + mu))
     return on_isentrope + (energy - ratio * _hugoniot_energy(eos, inside)) / eos.heat_capacity
 
 

@@ -20,6 +20,7 @@ from solver.eos import (
     temperature,
 )
 from solver.jit import implements
+from solver.vectors import log
 
 
 class LinearElastic(NamedTuple):
@@ -52,7 +53,7 @@ def _(eos, density, energy, pressure):
 @implements(temperature, LinearElastic)
 def _(eos, density, energy):
     x = density / eos.density
-    cold = eos.bulk_modulus / eos.density * (math.log(x) - 1.0 + 1.0 / x)
+    cold = eos.bulk_modulus / eos.density * (log(x) - 1.0 + 1.0 / x)
     return eos.temperature + (energy - cold) / eos.heat_capacity
 
 

@@ -17,6 +17,7 @@ from solver.eos._hugoniot import (
     with_isentrope,
 )
 from solver.jit import implements
+from solver.vectors import maximum, minimum, where
 
 # Where p_H is continued by its tangent, as a share of the pole. At 0.8 the Hugoniot pressure of copper is 15 TPa,
 # beyond any impact speed served here; density noise can still reach it, and is counted.
@@ -54,7 +55,7 @@ def _(eos, mu):
     """p_H and dp_H/dmu of the closed form in compression, with its tangent beyond ``mu_tangent``."""
     stiffness = eos.density * eos.c0 * eos.c0
     k = eos.s - 1.0
-    inside = min(mu, eos.mu_tangent)
+    inside = minimum(mu, eos.mu_tangent)
     pole = 1.0 - k * inside
     value = stiffness * inside * (1.0 + inside) / (pole * pole)
     slope = stiffness * (1.0 + (eos.s + 1.0) * inside) / (pole * pole * pole)
@@ -64,18 +65,23 @@ def _(eos, mu):
 @implements(pressure_terms, MieGrueneisen)
 def _(eos, density, energy):
     mu = density / eos.density - 1.0
-    if mu < 0.0:
-        return eos.density * eos.c0 * eos.c0 * mu, eos.gamma0 * density
-    hugoniot, _ = reference_curve(eos, mu)
-    return hugoniot * (1.0 - 0.5 * eos.gamma0 * mu / (1.0 + mu)), eos.gamma0 * eos.density
+    pressed = maximum(mu, 0.0)
+    hugoniot, _ = reference_curve(eos, pressed)
+    cold = hugoniot * (1.0 - 0.5 * eos.gamma0 * pressed / (1.0 + pressed))
+    return (
+        where(mu < 0.0, eos.density * eos.c0 * eos.c0 * mu, cold),
+        eos.gamma0 * minimum(density, eos.density),
+    )
 
 
 @implements(sound_speed_squared, MieGrueneisen)
 def _(eos, density, energy, pressure):
     mu = density / eos.density - 1.0
-    if mu < 0.0:
-        return eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure / density)
-    return isentropic_sound_speed_squared(eos, mu, density, pressure)
+    return where(
+        mu < 0.0,
+        eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure / density),
+        isentropic_sound_speed_squared(eos, maximum(mu, 0.0), density, pressure),
+    )
 
 
 @implements(below_range, MieGrueneisen)

@@ -17,6 +17,7 @@ from solver.eos._hugoniot import (
     with_isentrope,
 )
 from solver.jit import implements
+from solver.vectors import maximum, minimum, where
 
 THINNEST = -0.5  # Ma (2005), at Eq. 2-25 (printed 0.5)
 RANGE = 4.0  # compression up to which the isentrope is tabulated
@@ -50,31 +51,31 @@ EOS = EosEntry("mie_grueneisen_cubic", MieGrueneisenCubic, mie_grueneisen_cubic)
 def _(eos, mu):
     """p_H and dp_H/dmu in Pa."""
     c = eos.density * eos.c0 * eos.c0
-    if mu < 0.0:
-        return c * mu, c
     d = c * (2.0 * eos.s - 1.0)
     k = c * (eos.s - 1.0) * (3.0 * eos.s - 1.0)
-    return mu * (c + mu * (d + mu * k)), c + mu * (2.0 * d + 3.0 * k * mu)
+    pressed = maximum(mu, 0.0)
+    return mu * (c + pressed * (d + pressed * k)), c + pressed * (2.0 * d + 3.0 * k * pressed)
 
 
 @implements(pressure_terms, MieGrueneisenCubic)
 def _(eos, density, energy):
-    mu = max(density / eos.density - 1.0, THINNEST)
+    mu = maximum(density / eos.density - 1.0, THINNEST)
     hugoniot, _ = reference_curve(eos, mu)
-    if mu < 0.0:
-        return hugoniot * (1.0 - 0.5 * eos.gamma0 * mu), eos.gamma0 * density
-    return hugoniot * (1.0 - 0.5 * eos.gamma0 * mu / (1.0 + mu)), eos.gamma0 * eos.density
+    return (
+        hugoniot * (1.0 - 0.5 * eos.gamma0 * mu / (1.0 + maximum(mu, 0.0))),
+        eos.gamma0 * minimum(density, eos.density),
+    )
 
 
 @implements(sound_speed_squared, MieGrueneisenCubic)
 def _(eos, density, energy, pressure):
     mu = density / eos.density - 1.0
-    if mu >= 0.0:
-        return isentropic_sound_speed_squared(eos, mu, density, pressure)
-    thermal = eos.gamma0 * (energy + pressure / density)
-    if mu < THINNEST:
-        return thermal
-    return eos.c0 * eos.c0 * (1.0 - eos.gamma0 * mu) + thermal
+    cold = where(mu < THINNEST, 0.0, eos.c0 * eos.c0 * (1.0 - eos.gamma0 * mu))
+    return where(
+        mu < 0.0,
+        cold + eos.gamma0 * (energy + pressure / density),
+        isentropic_sound_speed_squared(eos, maximum(mu, 0.0), density, pressure),
+    )
 
 
 @implements(below_range, MieGrueneisenCubic)

@@ -38,6 +38,7 @@ from solver.eos import (
 )
 from solver.eos._hugoniot import ISENTROPE_DEGREE, horner
 from solver.jit import device, implements
+from solver.vectors import absolute, exp, log, maximum, minimum, where
 
 RANGE = 2.0  # compression mu up to which the isentrope is tabulated
 INTEGRATION_STEPS = 2048
@@ -108,8 +109,9 @@ def _state(eos, density, energy):
     eta = density / eos.density
     mu = eta - 1.0
     x = energy / (eos.e0 * eta * eta)
-    inverse = 1.0 - x / (1.0 + abs(x))  # of omega
-    bend = -1.0 / ((1.0 + abs(x)) * (1.0 + abs(x)))  # of the inverse with x; dx/drho = -2 x / rho
+    beyond = 1.0 + absolute(x)
+    inverse = 1.0 - x / beyond  # of omega
+    bend = -1.0 / (beyond * beyond)  # of the inverse with x; dx/drho = -2 x / rho
     ideal, ideal_slope = eos.a * density * energy, eos.a * energy
     thermal = eos.b * density * energy * inverse
     thermal_slope = eos.b * energy * (inverse - 2.0 * x * bend)
@@ -117,28 +119,29 @@ def _state(eos, density, energy):
     cold = ideal + thermal + (eos.A + eos.B * mu) * mu
     cold_slope = ideal_slope + thermal_slope + (eos.A + 2.0 * eos.B * mu) / eos.density
     cold_heating = eos.a * density + thermal_heating
-    if mu >= 0.0 or energy <= eos.e_iv:
-        return cold, cold_slope, cold_heating
 
-    stretch = 1.0 / eta - 1.0
-    fading = math.exp(-eos.alpha * stretch * stretch)
-    bonds = eos.A * math.exp(-eos.beta * stretch)
+    stretch = maximum(1.0 / eta - 1.0, 0.0)
+    fading = exp(-eos.alpha * stretch * stretch)
+    bonds = eos.A * exp(-eos.beta * stretch)
     steepness = 1.0 / (eta * eta * eos.density)  # -d stretch / drho
     inner = thermal + bonds * mu
     inner_slope = thermal_slope + bonds * (1.0 / eos.density + mu * eos.beta * steepness)
     hot = ideal + inner * fading
     hot_slope = ideal_slope + fading * (inner_slope + inner * 2.0 * eos.alpha * stretch * steepness)
     hot_heating = eos.a * density + thermal_heating * fading
-    if energy >= eos.e_cv:
-        return hot, hot_slope, hot_heating
 
-    if cold < 0.0:
-        cold = cold_slope = cold_heating = 0.0
-    boiled = (energy - eos.e_iv) / (eos.e_cv - eos.e_iv)
+    whole = (mu >= 0.0) | (energy <= eos.e_iv)
+    vapour = energy >= eos.e_cv
+    boiled = where(vapour, 1.0, (energy - eos.e_iv) / (eos.e_cv - eos.e_iv))
+    boiled = where(whole, 0.0, boiled)
+    pulls = (cold < 0.0) & ~whole  # what boils bears no tension
+    cold, cold_slope = where(pulls, 0.0, cold), where(pulls, 0.0, cold_slope)
+    cold_heating = where(pulls, 0.0, cold_heating)
+    blending = where(whole | vapour, 0.0, (hot - cold) / (eos.e_cv - eos.e_iv))
     return (
         boiled * hot + (1.0 - boiled) * cold,
         boiled * hot_slope + (1.0 - boiled) * cold_slope,
-        boiled * hot_heating + (1.0 - boiled) * cold_heating + (hot - cold) / (eos.e_cv - eos.e_iv),
+        boiled * hot_heating + (1.0 - boiled) * cold_heating + blending,
     )
 
 
@@ -161,13 +164,10 @@ def _(eos, density, energy, pressure):
 
 @implements(temperature, Tillotson)
 def _(eos, density, energy):
-    mu = density / eos.density - 1.0
-    if mu <= 0.0:
-        return eos.temperature + energy / eos.heat_capacity
-    inside = min(mu, eos.mu_tangent)
+    inside = minimum(maximum(density / eos.density - 1.0, 0.0), eos.mu_tangent)
     t = inside / (1.0 + inside)
     cold = 0.5 * eos.A * t * t / eos.density * horner(eos.isentrope, t)
-    heated = math.exp(math.log(1.0 + inside) * horner(eos.heating, t))
+    heated = exp(log(1.0 + inside) * horner(eos.heating, t))
     return eos.temperature * heated + (energy - cold) / eos.heat_capacity
 
 

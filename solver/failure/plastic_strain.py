@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from solver.failure import FailureEntry, floor_until_failure, grown_damage
 from solver.jit import implements
+from solver.vectors import maximum, minimum
 
 
 class PlasticStrainLimit(NamedTuple):
@@ -20,7 +21,7 @@ FAILURE = FailureEntry("plastic_strain", PlasticStrainLimit)
 
 @implements(grown_damage, PlasticStrainLimit)
 def _(failure, damage, plastic_strain, pressure, dt):
-    return max(damage, min(plastic_strain / failure.limit, 1.0))
+    return maximum(damage, minimum(plastic_strain / failure.limit, 1.0))
 
 
 @implements(floor_until_failure, PlasticStrainLimit)

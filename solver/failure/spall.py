@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from solver.failure import FailureEntry, floor_until_failure, grown_damage
 from solver.jit import implements
+from solver.vectors import maximum, minimum, power, where
 
 
 class Spall(NamedTuple):
@@ -32,12 +33,11 @@ FAILURE = FailureEntry("spall", Spall)
 
 @implements(grown_damage, Spall)
 def _(failure, damage, plastic_strain, pressure, dt):
-    beyond = -pressure / failure.threshold - 1.0
-    if beyond <= 0.0:
-        return damage
-    return min(damage + beyond**failure.exponent * dt / failure.time, 1.0)
+    beyond = maximum(-pressure / failure.threshold - 1.0, 0.0)
+    grown = power(beyond, failure.exponent) * dt / failure.time
+    return minimum(damage + where(beyond > 0.0, grown, 0.0), 1.0)
 
 
 @implements(floor_until_failure, Spall)
 def _(failure, floor):
-    return -math.inf if floor < 0.0 else floor  # 0: molten
+    return where(floor < 0.0, -math.inf, floor)  # 0: molten

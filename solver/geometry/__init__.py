@@ -21,39 +21,58 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.jit import device, generic
+from solver.vectors import line, set_line, transposed
 
 AXES = 3
 MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reaches
 
 
-class Stencil(NamedTuple):
-    """Scratch of one particle's neighbourhood; n is the size of the stencil."""
-
-    node: np.ndarray  # (n,) index of each node
-    weight: np.ndarray  # (n,) N
-    gradient: np.ndarray  # (n, 3) G in the geometry's own sense, 1/m
-    line_weight: np.ndarray  # (3, width) one-dimensional weights along each axis
-    line_slope: np.ndarray  # (3, width) their slopes, 1/m
+# Particles whose weights and lines are prepared together: what they need stays in the processor's first cache.
+PACK = 32
+WIDEST = 3  # nodes that any shape touches along an axis
 
 
 @generic
-def stencil_size(geometry, shape):
-    """Nodes that a particle touches."""
+def dimensions(geometry):
+    """Axes along which the grid has extent."""
 
 
 @generic
-def fill_stencil(geometry, shape, position, p, stencil):
-    """Nodes, weights and gradients of particle ``p`` of ``position`` (n, 3), which lies inside the grid."""
+def hoop_factor(geometry, first):
+    """1 / r of particles whose first coordinate is given, 0 where no coordinate is a radius; 1/m."""
 
 
 @generic
-def internal_force(geometry, stress, gradient, a):
-    """Stress (6 components) times row ``a`` of the gradients (n, 3): minus the force per particle volume, (3,)."""
+def set_sources(geometry, lines, k, mass, momentum, force, hoop):
+    """What eight particles give to their nodes, as lines of the table of ``state``.
+
+    Row k of ``lines`` (4 PACK, 8), and the seven after it, are multiplied by the weight of a node, those PACK rows
+    farther on by its slope along the first axis, and so on. ``momentum`` (3,), ``force`` minus volume times stress (6
+    components), ``hoop`` times the volume's stress as the ``hoop_factor`` has it.
+    """
 
 
 @generic
-def add_velocity_gradient(geometry, velocity_gradient, velocity, i, gradient, a):
-    """Add the part of node ``i`` of ``velocity`` (m, 3) to the velocity gradient (3, 3), v_j,k at [j, k]."""
+def scatter(geometry, shape, k, index, weight, slope, lines, table, touched):
+    """Add the lines of particle ``k`` of a pack to its nodes in a table, and note the blocks that it touched."""
+
+
+@generic
+def scatter_weighted(geometry, shape, k, index, weight, lines, table):
+    """Add the first line of particle ``k`` of a pack, times the weight of each node, to its nodes in a table."""
+
+
+@generic
+def gather(geometry, shape, k, index, weight, slope, table, lines):
+    """Sums of the lines of the nodes of particle ``k``: times their weights, and times their slopes along each axis."""
+
+
+@generic
+def velocity_gradient(geometry, lines, k, hoop):
+    """Velocity gradients of eight particles whose gathered lines, from row ``k`` on, begin with a velocity; 1/s.
+
+    Three rows of three vectors, v_j,k at [j][k].
+    """
 
 
 @generic
@@ -69,6 +88,35 @@ def conserved_axes(geometry):
 @generic
 def impact_axis(geometry):
     """Index of the coordinate along the line of flight of the scenarios: z."""
+
+
+@device
+def columns(lines, row):
+    """Eight lines from a row on, as eight vectors: the first numbers of all, the second ones, and so on."""
+    return transposed(
+        line(lines, row),
+        line(lines, row + 1),
+        line(lines, row + 2),
+        line(lines, row + 3),
+        line(lines, row + 4),
+        line(lines, row + 5),
+        line(lines, row + 6),
+        line(lines, row + 7),
+    )
+
+
+@device
+def set_columns(lines, row, a, b, c, d, e, f, g, h):
+    """Write eight lines from a row on, given the first numbers of all, the second ones, and so on."""
+    turned = transposed(a, b, c, d, e, f, g, h)
+    set_line(lines, row, turned[0])
+    set_line(lines, row + 1, turned[1])
+    set_line(lines, row + 2, turned[2])
+    set_line(lines, row + 3, turned[3])
+    set_line(lines, row + 4, turned[4])
+    set_line(lines, row + 5, turned[5])
+    set_line(lines, row + 6, turned[6])
+    set_line(lines, row + 7, turned[7])
 
 
 @device

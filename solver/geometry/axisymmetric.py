@@ -10,17 +10,25 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.geometry import (
-    add_velocity_gradient,
+    PACK,
+    WIDEST,
+    columns,
     conserved_axes,
-    fill_stencil,
+    dimensions,
+    gather,
+    hoop_factor,
     impact_axis,
-    internal_force,
     lattice_measure,
-    position_in_cells,
-    stencil_size,
+    scatter,
+    scatter_weighted,
+    set_columns,
+    set_sources,
+    velocity_gradient,
 )
 from solver.jit import implements
-from solver.shapes import fill_line, width
+from solver.shapes import width
+from solver.state import BLOCK
+from solver.vectors import line, number, set_line, spread
 
 
 class Axisymmetric(NamedTuple):
@@ -32,50 +40,90 @@ class Axisymmetric(NamedTuple):
     nodes: np.ndarray  # (3,) int64, ghosts included
 
 
-@implements(stencil_size, Axisymmetric)
-def _(geometry, shape):
-    return width(shape) ** 2
+@implements(dimensions, Axisymmetric)
+def _(geometry):
+    return 2
 
 
-@implements(fill_stencil, Axisymmetric)
-def _(geometry, shape, position, p, stencil):
-    weight = stencil.line_weight
-    slope = stencil.line_slope
-    base1 = fill_line(
-        shape, position_in_cells(geometry, position, p, 0), geometry.spacing, stencil, 0
+@implements(hoop_factor, Axisymmetric)
+def _(geometry, first):
+    return 1.0 / first
+
+
+@implements(set_sources, Axisymmetric)
+def _(geometry, lines, k, mass, momentum, force, hoop):
+    none = spread(0.0)
+    set_columns(
+        lines,
+        k,
+        mass,
+        momentum[0],
+        momentum[1],
+        momentum[2],
+        force[2] * hoop,
+        none,
+        none,
+        none,
     )
-    base2 = fill_line(
-        shape, position_in_cells(geometry, position, p, 1), geometry.spacing, stencil, 1
-    )
-    inverse_radius = 1.0 / position[p, 0]
-    count = 0
+    set_columns(lines, PACK + k, none, none, none, none, force[0], force[3], none, none)
+    set_columns(lines, 2 * PACK + k, none, none, none, none, force[3], force[1], none, none)
+
+
+@implements(scatter, Axisymmetric)
+def _(geometry, shape, k, index, weight, slope, lines, table, touched):
+    whole, along, across = line(lines, k), line(lines, PACK + k), line(lines, 2 * PACK + k)
+    row = index[k]
     for a in range(width(shape)):
-        row = (base1 + a) * geometry.nodes[1] + base2
+        valued = number(weight, a, k) * whole + number(slope, a, k) * along
+        sloped = number(weight, a, k) * across
         for b in range(width(shape)):
-            both = weight[0, a] * weight[1, b]
-            stencil.node[count] = row + b
-            stencil.weight[count] = both
-            stencil.gradient[count, 0] = slope[0, a] * weight[1, b]
-            stencil.gradient[count, 1] = weight[0, a] * slope[1, b]
-            stencil.gradient[count, 2] = both * inverse_radius
-            count += 1
+            share = number(weight, WIDEST + b, k) * valued + number(slope, WIDEST + b, k) * sloped
+            set_line(table, row + b, line(table, row + b) + share)
+        touched[row // BLOCK] = 1
+        touched[(row + width(shape) - 1) // BLOCK] = 1
+        row += geometry.nodes[1]
 
 
-@implements(internal_force, Axisymmetric)
-def _(geometry, stress, gradient, a):
+@implements(scatter_weighted, Axisymmetric)
+def _(geometry, shape, k, index, weight, lines, table):
+    whole = line(lines, k)
+    row = index[k]
+    for a in range(width(shape)):
+        valued = number(weight, a, k) * whole
+        for b in range(width(shape)):
+            share = number(weight, WIDEST + b, k) * valued
+            set_line(table, row + b, line(table, row + b) + share)
+        row += geometry.nodes[1]
+
+
+@implements(gather, Axisymmetric)
+def _(geometry, shape, k, index, weight, slope, table, lines):
+    whole = along = across = spread(0.0)
+    row = index[k]
+    for a in range(width(shape)):
+        valued = sloped = spread(0.0)
+        for b in range(width(shape)):
+            node = line(table, row + b)
+            valued = valued + number(weight, WIDEST + b, k) * node
+            sloped = sloped + number(slope, WIDEST + b, k) * node
+        whole = whole + number(weight, a, k) * valued
+        along = along + number(slope, a, k) * valued
+        across = across + number(weight, a, k) * sloped
+        row += geometry.nodes[1]
+    set_line(lines, k, whole)
+    set_line(lines, PACK + k, along)
+    set_line(lines, 2 * PACK + k, across)
+
+
+@implements(velocity_gradient, Axisymmetric)
+def _(geometry, lines, k, hoop):
+    none = spread(0.0)
+    whole, along, across = columns(lines, k), columns(lines, PACK + k), columns(lines, 2 * PACK + k)
     return (
-        stress[0] * gradient[a, 0] + stress[3] * gradient[a, 1] + stress[2] * gradient[a, 2],
-        stress[3] * gradient[a, 0] + stress[1] * gradient[a, 1],
-        0.0,
+        (along[0], across[0], none),
+        (along[1], across[1], none),
+        (none, none, whole[0] * hoop),
     )
-
-
-@implements(add_velocity_gradient, Axisymmetric)
-def _(geometry, velocity_gradient, velocity, i, gradient, a):
-    for j in range(2):
-        for k in range(2):
-            velocity_gradient[j, k] += velocity[i, j] * gradient[a, k]
-    velocity_gradient[2, 2] += velocity[i, 0] * gradient[a, 2]
 
 
 @implements(lattice_measure, Axisymmetric)

@@ -5,17 +5,25 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.geometry import (
-    add_velocity_gradient,
+    PACK,
+    WIDEST,
+    columns,
     conserved_axes,
-    fill_stencil,
+    dimensions,
+    gather,
+    hoop_factor,
     impact_axis,
-    internal_force,
     lattice_measure,
-    position_in_cells,
-    stencil_size,
+    scatter,
+    scatter_weighted,
+    set_columns,
+    set_sources,
+    velocity_gradient,
 )
 from solver.jit import implements
-from solver.shapes import fill_line, width
+from solver.shapes import width
+from solver.state import BLOCK
+from solver.vectors import line, number, set_line, spread
 
 
 class Cartesian3D(NamedTuple):
@@ -27,54 +35,100 @@ class Cartesian3D(NamedTuple):
     nodes: np.ndarray  # (3,) int64, ghosts included
 
 
-@implements(stencil_size, Cartesian3D)
-def _(geometry, shape):
-    return width(shape) ** 3
+@implements(dimensions, Cartesian3D)
+def _(geometry):
+    return 3
 
 
-@implements(fill_stencil, Cartesian3D)
-def _(geometry, shape, position, p, stencil):
-    weight = stencil.line_weight
-    slope = stencil.line_slope
-    base1 = fill_line(
-        shape, position_in_cells(geometry, position, p, 0), geometry.spacing, stencil, 0
-    )
-    base2 = fill_line(
-        shape, position_in_cells(geometry, position, p, 1), geometry.spacing, stencil, 1
-    )
-    base3 = fill_line(
-        shape, position_in_cells(geometry, position, p, 2), geometry.spacing, stencil, 2
-    )
-    count = 0
+@implements(hoop_factor, Cartesian3D)
+def _(geometry, first):
+    return 0.0
+
+
+@implements(set_sources, Cartesian3D)
+def _(geometry, lines, k, mass, momentum, force, hoop):
+    none = spread(0.0)
+    set_columns(lines, k, mass, momentum[0], momentum[1], momentum[2], none, none, none, none)
+    set_columns(lines, PACK + k, none, none, none, none, force[0], force[3], force[5], none)
+    set_columns(lines, 2 * PACK + k, none, none, none, none, force[3], force[1], force[4], none)
+    set_columns(lines, 3 * PACK + k, none, none, none, none, force[5], force[4], force[2], none)
+
+
+@implements(scatter, Cartesian3D)
+def _(geometry, shape, k, index, weight, slope, lines, table, touched):
+    whole, first = line(lines, k), line(lines, PACK + k)
+    second, third = line(lines, 2 * PACK + k), line(lines, 3 * PACK + k)
+    plane = index[k]
     for a in range(width(shape)):
+        flat = number(weight, a, k) * whole + number(slope, a, k) * first
+        flat2, flat3 = number(weight, a, k) * second, number(weight, a, k) * third
+        row = plane
         for b in range(width(shape)):
-            row = ((base1 + a) * geometry.nodes[1] + base2 + b) * geometry.nodes[2] + base3
-            flat = weight[0, a] * weight[1, b]
-            flat1 = slope[0, a] * weight[1, b]
-            flat2 = weight[0, a] * slope[1, b]
+            valued = number(weight, WIDEST + b, k) * flat + number(slope, WIDEST + b, k) * flat2
+            sloped = number(weight, WIDEST + b, k) * flat3
             for c in range(width(shape)):
-                stencil.node[count] = row + c
-                stencil.weight[count] = flat * weight[2, c]
-                stencil.gradient[count, 0] = flat1 * weight[2, c]
-                stencil.gradient[count, 1] = flat2 * weight[2, c]
-                stencil.gradient[count, 2] = flat * slope[2, c]
-                count += 1
+                share = number(weight, 2 * WIDEST + c, k) * valued
+                share = share + number(slope, 2 * WIDEST + c, k) * sloped
+                set_line(table, row + c, line(table, row + c) + share)
+            touched[row // BLOCK] = 1
+            touched[(row + width(shape) - 1) // BLOCK] = 1
+            row += geometry.nodes[2]
+        plane += geometry.nodes[1] * geometry.nodes[2]
 
 
-@implements(internal_force, Cartesian3D)
-def _(geometry, stress, gradient, a):
+@implements(scatter_weighted, Cartesian3D)
+def _(geometry, shape, k, index, weight, lines, table):
+    whole = line(lines, k)
+    plane = index[k]
+    for a in range(width(shape)):
+        flat = number(weight, a, k) * whole
+        row = plane
+        for b in range(width(shape)):
+            valued = number(weight, WIDEST + b, k) * flat
+            for c in range(width(shape)):
+                share = number(weight, 2 * WIDEST + c, k) * valued
+                set_line(table, row + c, line(table, row + c) + share)
+            row += geometry.nodes[2]
+        plane += geometry.nodes[1] * geometry.nodes[2]
+
+
+@implements(gather, Cartesian3D)
+def _(geometry, shape, k, index, weight, slope, table, lines):
+    whole = first = second = third = spread(0.0)
+    plane = index[k]
+    for a in range(width(shape)):
+        flat = flat2 = flat3 = spread(0.0)
+        row = plane
+        for b in range(width(shape)):
+            valued = sloped = spread(0.0)
+            for c in range(width(shape)):
+                node = line(table, row + c)
+                valued = valued + number(weight, 2 * WIDEST + c, k) * node
+                sloped = sloped + number(slope, 2 * WIDEST + c, k) * node
+            flat = flat + number(weight, WIDEST + b, k) * valued
+            flat2 = flat2 + number(slope, WIDEST + b, k) * valued
+            flat3 = flat3 + number(weight, WIDEST + b, k) * sloped
+            row += geometry.nodes[2]
+        whole = whole + number(weight, a, k) * flat
+        first = first + number(slope, a, k) * flat
+        second = second + number(weight, a, k) * flat2
+        third = third + number(weight, a, k) * flat3
+        plane += geometry.nodes[1] * geometry.nodes[2]
+    set_line(lines, k, whole)
+    set_line(lines, PACK + k, first)
+    set_line(lines, 2 * PACK + k, second)
+    set_line(lines, 3 * PACK + k, third)
+
+
+@implements(velocity_gradient, Cartesian3D)
+def _(geometry, lines, k, hoop):
+    first, second = columns(lines, PACK + k), columns(lines, 2 * PACK + k)
+    third = columns(lines, 3 * PACK + k)
     return (
-        stress[0] * gradient[a, 0] + stress[3] * gradient[a, 1] + stress[5] * gradient[a, 2],
-        stress[3] * gradient[a, 0] + stress[1] * gradient[a, 1] + stress[4] * gradient[a, 2],
-        stress[5] * gradient[a, 0] + stress[4] * gradient[a, 1] + stress[2] * gradient[a, 2],
+        (first[0], second[0], third[0]),
+        (first[1], second[1], third[1]),
+        (first[2], second[2], third[2]),
     )
-
-
-@implements(add_velocity_gradient, Cartesian3D)
-def _(geometry, velocity_gradient, velocity, i, gradient, a):
-    for j in range(3):
-        for k in range(3):
-            velocity_gradient[j, k] += velocity[i, j] * gradient[a, k]
 
 
 @implements(lattice_measure, Cartesian3D)

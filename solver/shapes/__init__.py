@@ -22,5 +22,8 @@ def width(shape):
 
 
 @generic
-def fill_line(shape, place, spacing, stencil, axis):
-    """Weights and slopes (1/m) along one axis for a coordinate counted in cells; returns the first node's index."""
+def weights(shape, place):
+    """(first, weights, slopes) along one axis of particles at coordinates counted in cells.
+
+    The index of the first node, as whole numbers among the reals; the weight of each node; its slope, per cell.
+    """

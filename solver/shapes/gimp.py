@@ -7,7 +7,8 @@ the axes; it is part of the shape, because all bodies of a problem are sampled a
 from typing import NamedTuple
 
 from solver.jit import device, implements
-from solver.shapes import ShapeEntry, fill_line, width
+from solver.shapes import ShapeEntry, weights, width
+from solver.vectors import absolute, floor, maximum, minimum
 
 
 class Gimp(NamedTuple):
@@ -29,21 +30,28 @@ def _(shape):
 @device
 def _area(x):
     """Integral of the tent over -1..1 from its left foot to x."""
-    inside = min(max(x, -1.0), 1.0)
-    return 0.5 + inside - 0.5 * inside * abs(inside)
+    inside = minimum(maximum(x, -1.0), 1.0)
+    return 0.5 + inside - 0.5 * inside * absolute(inside)
 
 
 @device
 def _tent(x):
-    return 1.0 - min(abs(x), 1.0)
+    return 1.0 - minimum(absolute(x), 1.0)
 
 
-@implements(fill_line, Gimp)
-def _(shape, place, spacing, stencil, axis):
-    first = int(place - shape.half)
-    for k in range(3):
-        left = place - (first + k) - shape.half
-        right = left + 2.0 * shape.half
-        stencil.line_weight[axis, k] = (_area(right) - _area(left)) / (2.0 * shape.half)
-        stencil.line_slope[axis, k] = (_tent(right) - _tent(left)) / (2.0 * shape.half * spacing)
-    return first
+@device
+def _share(shape, left):
+    """Weight and slope of a node that lies ``left`` cells, rightwards, of a particle's left end."""
+    right = left + 2.0 * shape.half
+    inverse = 0.5 / shape.half
+    return (_area(right) - _area(left)) * inverse, (_tent(right) - _tent(left)) * inverse
+
+
+@implements(weights, Gimp)
+def _(shape, place):
+    first = floor(place - shape.half)
+    left = place - first - shape.half
+    w0, s0 = _share(shape, left)
+    w1, s1 = _share(shape, left - 1.0)
+    w2, s2 = _share(shape, left - 2.0)
+    return first, (w0, w1, w2), (s0, s1, s2)

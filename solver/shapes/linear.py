@@ -3,7 +3,8 @@
 from typing import NamedTuple
 
 from solver.jit import implements
-from solver.shapes import ShapeEntry, fill_line, width
+from solver.shapes import ShapeEntry, weights, width
+from solver.vectors import floor, maximum, minimum
 
 # Cells. A particle on a node would have no share in the next one and yet pull at it: that node would have a force and
 # no mass. It counts as so far beside the node.
@@ -24,12 +25,8 @@ def _(shape):
     return 2
 
 
-@implements(fill_line, Linear)
-def _(shape, place, spacing, stencil, axis):
-    base = int(place)
-    part = min(max(place - base, BESIDE), 1.0 - BESIDE)
-    stencil.line_weight[axis, 0] = 1.0 - part
-    stencil.line_weight[axis, 1] = part
-    stencil.line_slope[axis, 0] = -1.0 / spacing
-    stencil.line_slope[axis, 1] = 1.0 / spacing
-    return base
+@implements(weights, Linear)
+def _(shape, place):
+    first = floor(place)
+    part = minimum(maximum(place - first, BESIDE), 1.0 - BESIDE)
+    return first, (1.0 - part, part), (-1.0, 1.0)

@@ -6,7 +6,8 @@ Steffen, Kirby and Berzins (2008), Int. J. Numer. Methods Eng. 76, 922.
 from typing import NamedTuple
 
 from solver.jit import implements
-from solver.shapes import ShapeEntry, fill_line, width
+from solver.shapes import ShapeEntry, weights, width
+from solver.vectors import floor
 
 
 class QuadraticBSpline(NamedTuple):
@@ -23,14 +24,13 @@ def _(shape):
     return 3
 
 
-@implements(fill_line, QuadraticBSpline)
-def _(shape, place, spacing, stencil, axis):
-    nearest = int(place + 0.5)
-    part = place - nearest  # -1/2 .. 1/2
-    stencil.line_weight[axis, 0] = 0.5 * (0.5 - part) * (0.5 - part)
-    stencil.line_weight[axis, 1] = 0.75 - part * part
-    stencil.line_weight[axis, 2] = 0.5 * (0.5 + part) * (0.5 + part)
-    stencil.line_slope[axis, 0] = (part - 0.5) / spacing
-    stencil.line_slope[axis, 1] = -2.0 * part / spacing
-    stencil.line_slope[axis, 2] = (part + 0.5) / spacing
-    return nearest - 1
+@implements(weights, QuadraticBSpline)
+def _(shape, place):
+    middle = floor(place + 0.5)
+    part = place - middle  # -1/2 .. 1/2
+    left, right = 0.5 - part, 0.5 + part
+    return (
+        middle - 1.0,
+        (0.5 * left * left, 0.75 - part * part, 0.5 * right * right),
+        (-left, -2.0 * part, right),
+    )

@@ -11,6 +11,7 @@ to be negative, to return to its surface, to dissipate and to be objective.
 from typing import NamedTuple
 
 from solver.jit import device, generic, implements
+from solver.vectors import minimum, where
 
 
 class StrengthEntry(NamedTuple):
@@ -41,7 +42,7 @@ def stiffness(strength, compression, pressure, kelvin):
 @implements(stiffness, object)
 def _(strength, compression, pressure, kelvin):
     """By default constant, and less where matter is thin."""
-    return min(1.0, compression)
+    return minimum(compression, 1.0)
 
 
 @generic
@@ -66,6 +67,4 @@ def yield_stress(strength, plastic_strain, strain_rate, homologous, stiff=1.0):
 @device
 def solid(homologous):
     """1 below the melting point, 0 at and above it."""
-    if homologous >= 1.0:
-        return 0.0
-    return 1.0
+    return where(homologous >= 1.0, 0.0, 1.0)

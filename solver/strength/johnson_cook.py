@@ -4,11 +4,11 @@ sigma_y = (A + B eps^n) (1 + C ln(rate / reference_rate)) (1 - T*^m): Johnson an
 The rate is not taken below the reference rate, where the logarithm was never fitted.
 """
 
-import math
 from typing import NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, rate_and_heat
+from solver.vectors import log, maximum, power, where
 
 
 class JohnsonCook(NamedTuple):
@@ -27,12 +27,10 @@ STRENGTH = StrengthEntry("johnson_cook", JohnsonCook)
 
 @implements(hardening, JohnsonCook)
 def _(strength, plastic_strain):
-    return strength.A + strength.B * plastic_strain**strength.n
+    return strength.A + strength.B * power(plastic_strain, strength.n)
 
 
 @implements(rate_and_heat, JohnsonCook)
 def _(strength, strain_rate, homologous, stiff):
-    rate = 1.0 + strength.C * math.log(max(strain_rate / strength.reference_rate, 1.0))
-    if homologous <= 0.0:
-        return rate
-    return rate * (1.0 - homologous**strength.m)
+    rate = 1.0 + strength.C * log(maximum(strain_rate / strength.reference_rate, 1.0))
+    return rate * (1.0 - where(homologous > 0.0, power(homologous, strength.m), 0.0))

@@ -9,11 +9,11 @@ T_melt0 belongs to the reference density: metal at 1 bar is thinner where it mel
 is a matter of the expansion in the equation of state too.
 """
 
-import math
 from typing import NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, melting, rate_and_heat, solid, stiffness
+from solver.vectors import exp, maximum, minimum, power
 
 COLD = 300.0  # K, the temperature of G0
 
@@ -44,7 +44,8 @@ STRENGTH = StrengthEntry("steinberg_guinan", SteinbergGuinan)
 
 @implements(hardening, SteinbergGuinan)
 def _(strength, plastic_strain):
-    return min(strength.Y0 * (1.0 + strength.beta * plastic_strain) ** strength.n, strength.Y_max)
+    worked = power(1.0 + strength.beta * plastic_strain, strength.n)
+    return minimum(strength.Y0 * worked, strength.Y_max)
 
 
 @implements(rate_and_heat, SteinbergGuinan)
@@ -54,14 +55,14 @@ def _(strength, strain_rate, homologous, stiff):
 
 @implements(stiffness, SteinbergGuinan)
 def _(strength, compression, pressure, kelvin):
-    pressed = strength.A * pressure / compression ** (1.0 / 3.0)
+    pressed = strength.A * pressure / power(compression, 1.0 / 3.0)
     law = 1.0 + pressed - strength.B * (kelvin - COLD)
-    return max(law, SOFTEST) * min(1.0, compression / THINNEST_SOLID)
+    return maximum(law, SOFTEST) * minimum(compression / THINNEST_SOLID, 1.0)
 
 
 @implements(melting, SteinbergGuinan)
 def _(strength, compression):
-    power = 2.0 * (strength.gamma0 - strength.a - 1.0 / 3.0)
-    solid_compression = max(compression, THINNEST_SOLID)
-    growth = math.exp(2.0 * strength.a * (1.0 - 1.0 / solid_compression))
-    return growth * solid_compression**power
+    exponent = 2.0 * (strength.gamma0 - strength.a - 1.0 / 3.0)
+    solid_compression = maximum(compression, THINNEST_SOLID)
+    growth = exp(2.0 * strength.a * (1.0 - 1.0 / solid_compression))
+    return growth * power(solid_compression, exponent)
