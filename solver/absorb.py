@@ -19,11 +19,11 @@ import numpy as np
 
 from solver.eos import reference_density, reference_sound_speed
 from solver.errors import ProblemError
-from solver.faces import Layer, fold_vectors
+from solver.faces import Closed, fold_vectors
 from solver.geometry import node_count, node_positions
 from solver.jit import device, kernel
 from solver.problem import Absorber, Face, Matter, Problem
-from solver.state import empty_nodes, empty_particles, tabulated
+from solver.state import FORCE, empty_nodes, empty_particles, tabulated
 from solver.transfer import scatter_surface
 
 REACH = 1.5  # cells: nodes nearer to a surface than this may have area there, for any shape
@@ -57,7 +57,7 @@ def absorber(matter: Matter, *, body: int, axis: int, side: int, place: float) -
     return Absorber(body, axis, side, place, impedance)
 
 
-def dashpots(problem: Problem, absorber: Absorber, layers: list[list[Layer]]) -> Dashpots:
+def dashpots(problem: Problem, absorber: Absorber, closed: Closed) -> Dashpots:
     """The nodes of an absorber between the closed faces of its grid; raises ProblemError where there is no surface."""
     body = problem.bodies[absorber.body]
     found = empty_nodes(node_count(problem.geometry))
@@ -69,11 +69,9 @@ def dashpots(problem: Problem, absorber: Absorber, layers: list[list[Layer]]) ->
     table = tabulated(particles)
     scatter_surface(problem.geometry, problem.shape, table, ranges, found.state, touched)
     full, area = found.mass, found.force
-    for axis in layers:
-        for layer in axis:
-            if layer.kind == Face.SYMMETRIC:
-                full[layer.inner] += full[layer.ghost]
-                fold_vectors(layer, area)
+    mirrors = closed.kind == Face.SYMMETRIC
+    np.add.at(full, closed.inner[mirrors], full[closed.ghost[mirrors]])
+    fold_vectors(closed._replace(closed=mirrors.astype(np.uint8)), found.state, FORCE)
     distance = np.abs(node_positions(problem.geometry)[:, absorber.axis] - absorber.place)
     area = area[: distance.size]
     outwards = area[:, absorber.axis] if absorber.side == 1 else -area[:, absorber.axis]

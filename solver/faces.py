@@ -14,8 +14,10 @@ import numpy as np
 from solver.geometry import exit_face, layer_nodes, node_positions
 from solver.jit import device, kernel
 from solver.problem import Clamp, Face
+from solver.state import ACCELERATION, BEFORE, FORCE, MOMENTUM
 
-_FREE, _FIXED, _SYMMETRIC = int(Face.FREE), int(Face.FIXED), int(Face.SYMMETRIC)
+_FREE, _FIXED = int(Face.FREE), int(Face.FIXED)
+_SYMMETRIC, _WALL = int(Face.SYMMETRIC), int(Face.WALL)
 
 # The components of a tensor (solver/tensor.py) that name an axis once: a mirror across it negates them.
 _SHEAR = ((3, 5), (3, 4), (4, 5))
@@ -26,13 +28,14 @@ CLOSED = 1  # holds the node and mirrors the body
 STOPPED = 2  # stops the node, and pulls at nothing: the body draws away, but still moves on towards the wall
 
 
-class Layer(NamedTuple):
-    """The nodes at one closed face: on it, its ghosts and the nodes inside that mirror them; n of each."""
+class Closed(NamedTuple):
+    """The n nodes at all closed faces, axis by axis: on the face, its ghost and the node inside that mirrors it."""
 
-    axis: int
-    side: int  # 0 lower, 1 upper
-    kind: int  # a Face
-    sign: np.ndarray  # (3,) -1 for the components of velocity that the face turns round, else 1
+    start: np.ndarray  # (4,) where each axis begins; a node on an edge of the grid is met by each of its axes
+    axis: np.ndarray  # (n,)
+    side: np.ndarray  # (n,) 0 lower, 1 upper
+    kind: np.ndarray  # (n,) a Face
+    sign: np.ndarray  # (n, 3) -1 for the components of velocity that the face turns round, else 1
     face: np.ndarray  # (n,) indices
     ghost: np.ndarray  # (n,) indices
     inner: np.ndarray  # (n,) indices
@@ -43,22 +46,43 @@ class Layer(NamedTuple):
     taken: np.ndarray  # (n,) momentum taken from that node, kg m/s
 
 
-def closed_layers(
-    geometry: Any, faces: tuple[tuple[Face, Face], ...], clamp: Clamp
-) -> list[list[Layer]]:
-    """The closed faces of each axis with extent."""
-    return [
+def closed_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], clamp: Clamp) -> Closed:
+    """The nodes at the closed faces of a grid."""
+    layers = [
         [
             _layer(geometry, axis, side, kind, clamp)
             for side, kind in enumerate(faces[axis])
-            if kind != Face.FREE
+            if kind != Face.FREE and geometry.cells[axis] > 0
         ]
         for axis in range(3)
-        if geometry.cells[axis] > 0
     ]
+    counts = [sum(layer["face"].size for layer in axis) for axis in layers]
+    found = {
+        name: np.concatenate([layer[name] for axis in layers for layer in axis] or [empty])
+        for name, empty in _NO_LAYER.items()
+    }
+    count = sum(counts)
+    return Closed(
+        np.cumsum([0, *counts]),
+        **found,
+        mass=np.zeros(count),
+        force=np.zeros((count, 3)),
+        pull=np.zeros(count),
+        taken=np.zeros(count),
+    )
 
 
-def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> Layer:
+_NO_LAYER = {
+    **dict.fromkeys(("axis", "side", "kind", "face", "ghost", "inner"), np.zeros(0, np.int64)),
+    "sign": np.zeros((0, 3)),
+    "closed": np.zeros(0, np.uint8),
+}
+
+
+def _layer(
+    geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp
+) -> dict[str, np.ndarray]:
+    """The nodes at one closed face."""
     face = layer_nodes(geometry, axis, side, 0)
     closed = np.full(face.size, CLOSED, np.uint8)
     if kind == Face.FIXED:
@@ -66,163 +90,191 @@ def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> Lay
         place = node_positions(geometry)[face][:, along]
         beyond = (place < clamp.lower[along]) | (place > clamp.upper[along])
         closed[beyond.any(axis=1)] = OPEN
-    sign = np.ones(3)
-    sign[slice(None) if kind == Face.FIXED else axis] = -1.0
-    return Layer(
-        axis,
-        side,
-        int(kind),
-        sign,
-        face,
-        layer_nodes(geometry, axis, side, -1),
-        layer_nodes(geometry, axis, side, 1),
-        closed,
-        np.zeros(face.size),
-        np.zeros((face.size, 3)),
-        np.zeros(face.size),
-        np.zeros(face.size),
-    )
+    sign = np.ones((face.size, 3))
+    sign[:, slice(None) if kind == Face.FIXED else axis] = -1.0
+    return {
+        "axis": np.full(face.size, axis),
+        "side": np.full(face.size, side),
+        "kind": np.full(face.size, int(kind)),
+        "sign": sign,
+        "face": face,
+        "ghost": layer_nodes(geometry, axis, side, -1),
+        "inner": layer_nodes(geometry, axis, side, 1),
+        "closed": closed,
+    }
 
 
 @kernel
-def judge_wall(layer, nodes, dt):
-    """A unilateral wall acts on nodes that would still approach it after the step, and pushes only.
+def close_nodes(closed, state, dt, impulse):
+    """Fold the ghosts and hold the faces, axis by axis, so that corners are folded once along each.
 
-    Closed, it would give -(f + 2 (f_g + m_g a)) dt with the ghost's mass and force and the acceleration a of the node
-    that mirrors it, see ``book_ghosts``; where that is a pull, it only stops the node.
+    ``state`` is the nodes' table; what the faces give is added to ``impulse`` (3,).
     """
-    outwards = 1.0 if layer.side == 1 else -1.0
-    axis = layer.axis
-    for k in range(layer.face.size):
-        i, g, n = layer.face[k], layer.ghost[k], layer.inner[k]
-        trial = nodes.momentum[i, axis] + nodes.force[i, axis] * dt
-        if trial * outwards < 0.0:
-            layer.closed[k] = OPEN
-            continue
-        taken = nodes.force[i, axis] + 2.0 * nodes.force[g, axis]
-        if nodes.mass[g] > 0.0:
-            both = nodes.mass[n] + nodes.mass[g]
-            mirrored = (nodes.force[n, axis] - nodes.force[g, axis]) / both
-            taken += 2.0 * nodes.mass[g] * mirrored
-        layer.closed[k] = CLOSED if taken * outwards >= 0.0 else STOPPED
+    for axis in range(3):
+        for k in range(closed.start[axis], closed.start[axis + 1]):
+            if closed.kind[k] == _WALL:
+                _judge_wall(closed, k, state, dt)
+            _fold_state(closed, k, state)
+        for k in range(closed.start[axis], closed.start[axis + 1]):
+            _hold_state(closed, k, state, dt, impulse)
 
 
 @kernel
-def fold_state(layer, nodes):
-    """Mass, momentum and force of the ghosts go to the nodes that mirror them."""
-    for k in range(layer.face.size):
-        if layer.closed[k] == CLOSED:
-            g, i = layer.ghost[k], layer.inner[k]
-            layer.mass[k] = nodes.mass[g]
-            nodes.mass[i] += nodes.mass[g]
-            nodes.mass[g] = 0.0
-            for c in range(3):
-                nodes.momentum[i, c] += layer.sign[c] * nodes.momentum[g, c]
-                nodes.momentum[g, c] = 0.0
-                layer.force[k, c] = nodes.force[g, c]
-                nodes.force[i, c] += layer.sign[c] * nodes.force[g, c]
-                nodes.force[g, c] = 0.0
-        else:
-            layer.mass[k] = 0.0
-            layer.force[k, :] = 0.0
-
-
-@kernel
-def fold_vectors(layer, vectors):
-    """One vector (m, 3) of each ghost goes to the node that mirrors it."""
-    for k in range(layer.face.size):
-        if layer.closed[k] == CLOSED:
-            g, i = layer.ghost[k], layer.inner[k]
-            for c in range(3):
-                vectors[i, c] += layer.sign[c] * vectors[g, c]
-                vectors[g, c] = 0.0
-
-
-@kernel
-def mirror_vectors(layer, vectors):
-    """The vectors (m, 3) of the ghosts are those of the nodes inside, mirrored; a face's own have no odd part."""
-    for k in range(layer.face.size):
-        if layer.closed[k] == CLOSED:
-            g, i, f = layer.ghost[k], layer.inner[k], layer.face[k]
-            for c in range(3):
-                if layer.sign[c] < 0.0:
-                    vectors[f, c] = 0.0
-                vectors[g, c] = layer.sign[c] * vectors[i, c]
-
-
-@kernel
-def hold_state(layer, nodes, dt, impulse):
-    """Zero what a face holds, in momentum and force alike; the momentum that its force would have given is booked.
-
-    Ma (2005), section 2.2.4 (2). Where a wall only stops a node, the node's force stays.
-    """
-    inwards = 1.0 if layer.side == 0 else -1.0
-    for k in range(layer.face.size):
-        layer.pull[k] = 0.0
-        if layer.closed[k] == OPEN:
-            continue
-        i = layer.face[k]
-        for c in range(3):
-            if layer.sign[c] > 0.0:
-                continue
-            push = nodes.force[i, c] * dt
-            if layer.closed[k] == STOPPED and push * inwards > 0.0:
-                layer.pull[k] = push
-                layer.taken[k] = nodes.momentum[i, c] + push
-                nodes.momentum[i, c] = -push
-                continue
-            impulse[c] -= push
-            nodes.momentum[i, c] = 0.0
-            nodes.force[i, c] = 0.0
-
-
-@kernel
-def hold_mapped(layer, nodes):
-    """Zero what a face holds in the momentum mapped back; returns the energy that stopping pulled nodes took, J.
-
-    Such a node has a force and a velocity that its particles do not see: their kinetic energy changes with the
-    velocities before the wall, their internal energy with those after it. The difference is booked.
-    """
+def close_mapped(closed, state):
+    """The same for the momentum mapped back; returns the energy that walls took by stopping nodes, J."""
     energy = 0.0
-    for k in range(layer.face.size):
-        if layer.closed[k] == OPEN:
-            continue
-        i = layer.face[k]
-        if layer.pull[k] != 0.0 and nodes.mass[i] > 0.0:
-            missed = layer.taken[k] + nodes.momentum[i, layer.axis]
-            energy -= 0.5 * layer.pull[k] * missed / nodes.mass[i]
-        for c in range(3):
-            if layer.sign[c] < 0.0:
-                nodes.momentum[i, c] = 0.0
+    for axis in range(3):
+        for k in range(closed.start[axis], closed.start[axis + 1]):
+            _fold_vector(closed, k, state, MOMENTUM)
+        for k in range(closed.start[axis], closed.start[axis + 1]):
+            energy += _hold_mapped(closed, k, state)
     return energy
 
 
 @kernel
-def mirror_velocity(layer, nodes):
-    """Ghosts get the mirrored velocities and accelerations of the nodes inside."""
-    for k in range(layer.face.size):
-        if layer.closed[k] == CLOSED:
-            g, i = layer.ghost[k], layer.inner[k]
-            for c in range(3):
-                nodes.before[g, c] = layer.sign[c] * nodes.before[i, c]
-                nodes.velocity[g, c] = layer.sign[c] * nodes.velocity[i, c]
-                nodes.acceleration[g, c] = layer.sign[c] * nodes.acceleration[i, c]
+def mirror_nodes(closed, motion, mapped):
+    """Ghosts get the mirrored velocities and accelerations of the nodes inside, in the reverse order of the fold."""
+    for axis in range(2, -1, -1):
+        for k in range(closed.start[axis], closed.start[axis + 1]):
+            if closed.closed[k] == CLOSED:
+                g, i = closed.ghost[k], closed.inner[k]
+                for c in range(3):
+                    sign = closed.sign[k, c]
+                    motion[g, BEFORE + c] = sign * motion[i, BEFORE + c]
+                    motion[g, ACCELERATION + c] = sign * motion[i, ACCELERATION + c]
+                    mapped[g, c] = sign * mapped[i, c]
 
 
 @kernel
-def book_ghosts(layer, nodes, dt, impulse):
+def fold_vectors(closed, table, column):
+    """One vector of each ghost, from a column of a table on, goes to the node that mirrors it."""
+    for k in range(closed.face.size):
+        _fold_vector(closed, k, table, column)
+
+
+@kernel
+def mirror_vectors(closed, table, column):
+    """The vectors of the ghosts are those of the nodes inside, mirrored; a face's own have no odd part."""
+    for axis in range(2, -1, -1):
+        for k in range(closed.start[axis], closed.start[axis + 1]):
+            if closed.closed[k] == CLOSED:
+                g, i, f = closed.ghost[k], closed.inner[k], closed.face[k]
+                for c in range(3):
+                    if closed.sign[k, c] < 0.0:
+                        table[f, column + c] = 0.0
+                    table[g, column + c] = closed.sign[k, c] * table[i, column + c]
+
+
+@kernel
+def book_ghosts(closed, motion, dt, impulse):
     """The momentum that the face gives through its ghosts: they move against the force and the mass in them.
 
     Of m_i a + m_g s a after the fold and f_i + f_g before it, with (m_i + m_g) a = f_i + s f_g, the difference is
     -2 (f_g + m_g a) where the sign s is -1.
     """
-    for k in range(layer.face.size):
-        if layer.closed[k] == CLOSED:
-            i = layer.inner[k]
+    for k in range(closed.face.size):
+        if closed.closed[k] == CLOSED:
+            i = closed.inner[k]
             for c in range(3):
-                if layer.sign[c] < 0.0:
-                    mirrored = layer.mass[k] * nodes.acceleration[i, c]
-                    impulse[c] -= 2.0 * (layer.force[k, c] + mirrored) * dt
+                if closed.sign[k, c] < 0.0:
+                    mirrored = closed.mass[k] * motion[i, ACCELERATION + c]
+                    impulse[c] -= 2.0 * (closed.force[k, c] + mirrored) * dt
+
+
+@device
+def _judge_wall(closed, k, state, dt):
+    """A unilateral wall acts on nodes that would still approach it after the step, and pushes only.
+
+    Closed, it would give -(f + 2 (f_g + m_g a)) dt with the ghost's mass and force and the acceleration a of the node
+    that mirrors it, see ``book_ghosts``; where that is a pull, it only stops the node.
+    """
+    outwards = 1.0 if closed.side[k] == 1 else -1.0
+    axis = closed.axis[k]
+    i, g, n = closed.face[k], closed.ghost[k], closed.inner[k]
+    trial = state[i, MOMENTUM + axis] + state[i, FORCE + axis] * dt
+    if trial * outwards < 0.0:
+        closed.closed[k] = OPEN
+        return
+    taken = state[i, FORCE + axis] + 2.0 * state[g, FORCE + axis]
+    if state[g, 0] > 0.0:
+        both = state[n, 0] + state[g, 0]
+        mirrored = (state[n, FORCE + axis] - state[g, FORCE + axis]) / both
+        taken += 2.0 * state[g, 0] * mirrored
+    closed.closed[k] = CLOSED if taken * outwards >= 0.0 else STOPPED
+
+
+@device
+def _fold_state(closed, k, state):
+    """Mass, momentum and force of a ghost go to the node that mirrors it."""
+    closed.mass[k] = 0.0
+    for c in range(3):
+        closed.force[k, c] = 0.0
+    if closed.closed[k] == CLOSED:
+        g, i = closed.ghost[k], closed.inner[k]
+        closed.mass[k] = state[g, 0]
+        state[i, 0] += state[g, 0]
+        state[g, 0] = 0.0
+        for c in range(3):
+            sign = closed.sign[k, c]
+            closed.force[k, c] = state[g, FORCE + c]
+            state[i, MOMENTUM + c] += sign * state[g, MOMENTUM + c]
+            state[i, FORCE + c] += sign * state[g, FORCE + c]
+            state[g, MOMENTUM + c] = 0.0
+            state[g, FORCE + c] = 0.0
+
+
+@device
+def _fold_vector(closed, k, table, column):
+    if closed.closed[k] == CLOSED:
+        g, i = closed.ghost[k], closed.inner[k]
+        for c in range(3):
+            table[i, column + c] += closed.sign[k, c] * table[g, column + c]
+            table[g, column + c] = 0.0
+
+
+@device
+def _hold_state(closed, k, state, dt, impulse):
+    """Zero what a face holds, in momentum and force alike; the momentum that its force would have given is booked.
+
+    Ma (2005), section 2.2.4 (2). Where a wall only stops a node, the node's force stays.
+    """
+    closed.pull[k] = 0.0
+    if closed.closed[k] == OPEN:
+        return
+    inwards = 1.0 if closed.side[k] == 0 else -1.0
+    i = closed.face[k]
+    for c in range(3):
+        if closed.sign[k, c] > 0.0:
+            continue
+        push = state[i, FORCE + c] * dt
+        if closed.closed[k] == STOPPED and push * inwards > 0.0:
+            closed.pull[k] = push
+            closed.taken[k] = state[i, MOMENTUM + c] + push
+            state[i, MOMENTUM + c] = -push
+            continue
+        impulse[c] -= push
+        state[i, MOMENTUM + c] = 0.0
+        state[i, FORCE + c] = 0.0
+
+
+@device
+def _hold_mapped(closed, k, state):
+    """Zero what a face holds in the momentum mapped back; returns the energy that stopping a pulled node took, J.
+
+    Such a node has a force and a velocity that its particles do not see: their kinetic energy changes with the
+    velocities before the wall, their internal energy with those after it. The difference is booked.
+    """
+    if closed.closed[k] == OPEN:
+        return 0.0
+    energy = 0.0
+    i = closed.face[k]
+    if closed.pull[k] != 0.0 and state[i, 0] > 0.0:
+        missed = closed.taken[k] + state[i, MOMENTUM + closed.axis[k]]
+        energy = -0.5 * closed.pull[k] * missed / state[i, 0]
+    for c in range(3):
+        if closed.sign[k, c] < 0.0:
+            state[i, MOMENTUM + c] = 0.0
+    return energy
 
 
 @kernel

@@ -12,6 +12,10 @@ import numpy as np
 LINE = 8  # numbers of a node in a table
 BLOCK = 8  # nodes that are looked at together: whether any particle touched them
 
+# Columns of the tables of nodes, where vectors begin: mass, momentum and force; velocity before the forces and
+# acceleration.
+MOMENTUM, FORCE, BEFORE, ACCELERATION = 1, 4, 0, 3
+
 # Rows of the table of particles.
 X, Y, Z, VX, VY, VZ, MASS, DENSITY, ENERGY, PRESSURE, VISCOSITY = range(11)
 S11, S22, S33, S12, S23, S31, STRAIN, KELVIN, DAMAGE = range(11, 20)

@@ -18,7 +18,7 @@ velocities that the particles end with, so that their sums drift, and the audit 
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,22 +26,19 @@ import numpy as np
 from solver.absorb import absorb, dashpots, energy_absorbed
 from solver.contact import empty_meeting, energy_taken, meet
 from solver.faces import (
-    Layer,
     book_ghosts,
-    closed_layers,
+    close_mapped,
+    close_nodes,
+    closed_nodes,
     cross_faces,
-    fold_state,
     fold_vectors,
-    hold_mapped,
-    hold_state,
-    judge_wall,
+    mirror_nodes,
     mirror_vectors,
-    mirror_velocity,
 )
 from solver.geometry import node_count
 from solver.jit import kernel
-from solver.problem import Face, Problem, Scheme
-from solver.state import BLOCK, NEW_X, NEW_Z, X, Z, Particles, empty_nodes, lines
+from solver.problem import Problem, Scheme
+from solver.state import BLOCK, FORCE, NEW_X, NEW_Z, X, Z, Particles, empty_nodes, lines
 from solver.stress import Limits, update_particles
 from solver.threads import Team
 from solver.transfer import (
@@ -86,18 +83,13 @@ class Field:
         self.tables = [self.nodes.state, *(lines(whole) for _ in range(1, shares))]
         self.touched = np.zeros((shares, whole // BLOCK), np.uint8)
         self.blocks = np.zeros(0, np.int64)  # of nodes that particles touch in this step
-        self.layers = closed_layers(problem.geometry, problem.faces, problem.clamp)
+        self.closed = closed_nodes(problem.geometry, problem.faces, problem.clamp)
         self.lost = np.zeros((shares, 4))
         self.bodies = bodies
         ours = range(len(problem.bodies))[bodies]
         self.dashpots = [
-            dashpots(problem, one, self.layers) for one in problem.absorbers if one.body in ours
+            dashpots(problem, one, self.closed) for one in problem.absorbers if one.body in ours
         ]
-
-    def walls(self) -> Iterator[Layer]:
-        """The layers, axis by axis."""
-        for axis in self.layers:
-            yield from axis
 
     def gathered(self, team: Team) -> None:
         """Sum the tables of the shares in the first one, in their order, and find the blocks that they touched."""
@@ -106,14 +98,8 @@ class Field:
             _over_blocks(team, add_lines, self.blocks, self.nodes.state, table)
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
-        """Fold the ghosts and hold the faces, axis by axis, so that corners are folded once along each."""
-        for axis in self.layers:
-            for layer in axis:
-                if layer.kind == Face.WALL:
-                    judge_wall(layer, self.nodes, dt)
-                fold_state(layer, self.nodes)
-            for layer in axis:
-                hold_state(layer, self.nodes, dt, impulse)
+        """Fold the ghosts and hold the faces."""
+        close_nodes(self.closed, self.nodes.state, dt, impulse)
 
     def absorb(self, dt: float, impulse: np.ndarray) -> None:
         """Forces of the absorbing surfaces."""
@@ -122,21 +108,14 @@ class Field:
 
     def close_mapped(self) -> float:
         """The same for the momentum mapped back; returns the energy that walls and absorbers took, J."""
-        energy = 0.0
-        for axis in self.layers:
-            for layer in axis:
-                fold_vectors(layer, self.nodes.momentum)
-            for layer in axis:
-                energy += hold_mapped(layer, self.nodes)
+        energy: float = close_mapped(self.closed, self.nodes.state)
         for surface in self.dashpots:
             energy += energy_absorbed(surface, self.nodes)
         return energy
 
     def mirror(self) -> None:
-        """Velocities of the ghosts, in the reverse order of the fold."""
-        for axis in reversed(self.layers):
-            for layer in axis:
-                mirror_velocity(layer, self.nodes)
+        """Velocities of the ghosts."""
+        mirror_nodes(self.closed, self.nodes.motion, self.nodes.mapped)
 
 
 class Stepper:
@@ -207,8 +186,7 @@ class Stepper:
         for field in self.fields:
             self._on_nodes(solve_momentum, field, dt)  # v at n+1
             field.mirror()
-            for layer in field.walls():
-                book_ghosts(layer, field.nodes, dt, impulse)
+            book_ghosts(field.closed, field.nodes.motion, dt, impulse)
             if damping[0] > 0.0 and damping[1] > 1.0:
                 self._smooth(field, stage)
         for field in self.fields:
@@ -261,11 +239,8 @@ class Stepper:
             ranges = stage.shares[share, field.bodies]
             problem, touched = self.problem, field.touched[0]
             scatter_surface(problem.geometry, problem.shape, stage.table, ranges, areas, touched)
-        for axis in field.layers:
-            for layer in axis:
-                fold_vectors(layer, field.nodes.surface)
-            for layer in axis:
-                mirror_vectors(layer, field.nodes.surface)
+        fold_vectors(field.closed, areas, FORCE)
+        mirror_vectors(field.closed, areas, FORCE)
 
     def _scatter(self, field: Field, stage: Stage) -> None:
         self._over_shares(
@@ -290,12 +265,9 @@ class Stepper:
             ranges = stage.shares[share, field.bodies]
             geometry, shape = self.problem.geometry, self.problem.shape
             scatter_smoothed(geometry, shape, stage.table, ranges, field.nodes.motion, smoothed)
-        for layer in field.walls():
-            fold_vectors(layer, field.nodes.smooth)
+        fold_vectors(field.closed, smoothed, 0)
         self._on_nodes(divide_smooth, field)
-        for axis in reversed(field.layers):
-            for layer in axis:
-                mirror_vectors(layer, field.nodes.smooth)
+        mirror_vectors(field.closed, smoothed, 0)
 
     def _update(self, stage: Stage, tally: np.ndarray, dt: float, *, keep: int) -> None:
         problem = self.problem
