@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 SHORT = 12  # characters of an id in a line; it is long enough to be told from others
 NAMED = 20  # of a list of runs
-DONE = ("succeeded", "failed", "cancelled")  # states of a point that has ended
+DONE = ("succeeded", "failed")  # states of a point that was computed
 
 
 class Progress(Protocol):
