@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 import httpx
 
 from service.connection import Connection, ServiceError, Unreachable
+from service.folders import check_same, held_in
 from solver.errors import WhippleError
 from studies.files import OF_A_SWEEP
 
@@ -275,9 +276,16 @@ class SweepHandle:
 
     # --- files -----------------------------------------------------------------------------------
 
-    def fetch(self, out: str | Path) -> Path:
-        """Cube and report into a folder, which is returned; raises ServiceError if they are not there yet."""
+    def fetch(self, out: str | Path, *, overwrite: bool = False) -> Path:
+        """Cube and report into a folder, which is returned; raises ServiceError if they are not there yet.
+
+        A folder that holds another sweep is refused (InvalidInput), unless that is to be replaced
+        (``overwrite``).
+        """
         folder = _folder(out)
+        held = held_in(folder)
+        if held is not None and not overwrite:
+            check_same(folder, held, self.document())
         for name in OF_A_SWEEP:
             self._connection.download(f"{self._path}/{name}", folder / name)
         return folder

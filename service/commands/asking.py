@@ -15,6 +15,7 @@ from service.commands.options import (
     WRONG,
     KeyFile,
     Out,
+    Overwrite,
     RunId,
     SweepFile,
     SweepId,
@@ -111,10 +112,16 @@ def runs(
 
 
 @app.command()
-def fetch(id: SweepId, out: Out, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def fetch(
+    id: SweepId,
+    out: Out,
+    overwrite: Overwrite = False,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
     """Download cube and report of a sweep."""
     with client_of(url, key_file) as client:
-        folder = client.sweep(id).fetch(folder_of(out))
+        folder = client.sweep(id).fetch(folder_of(out), overwrite=overwrite)
     print(f"look at {folder / 'report.html'}")
 
 
