@@ -38,6 +38,7 @@ __all__ = [
 ]
 
 DEFAULT_URL = "http://127.0.0.1:8000"
+URL_VARIABLE = "WHIPPLE_SERVICE"
 KEY_VARIABLE = "WHIPPLE_API_KEY"
 TERMINAL = frozenset({"succeeded", "failed", "cancelled"})
 POLL_SECONDS = 1.0  # how often ``wait`` asks
@@ -92,11 +93,11 @@ class Happening:
 
 
 class Client:
-    """A service at an address."""
+    """A service at an address; without one, at that in ``WHIPPLE_SERVICE``, else on this machine."""
 
     def __init__(
         self,
-        url: str = DEFAULT_URL,
+        url: str | None = None,
         *,
         key: str | None = None,
         timeout: float = 60.0,
@@ -104,7 +105,7 @@ class Client:
         transport: httpx.BaseTransport | None = None,
     ):
         self._connection = Connection(
-            url,
+            url or os.environ.get(URL_VARIABLE) or DEFAULT_URL,
             key=key or os.environ.get(KEY_VARIABLE) or None,
             timeout=timeout,
             patience=patience,
