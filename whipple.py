@@ -20,15 +20,19 @@ if TYPE_CHECKING:
 __all__ = ["Client", "open_cube", "run_sweep"]
 
 
-def run_sweep(document: Mapping[str, Any] | str | Path, out: str | Path) -> Path:
+def run_sweep(
+    document: Mapping[str, Any] | str | Path, out: str | Path, *, overwrite: bool = False
+) -> Path:
     """Compute a sweep on this machine, without a server, and return the folder with its results.
 
     ``document`` is a mapping or the path of a YAML file. The folder holds ``cube.nc``,
-    ``report.html`` and ``report.json``; called again with the same folder, it resumes.
+    ``report.html`` and ``report.json``; called again with the same folder, it resumes: values on the
+    axes may have been added or removed. A folder that holds another sweep is refused, unless that
+    is to be replaced (``overwrite``).
     """
     from service.local import run_sweep
 
-    return Path(run_sweep(document, Path(out)))
+    return Path(run_sweep(document, Path(out), overwrite=overwrite))
 
 
 def open_cube(path: str | Path) -> "xarray.Dataset":

@@ -107,7 +107,10 @@ def _remove(leftover: Leftover) -> None:
 
 
 def forget_lost_states(store: Store, artifacts: Artifacts, sweep_id: str) -> None:
-    """Final states of a sweep's runs that are not there are no longer kept, so that a retry makes them again."""
+    """Forget final states of a sweep's runs that are lost or damaged, so that a retry makes them again.
+
+    Reads all of them: about 0.7 s a gigabyte (2026-11).
+    """
     for run in store.measured_runs(sweep_id):
-        if run.kept is not None and not artifacts.is_there(run.kept):
+        if run.kept is not None and not artifacts.is_intact(run.kept):
             store.forget_files(run.id, [run.kept.name])

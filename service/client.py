@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 import httpx
 
 from service.connection import Connection, ServiceError, Unreachable
+from service.folders import check_same, held_in
 from solver.errors import WhippleError
 from studies.files import OF_A_SWEEP
 
@@ -37,6 +38,7 @@ __all__ = [
 ]
 
 DEFAULT_URL = "http://127.0.0.1:8000"
+URL_VARIABLE = "WHIPPLE_SERVICE"
 KEY_VARIABLE = "WHIPPLE_API_KEY"
 TERMINAL = frozenset({"succeeded", "failed", "cancelled"})
 POLL_SECONDS = 1.0  # how often ``wait`` asks
@@ -91,11 +93,11 @@ class Happening:
 
 
 class Client:
-    """A service at an address."""
+    """A service at an address; without one, at that in ``WHIPPLE_SERVICE``, else on this machine."""
 
     def __init__(
         self,
-        url: str = DEFAULT_URL,
+        url: str | None = None,
         *,
         key: str | None = None,
         timeout: float = 60.0,
@@ -103,7 +105,7 @@ class Client:
         transport: httpx.BaseTransport | None = None,
     ):
         self._connection = Connection(
-            url,
+            url or os.environ.get(URL_VARIABLE) or DEFAULT_URL,
             key=key or os.environ.get(KEY_VARIABLE) or None,
             timeout=timeout,
             patience=patience,
@@ -275,9 +277,16 @@ class SweepHandle:
 
     # --- files -----------------------------------------------------------------------------------
 
-    def fetch(self, out: str | Path) -> Path:
-        """Cube and report into a folder, which is returned; raises ServiceError if they are not there yet."""
+    def fetch(self, out: str | Path, *, overwrite: bool = False) -> Path:
+        """Cube and report into a folder, which is returned; raises ServiceError if they are not there yet.
+
+        A folder that holds another sweep is refused (InvalidInput), unless that is to be replaced
+        (``overwrite``).
+        """
         folder = _folder(out)
+        held = held_in(folder)
+        if held is not None and not overwrite:
+            check_same(folder, held, self.document())
         for name in OF_A_SWEEP:
             self._connection.download(f"{self._path}/{name}", folder / name)
         return folder

@@ -4,6 +4,7 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from typing import IO, TYPE_CHECKING, Any, Protocol
 
 from studies.errors import InvalidInput
@@ -15,9 +16,8 @@ if TYPE_CHECKING:
     from service.jobs import KeyRow
     from studies.cost import Cost, PresetCost
 
-SHORT = 12  # characters of an id in a line; it is long enough to be told from others
 NAMED = 20  # of a list of runs
-DONE = ("succeeded", "failed", "cancelled")  # states of a point that has ended
+DONE = ("succeeded", "failed")  # states of a point that was computed
 
 
 class Progress(Protocol):
@@ -84,10 +84,10 @@ def print_sweep_line(sweep: Progress) -> None:
     )
 
 
-def print_point(point: Mapping[str, Any]) -> None:
-    """A run in its place: where, how it stands, and why."""
+def print_point(point: Mapping[str, Any], units: Mapping[str, str | None]) -> None:
+    """A run in its place: where, how it stands, and why; ``units`` are those of the axes."""
     run = point["run"]
-    place = ", ".join(f"{name}={value}" for name, value in point["coordinates"].items())
+    place = _values(point["coordinates"], units)
     attempts = f"  attempt {run['attempt']}" if run["attempt"] > 1 else ""
     print(f"{run['id']}  {point['state']:<10}  {place}{attempts}")
     if run["cause"]:
@@ -99,17 +99,36 @@ def print_happening(happening: "Happening") -> None:
     content = happening.content
     if happening.name == "progress":
         left = f", {duration(content['eta_seconds'])} left" if content["eta_seconds"] else ""
-        seen = ", ".join(f"{k} {v:.4g}" for k, v in content["measured"].items() if v is not None)
+        seen = _values(_rounded(content["measured"]), _units_of_measurements())
         share = "" if content["fraction"] is None else f"{content['fraction']:.0%}"
-        print(f"{'':8}  {content['run_id'][:SHORT]}  {share}{left}  {seen}".rstrip(), flush=True)
+        print(f"{'':8}  {content['run_id']}  {share}{left}  {seen}".rstrip(), flush=True)
     elif happening.name == "message":
-        about = (content["run_id"] or content["sweep_id"] or "")[:SHORT]
+        about = content["sweep_id"] or content["run_id"] or ""
         said = " ".join(f"{k}={_brief(v)}" for k, v in content["body"].items() if v is not None)
         print(f"{content['time'][11:19]}  {about}  {content['kind']}  {said}".rstrip(), flush=True)
 
 
 def _brief(value: Any) -> str:
     return str(len(value)) if isinstance(value, list | dict) else str(value)
+
+
+def _values(values: Mapping[str, Any], units: Mapping[str, str | None]) -> str:
+    """Named values, each as a sweep or a slice takes it: "speed=3 km/s"."""
+    from studies.observations import written
+
+    return ", ".join(f"{name}={written(value, units.get(name))}" for name, value in values.items())
+
+
+def _rounded(measured: Mapping[str, float | None]) -> dict[str, float]:
+    """What has been measured until now, to four digits."""
+    return {name: float(f"{value:.4g}") for name, value in measured.items() if value is not None}
+
+
+@cache
+def _units_of_measurements() -> Mapping[str, str]:
+    from studies import measurements
+
+    return {name: measurements.load(name).unit for name in measurements.names()}
 
 
 def print_queue(queue: Mapping[str, Any]) -> None:

@@ -17,6 +17,7 @@ from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from service.jobs import Conflict, KeyReused, NotFound, StoreUnavailable
 from solver.errors import WhippleError
@@ -143,6 +144,10 @@ PROBLEMS: Mapping[type[Exception], Problem] = {
         "The body is of another media type",
     ),
     Malformed: Problem(HTTPStatus.BAD_REQUEST, "malformed", "The request breaks a rule of HTTP"),
+    # For the log and the metrics: whoever sent it is gone.
+    ClientDisconnect: Problem(
+        HTTPStatus.BAD_REQUEST, "incomplete", "The connection ended before the body did"
+    ),
     ForeignHost: Problem(
         HTTPStatus.MISDIRECTED_REQUEST, "foreign-host", "This host name is not answered to"
     ),

@@ -203,7 +203,7 @@ class SweepRow:
     reused: int  # of these, computed before, or under way for another sweep
     new: int  # of these, put into the queue for this sweep
     counts: Mapping[str, int]  # points per state, every state of RUN_STATES present
-    progress: float  # 0 to 1: finished points, and the finished part of the running ones
+    progress: float  # 0 to 1: ended points without cancelled ones, and part of the running ones
     eta_seconds: float | None  # from estimated costs and measured times; None: nothing to go by
     created: datetime
     cancelled: datetime | None  # when somebody asked for it

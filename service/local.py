@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from service.artifacts import LOG, PART, Artifacts
 from service.directory import DataInUse, check_names, holding
 from service.faults import point
+from service.folders import check_same, held_in
 from service.jobs import SWEEP_TERMINAL, Stored, StoreUnavailable, SweepRow, SweepState
 from service.leaving import Leaving, heeding
 from service.rereads import REREADS
@@ -62,11 +63,13 @@ def run_sweep(
     *,
     progress: Callable[[SweepRow], None] | None = None,
     settings: Settings | None = None,
+    overwrite: bool = False,
 ) -> Finished:
     """Compute a sweep on this machine into the folder ``out``; called again, it resumes.
 
     ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called with the
-    sweep's row, again and again. Raises InvalidInput, DataInUse, PublicationFailed. Ctrl-C and
+    sweep's row, again and again. A folder that holds another sweep (``folders``) is refused, unless
+    that is to be replaced (``overwrite``). Raises InvalidInput, DataInUse, PublicationFailed. Ctrl-C and
     SIGTERM end it in order, as KeyboardInterrupt and SystemExit; what ran goes on from its
     checkpoint next time.
     """
@@ -74,8 +77,13 @@ def run_sweep(
     settings = settings or Settings(data=folder / STORE_OF_FOLDER)
     sweep = Sweep.parse(_read(document), SweepLimits(max_runs=settings.max_runs))
     check_names(settings)
+    held = held_in(folder)
+    if held is not None and not overwrite:
+        check_same(folder, held, sweep.document())
     with heeding() as leaving:
         with holding(settings), closing(Store.open(settings.url)) as store:
+            if held is None and not overwrite:
+                _check_begun(store, folder, sweep)
             row = _compute(store, settings, sweep, progress or _nobody, leaving)
             if row.state is SweepState.FAILED:
                 raise PublicationFailed(row.reason or "cube and report could not be made")
@@ -118,6 +126,12 @@ def _compute(
     leaving.obey()
     with start_engine(settings, store) as dispatcher:
         return _watch(store, dispatcher, accepted.id, progress, leaving)
+
+
+def _check_begun(store: Store, folder: Path, sweep: Sweep) -> None:
+    """The sweep that was begun last in a folder without a report is this one; raises InvalidInput."""
+    for last in store.sweeps(limit=1).items:
+        check_same(folder, store.sweep_document(last.id), sweep.document())
 
 
 def _copy_out(files: Iterable[Stored], artifacts: Artifacts, folder: Path) -> None:

@@ -78,7 +78,9 @@ class SweepModel(Answer):
     reused: int = Field(description="of these, computed before or already under way when accepted")
     new: int = Field(description="of these, queued for this sweep")
     counts: dict[str, int] = Field(description="points by state")
-    progress: float = Field(description="0 to 1")
+    progress: float = Field(
+        description="0 to 1: computed part of the estimated cost; below 1 where runs were cancelled"
+    )
     eta_seconds: float | None = Field(description="time left, in seconds; null: nothing to go by")
     created: datetime
     cancelled: datetime | None

@@ -1,10 +1,10 @@
 """What is asked of a service, over HTTP."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,6 +15,7 @@ from service.commands.options import (
     WRONG,
     KeyFile,
     Out,
+    Overwrite,
     RunId,
     SweepFile,
     SweepId,
@@ -104,15 +105,23 @@ def runs(
     from service.console import print_point
 
     with client_of(url, key_file) as client:
-        for point in client.sweep(id).runs(state):
-            print_point(point)
+        handle = client.sweep(id)
+        units = _units_of_axes(handle.document())
+        for point in handle.runs(state):
+            print_point(point, units)
 
 
 @app.command()
-def fetch(id: SweepId, out: Out, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def fetch(
+    id: SweepId,
+    out: Out,
+    overwrite: Overwrite = False,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
+) -> None:
     """Download cube and report of a sweep."""
     with client_of(url, key_file) as client:
-        folder = client.sweep(id).fetch(folder_of(out))
+        folder = client.sweep(id).fetch(folder_of(out), overwrite=overwrite)
     print(f"look at {folder / 'report.html'}")
 
 
@@ -213,6 +222,14 @@ def _told(id: str, url: str, key_file: Path | None) -> "Iterator[SweepHandle]":
         handle = client.sweep(id)
         yield handle
         print_sweep(handle.status())
+
+
+def _units_of_axes(document: Mapping[str, Any]) -> dict[str, str | None]:
+    """The SI unit of each axis of an accepted sweep, and of what each point is refined by."""
+    from studies.sweep import ACCEPTED, Sweep
+
+    sweep = Sweep.parse(document, ACCEPTED)
+    return {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)}
 
 
 def _wait(handle: "SweepHandle", name: str) -> int:

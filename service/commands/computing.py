@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
-from service.commands.options import FINE, SOME_FAILED, WRONG, Out, SweepFile, folder_of
+from service.commands.options import FINE, SOME_FAILED, WRONG, Out, Overwrite, SweepFile, folder_of
 from solver.errors import WhippleError
 from studies.errors import Finding, InvalidInput
 
@@ -39,9 +39,9 @@ def demo(out: Out = Path("demo")) -> None:
 
 
 @app.command()
-def sweep(file: SweepFile, out: Out) -> None:
+def sweep(file: SweepFile, out: Out, overwrite: Overwrite = False) -> None:
     """Compute a sweep on this machine, without a service. Run again, it resumes."""
-    raise typer.Exit(_compute(file, file.stem, folder_of(out)))
+    raise typer.Exit(_compute(file, file.stem, folder_of(out), overwrite=overwrite))
 
 
 @app.command()
@@ -102,14 +102,16 @@ def version() -> None:
     print(version())
 
 
-def _compute(sweep: "Mapping[str, Any] | Path", name: str, folder: Path) -> int:
+def _compute(
+    sweep: "Mapping[str, Any] | Path", name: str, folder: Path, *, overwrite: bool = False
+) -> int:
     """Compute a sweep into a folder, say how it went, and return the exit status."""
     from service.console import in_words, watching
     from service.local import run_sweep
 
     begin = time.perf_counter()
     with watching(name) as tell:
-        finished = run_sweep(sweep, folder, progress=tell)
+        finished = run_sweep(sweep, folder, progress=tell, overwrite=overwrite)
     seconds = time.perf_counter() - begin
     print(
         f"{name}: {in_words(finished.counts)} in {seconds:.1f} s; look at {folder / 'report.html'}"

@@ -15,6 +15,9 @@ FINE, WRONG, REFUSED, SOME_FAILED = 0, 1, 2, 3
 LOCAL = "http://127.0.0.1:8000"
 
 Out = Annotated[Path, typer.Option(help="Folder for cube.nc, report.html and report.json.")]
+Overwrite = Annotated[
+    bool, typer.Option("--overwrite", help="Replace another sweep that the folder holds.")
+]
 Url = Annotated[str, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service.")]
 KeyFile = Annotated[
     Path | None,

@@ -149,6 +149,7 @@ def sweep_record(row: Row, tallies: Sequence[Row]) -> SweepRow:
     counts |= {tally.point_state.value: tally.points for tally in tallies}
     active = [tally for tally in tallies if tally.point_state in ACTIVE]
     remaining = sum(tally.cost - tally.done for tally in active)
+    computed = sum(map(_computed, tallies))
     total = sum(tally.cost for tally in tallies)
     done = sum(tally.done for tally in tallies)
     pace = sum(tally.seconds or 0.0 for tally in tallies) / done if done else None
@@ -166,12 +167,19 @@ def sweep_record(row: Row, tallies: Sequence[Row]) -> SweepRow:
         reused=row.planned - row.new,
         new=row.new,
         counts=counts,
-        progress=1.0 - remaining / total if total else 1.0,
+        progress=computed / total if total else 1.0,
         eta_seconds=_eta(remaining, pace, side_by_side=counts[State.RUNNING]),
         created=row.created,
         cancelled=row.cancelled,
         finished=row.finished,
     )
+
+
+def _computed(tally: Row) -> float:
+    """Cost of what is computed of the points in a state: nothing of those that were cancelled."""
+    if tally.point_state is State.CANCELLED:
+        return 0.0
+    return tally.done if tally.point_state in ACTIVE else tally.cost
 
 
 def _eta(remaining: float, pace: float | None, *, side_by_side: int) -> float | None:

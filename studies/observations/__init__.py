@@ -1,11 +1,9 @@
 """Observations: measured shots, published or the user's own, with uncertainty and source.
 
-How to add published ones: a CSV file in this folder, with the columns that ``read_observations``
-asks for and a source in every row.
-
 A table has one row a shot: ``quantity`` (what was measured: "hole_diameter"), ``value``,
 ``uncertainty`` (may be empty), ``source``, and a column for each parameter that the shot states.
-The unit stands in the header, "speed [km/s]", or beside each number, "6 km/s".
+The unit stands in the header, "speed [km/s]", or beside each number, "6 km/s". For users this is
+"Your own shots" in README.md. None ship: a sweep brings those that it is to be compared with.
 """
 
 import csv
@@ -22,6 +20,10 @@ from studies.quantities import is_number, readable, refusal
 MOST_ROWS = 10_000  # a table of shots; more is another kind of file
 OWN_COLUMNS = ("quantity", "value", "uncertainty", "source")
 NEEDED_COLUMNS = ("quantity", "value", "source")
+COLUMNS = (
+    "give the columns quantity, value, uncertainty, source, and one for each parameter, as "
+    "'Your own shots' in README.md has them"
+)
 
 _HEADER = re.compile(r"\s*([\w.]+)\s*(?:\[\s*([^\[\]]+?)\s*\])?\s*")
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
@@ -99,7 +101,7 @@ def _rows(given: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
                 raise refusal(f"{path}[{number}]", row, "a mapping", "write speed: 6 km/s, ...")
             yield f"{path}[{number}]", row
     else:
-        raise refusal(path, given, "CSV text or a list of shots", "see the columns in the manual")
+        raise refusal(path, given, "CSV text or a list of shots", COLUMNS)
 
 
 def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:

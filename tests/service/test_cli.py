@@ -180,7 +180,11 @@ def computed(**counts: int) -> Callable[..., local.Finished]:
     row = SweepRow(**{**ROW, "counts": dict.fromkeys(RUN_STATES, 0) | counts})  # type: ignore[arg-type]
 
     def run_sweep(
-        document: Mapping[str, Any] | Path, out: Path, *, progress: Callable[[SweepRow], None]
+        document: Mapping[str, Any] | Path,
+        out: Path,
+        *,
+        progress: Callable[[SweepRow], None],
+        overwrite: bool,
     ) -> local.Finished:
         progress(replace(row, progress=0.5, eta_seconds=61.0))
         progress(row)

@@ -1,12 +1,14 @@
 """The commands that ask a service: orders, what they print, and the key that goes with them."""
 
+import re
 import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from service.client import KEY_VARIABLE
+from service.client import KEY_VARIABLE, Happening
+from service.console import print_happening
 from service.jobs import Keep, Scope
 from studies import examples
 from tests.service.api import Api, open_api, served, until
@@ -86,6 +88,7 @@ def test_submit__waits_if_it_shall_and_ends_as_the_sweep_does(
 
 
 def test_status__watches_what_happens_until_the_end(api: Api, smoke: Path, capsys: Capsys) -> None:
+    smoke.write_text(smoke.read_text().replace("3 km/s", "4.9 km/s"))  # a run of its own
     id = submitted(capsys, smoke)
     ended: list[int] = []
     watching = threading.Thread(target=lambda: ended.append(run("status", id, "--watch")))
@@ -98,6 +101,33 @@ def test_status__watches_what_happens_until_the_end(api: Api, smoke: Path, capsy
     assert ended == [0]
     for word in ("accepted", "planned=2", "published", "succeeded, 100%"):
         assert word in said
+    runs = {point.run.id for point in api.store.sweep_runs(id).items}
+    told = set(re.findall(r"\b[0-9a-f]{12,}\b", said))
+    assert told <= runs | {id}
+    assert id in told
+    assert runs & told
+
+
+def test_progress__is_told_with_an_id_and_units_that_other_commands_take(capsys: Capsys) -> None:
+    id = "0123456789abcdef" * 2
+    measured = {"hole_diameter": 0.0144444, "plateau_velocity": 2e3, "unheard_of": 1.0, "no": None}
+    content = {"run_id": id, "fraction": 0.17, "eta_seconds": 20.0, "measured": measured}
+    print_happening(Happening("progress", None, content))
+    said = capsys.readouterr().out.strip()
+    assert said == (
+        f"{id}  17%, 20 s left  hole_diameter=14.44 mm, plateau_velocity=2 km/s, unheard_of=1.0"
+    )
+
+
+def test_runs__are_told_with_values_as_a_sweep_has_them(
+    api: Api, tmp_path: Path, capsys: Capsys
+) -> None:
+    file = tmp_path / "sweep.yaml"
+    text = examples.text("smoke") + "offsets: 2\n"
+    file.write_text(text.replace("axes:", "axes:\n  target.strength.A: [90 MPa]"))
+    assert run("runs", submitted(capsys, file)) == 0
+    said = capsys.readouterr().out
+    assert "target.strength.A=90 MPa, speed=6 km/s, offset=0.5\n" in said
 
 
 def test_orders__move_a_sweep(api: Api, tmp_path: Path, capsys: Capsys) -> None:

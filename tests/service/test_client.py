@@ -25,6 +25,16 @@ def client(api: Api) -> Iterator[Client]:
         yield opened
 
 
+def test_client__without_an_address_asks_that_of_the_environment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("WHIPPLE_SERVICE", "http://127.0.0.1:8001")
+    assert Client().url == "http://127.0.0.1:8001"
+    assert Client("http://127.0.0.1:8002").url == "http://127.0.0.1:8002"
+    monkeypatch.delenv("WHIPPLE_SERVICE")
+    assert Client().url == "http://127.0.0.1:8000"
+
+
 def test_submit__takes_a_document_and_hands_back_the_sweep(client: Client) -> None:
     status = client.submit(SWEEP).status()
     assert (status.name, status.planned) == ("two-speeds", 2)

@@ -9,6 +9,8 @@ import typer.main
 from service.cli import app
 from service.jobs import Cause, Keep, Scope, State, SweepState
 from service.settings import Settings
+from studies.errors import InvalidInput
+from studies.observations import OWN_COLUMNS, Known, read_observations
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")
@@ -59,6 +61,18 @@ def test_commands__of_a_service_are_all_told_of() -> None:
 def test_words__of_the_service_are_explained(words: type) -> None:
     for word in words:  # type: ignore[attr-defined]
         assert f"`{word}`" in PAGE, word
+
+
+def test_observations__columns_are_told_where_the_error_points() -> None:
+    with pytest.raises(InvalidInput) as refused:
+        read_observations(3, Known({}, {}))
+    [finding] = refused.value.findings
+    found = re.search(r"'([^']+)' in README\.md", finding.cure)
+    assert found
+    section = README.partition(f"\n## {found[1]}\n")[2].partition("\n## ")[0]
+    for name in OWN_COLUMNS:
+        assert f"| `{name}` |" in section, name
+        assert name in finding.cure
 
 
 def test_links__lead_somewhere() -> None:

@@ -1,15 +1,18 @@
 """Bad input gets a clear answer and stores nothing; every error is a problem document."""
 
 import json
+import logging
+import socket
 from collections.abc import Iterator
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 
 from service.errors import pointer
 from service.routes.given import LONGEST_BODY
 from studies.sweep import MOST_PARTICLES
-from tests.service.api import SWEEP, Api, open_api, sweep_of
+from tests.service.api import SWEEP, Api, open_api, served, sweep_of, until
 
 JSON = {"Content-Type": "application/json"}
 YAML = {"Content-Type": "application/yaml"}
@@ -240,3 +243,16 @@ def test_pointer__stops_where_the_document_ends() -> None:
     assert pointer("axes.a/b~", document) == "/axes/a~1b~0"
     assert pointer("nothing", document) == ""
     assert pointer("axes", None) == ""
+
+
+def test_body__that_ends_with_its_connection_is_no_failure_of_the_service(
+    api: Api, caplog: pytest.LogCaptureFixture
+) -> None:
+    head = b"POST /v1/sweeps HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
+    with caplog.at_level(logging.INFO), served(api) as url:
+        place = urlsplit(url)
+        with socket.create_connection((place.hostname, place.port)) as connection:
+            connection.sendall(head + b'Content-Length: 1000\r\n\r\n{"name":')
+        until(lambda: any("POST /v1/sweeps" in line for line in caplog.messages), seconds=20)
+    assert [line for line in caplog.messages if "POST" in line] == ["POST /v1/sweeps 400"]
+    assert all(line.levelno < logging.WARNING and not line.exc_info for line in caplog.records)

@@ -260,7 +260,7 @@ def test_run_sweep__gives_up_what_the_folder_was_asked_before(tmp_path: Path) ->
     settings.data.mkdir()
     with closing(open_store(settings)) as store:
         old = store.create_sweep(sweep_of(runs_of("hang", "hang", "hang")))
-    run_sweep(document(), tmp_path, settings=settings)
+    run_sweep(document(), tmp_path, settings=settings, overwrite=True)
     with closing(open_store(settings)) as store:
         assert store.sweep(old.id).state is SweepState.CANCELLED
         assert store.run(run_id(0)).state is State.CANCELLED

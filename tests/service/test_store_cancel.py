@@ -57,6 +57,22 @@ def test_cancel__what_was_computed_is_published(store: Store) -> None:
     assert store.artifacts(row.id)
 
 
+def test_cancel__progress_is_what_was_computed(store: Store) -> None:
+    row = store.create_sweep(sweep_of(4))
+    done, running = claim_runs(store, 2)
+    store.finish(done, result())
+    store.progress([(running, 0.5, 3.0, {})])
+    assert store.cancel_sweep(row.id).progress == pytest.approx(0.25)
+    assert store.requeue(running, Cause.LOST, reason="stopped")
+    finish_all(store)
+    seen = store.sweep(row.id)
+    assert (seen.state, seen.eta_seconds) == (SweepState.CANCELLED, 0.0)
+    assert seen.progress == pytest.approx(0.25)
+    assert store.retry_sweep(row.id).progress == pytest.approx(0.25)
+    finish_all(store)
+    assert store.sweep(row.id).progress == 1.0
+
+
 def test_cancel__a_result_that_comes_first_is_kept(store: Store) -> None:
     row = store.create_sweep(sweep_of(1))
     [claim] = claim_runs(store, 1)

@@ -1,0 +1,65 @@
+"""Output folders: each holds the cube and report of one sweep, which another sweep replaces on request only.
+
+Two documents are the same sweep if they agree in scenario, fixed parameters (a single resolution is one),
+materials of their own, and in the names of their axes. The values on the axes may differ, and so may name,
+title and observations: points are added and removed, and a report is made anew.
+"""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from studies.errors import Finding, InvalidInput
+from studies.files import TWIN
+from studies.nearest import shown
+
+Document = Mapping[str, Any]  # of a sweep, canonical
+
+ALIKE = ("scenario", "combine", "materials")  # words of a document that the same sweep has alike
+NAMED = 3  # differences that an error names
+
+
+def held_in(folder: Path) -> Document | None:
+    """The sweep whose report is in a folder; None: there is none that says so."""
+    try:
+        held = json.loads((folder / TWIN).read_bytes())["provenance"]["sweep"]
+    except (OSError, ValueError, LookupError, TypeError):
+        return None
+    return held if isinstance(held, Mapping) else None
+
+
+def check_same(folder: Path, held: Document, asked: Document) -> None:
+    """The sweep that a folder holds is the one that is asked for; raises InvalidInput, naming both."""
+    there, here = _question(held), _question(asked)
+    differing = [name for name in {**there, **here} if there.get(name) != here.get(name)]
+    if differing:
+        cure = (
+            "choose another folder, or replace what is there: --overwrite, overwrite=True in Python"
+        )
+        value = f"{folder}, which holds {_named(held, there, differing)}"
+        limit = f"an empty folder, or one that holds {_named(asked, here, differing)}"
+        raise InvalidInput([Finding("out", value, limit, cure)])
+
+
+def _question(document: Document) -> dict[str, Any]:
+    """What the same sweep has alike, by name."""
+    question = {name: document[name] for name in ALIKE if name in document}
+    question |= {f"fixed.{name}": value for name, value in document.get("fixed", {}).items()}
+    axes = {*document.get("axes", {}), *(["offset"] if "offsets" in document else [])}
+    resolution = document.get("resolution")
+    if isinstance(resolution, list):
+        axes.add("resolution")
+    elif resolution is not None:
+        question["resolution"] = resolution
+    return {**question, "axes": ", ".join(sorted(axes))}
+
+
+def _named(document: Document, question: Mapping[str, Any], differing: list[str]) -> str:
+    """A sweep by its name, and by what another one does not have alike."""
+    words = (f"{name}: {_plain(question.get(name))}" for name in differing[:NAMED])
+    return f"{document.get('name')!r} ({'; '.join(words)})"
+
+
+def _plain(value: Any) -> str:
+    return value if isinstance(value, str) else "none" if value is None else shown(value)
