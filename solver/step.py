@@ -234,7 +234,7 @@ class Stepper:
 
     def _scatter_surface(self, field: Field, stage: Stage) -> None:
         areas = field.nodes.areas
-        self._on_lines(clear_lines, field, areas)
+        areas[:] = 0.0  # ghosts too, in whatever block
         for share in range(len(field.tables)):  # into one table, so one after another
             ranges = stage.shares[share, field.bodies]
             problem, touched = self.problem, field.touched[0]
@@ -260,7 +260,7 @@ class Stepper:
     def _smooth(self, field: Field, stage: Stage) -> None:
         """The nodal velocities seen through the particles once more."""
         smoothed = field.nodes.smoothed
-        self._on_lines(clear_lines, field, smoothed)
+        smoothed[:] = 0.0  # ghosts too, in whatever block
         for share in range(len(field.tables)):
             ranges = stage.shares[share, field.bodies]
             geometry, shape = self.problem.geometry, self.problem.shape
@@ -308,11 +308,8 @@ class Stepper:
     def _on_nodes(self, work: Any, field: Field, *arguments: float) -> None:
         _over_blocks(self.team, work, field.blocks, field.nodes, *arguments)
 
-    def _on_lines(self, work: Any, field: Field, table: np.ndarray) -> None:
-        _over_blocks(self.team, work, field.blocks, table)
-
     def _clear(self, field: Field) -> None:
-        self._on_lines(clear_lines, field, field.nodes.state)
+        _over_blocks(self.team, clear_lines, field.blocks, field.nodes.state)
         field.touched[:] = 0
 
 

@@ -308,9 +308,10 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
 def homologous_temperature(matter, kelvin, compression):
     """(T - T_room) / (T_melt - T_room) within 0..1; 0 for matter that never melts."""
     melt = matter.melt_temperature * melting(matter.strength, compression)
-    part = (kelvin - matter.room_temperature) / (melt - matter.room_temperature)
     liquid = melt <= matter.room_temperature
-    return where(liquid, 1.0, minimum(maximum(part, 0.0), 1.0))
+    range_of_solid = where(liquid, 1.0, melt - matter.room_temperature)
+    part = minimum(maximum((kelvin - matter.room_temperature) / range_of_solid, 0.0), 1.0)
+    return where(liquid, 1.0, part)
 
 
 @device
@@ -393,6 +394,7 @@ def is_physical(matter, limits, point, speed, place):
     """Whether a state is within its limits; comparisons are written so that NaN fails them."""
     ratio = point.density / reference_density(matter.eos)
     stress = point.pressure + point.viscosity + contract(point.deviator, point.deviator)
+    stress = stress + point.plastic_strain + point.temperature
     return (
         (ratio > limits.thinnest)
         & (ratio < limits.densest)
@@ -408,6 +410,7 @@ def find_fault(matter, limits, particles, p):
     ratio = particles.density[p] / reference_density(matter.eos)
     speed = float(np.linalg.norm(particles.velocity[p]))
     stress = particles.pressure[p] + particles.viscosity[p] + particles.deviator[p].sum()
+    stress += particles.plastic_strain[p] + particles.temperature[p]
     place = particles.position[p].sum()
     checks = (
         (BAD_DENSITY, limits.thinnest < ratio < limits.densest, particles.density[p]),
