@@ -218,11 +218,13 @@ def _refusal(response: httpx.Response) -> WhippleError:
     try:
         problem = response.json()
         findings = [_finding(one) for one in problem.get("errors") or ()]
+        more = int(problem.get("more_errors") or 0)
         title, detail = problem["title"], problem.get("detail") or ""
     except (ValueError, KeyError, TypeError, AttributeError):  # not from this service
-        findings, title, detail = [], f"HTTP {response.status_code}", response.text[:200]
+        findings, more = [], 0
+        title, detail = f"HTTP {response.status_code}", response.text[:200]
     if findings:
-        return InvalidInput(findings)
+        return InvalidInput(findings, more=more)
     return ServiceError(response.status_code, title, detail)
 
 

@@ -64,6 +64,8 @@ def print_findings(error: InvalidInput) -> None:
         print(f"  {finding.field}", file=sys.stderr)
         for word in ("value", "limit", "cure"):
             print(f"    {word:<6} {getattr(finding, word)}", file=sys.stderr)
+    if error.more:
+        print(f"  and {error.more} more", file=sys.stderr)
 
 
 def print_sweep(sweep: Progress) -> None:

@@ -1,12 +1,15 @@
 """Sweep documents that arrive as text: JSON and YAML read strictly, what is wrong named with line and column.
 
 Beyond what the parsers check: a name given twice is refused (the first would be lost without a word), and so
-are YAML's references and endless nesting (a short text could stand for a document of any size), and text that
-neither a database nor an answer could hold.
+are YAML's references and endless nesting (a short text could stand for a document of any size), YAML's tags,
+and text that neither a database nor an answer could hold. All of it takes a time that grows with the length
+of the text and no faster: whoever sends 4 MB waits for less than a second.
 """
 
 import json
 import re
+from collections import Counter
+from collections.abc import Iterable
 from typing import Any
 
 import yaml
@@ -16,13 +19,22 @@ from studies.errors import Finding, InvalidInput
 from studies.nearest import shown
 
 DEEPEST = 50  # levels of nesting; a sweep has about five
+LONGEST_NAME = 200  # characters of a key; those of a sweep have less than fifty
+MOST_BRACKETS = 100_000  # that open a list or a mapping in JSON; ten thousand observations have as many mappings
+MOST_YAML_VALUES = 50_000  # each takes 8 us, in JSON 0.1 us (2026-11)
+LONGEST_PLAIN = (
+    1_000  # characters of YAML without quotes, which may be a number: 1:30:00 takes their square
+)
+HAVE_PARTS_OR_TEXT = frozenset({dict, list, str})
 NO_TEXT = re.compile("[\0\ud800-\udfff]")  # NUL, and halves of characters, as escapes can make them
 
 
 def read_json(body: bytes) -> Any:
     """What a JSON text says; raises InvalidInput."""
+    text = _decoded(body)
+    _check_brackets(text)
     try:
-        return _checked(json.loads(_decoded(body), object_pairs_hook=_unique))
+        return _checked(json.loads(text, object_pairs_hook=_unique))
     except json.JSONDecodeError as error:
         place = f"line {error.lineno}, column {error.colno}"
         raise _refusal(place, "a JSON document", f"correct the text there: {error.msg}") from None
@@ -47,55 +59,84 @@ def _decoded(body: bytes) -> str:
         raise _refusal(f"line {line}", "text in UTF-8", "save the text as UTF-8") from None
 
 
+def _check_brackets(text: str) -> None:
+    """Refuse too many lists and mappings before any is made: each costs ten times as much as a number."""
+    count = text.count("[") + text.count("{")
+    if count > MOST_BRACKETS:
+        cure = "take fewer, or the observations as one text of CSV"
+        raise _refusal(f"{count} brackets", f"at most {MOST_BRACKETS} that open", cure)
+
+
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
+        names = Counter(name for name, _ in pairs)
+        twice = next(name for name, count in names.items() if count > 1)
         raise _refusal(shown(twice), "each name once", "the name is given twice; remove one")
     return found
 
 
 def _check_events(text: str) -> None:
-    """Refuse references and deep nesting before anything is built.
-
-    PyYAML needs a time that grows with the square of the depth: 43 s for 10 000 levels (2026-11).
-    """
-    depth = 0
+    """Refuse references, tags, deep nesting and too many values before anything is built."""
+    depth = values = 0
     try:
-        for event in yaml.parse(text, yaml.SafeLoader):
-            if isinstance(event, yaml.AliasEvent):
-                line = f" in line {event.start_mark.line + 1}" if event.start_mark else ""
-                raise _refusal(f"*{event.anchor}{line}", "no references", "write the value out")
+        for event in yaml.parse(text, sweep_document.SafeLoader):
+            if isinstance(event, yaml.NodeEvent):
+                _check_node(event)
+                values += 1
             depth += isinstance(event, yaml.CollectionStartEvent)
             depth -= isinstance(event, yaml.CollectionEndEvent)
             if depth > DEEPEST:
                 raise _too_deep()
+            if values > MOST_YAML_VALUES:
+                cure = "send JSON, or the observations as one text of CSV"
+                raise _refusal("more values", f"at most {MOST_YAML_VALUES} values in YAML", cure)
     except yaml.YAMLError:
         return  # reading it says what is wrong
 
 
+def _check_node(event: Any) -> None:
+    """Refuse a value that is a reference, has a tag, or could be a number of endless digits."""
+    line = f" in line {event.start_mark.line + 1}" if event.start_mark else ""
+    if isinstance(event, yaml.AliasEvent):
+        raise _refusal(f"*{shown(event.anchor)}{line}", "no references", "write the value out")
+    if event.tag is not None:
+        raise _refusal(f"{shown(event.tag)}{line}", "no tags", "write the value alone")
+    is_plain = isinstance(event, yaml.ScalarEvent) and event.implicit[0]
+    if is_plain and len(event.value) > LONGEST_PLAIN:
+        limit = f"at most {LONGEST_PLAIN} characters without quotes"
+        raise _refusal(f"{shown(event.value)}{line}", limit, "put quotes around it, or shorten it")
+
+
 def _checked(document: Any) -> Any:
-    """The document, if it is not nested deeper than any sweep, and all of its text is text."""
+    """The document, if it is not nested deeper than any sweep, its names are short, and all of its text is text."""
     level = [document]
     for _ in range(DEEPEST):
-        for text in filter(_is_no_text, level):
-            limit = "text without NUL and without halves of characters"
-            raise _refusal(shown(text), limit, "write the character itself, or leave it out")
-        level = [part for whole in level for part in _parts(whole)]
+        mappings = [part for part in level if isinstance(part, dict)]
+        names = [name for mapping in mappings for name in mapping if isinstance(name, str)]
+        _check_names(names)
+        _check_text(names + [part for part in level if isinstance(part, str)])
+        wholes: list[Iterable[Any]] = [part for part in level if isinstance(part, list)]
+        wholes += [mapping.values() for mapping in mappings]
+        level = [part for whole in wholes for part in whole if type(part) in HAVE_PARTS_OR_TEXT]
         if not level:
             return document
     raise _too_deep()
 
 
-def _is_no_text(part: Any) -> bool:
-    return isinstance(part, str) and NO_TEXT.search(part) is not None
+def _check_names(names: list[str]) -> None:
+    for name in names:
+        if len(name) > LONGEST_NAME:
+            limit = f"a name of at most {LONGEST_NAME} characters"
+            raise _refusal(shown(name), limit, "shorten the name")
 
 
-def _parts(whole: Any) -> list[Any]:
-    if isinstance(whole, dict):
-        return [*whole, *whole.values()]
-    return whole if isinstance(whole, list) else []
+def _check_text(texts: list[str]) -> None:
+    if not NO_TEXT.search("".join(texts)):
+        return
+    wrong = next(text for text in texts if NO_TEXT.search(text))
+    limit = "text without NUL and without halves of characters"
+    raise _refusal(shown(wrong), limit, "write the character itself, or leave it out")
 
 
 def _too_deep() -> InvalidInput:

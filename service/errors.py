@@ -9,7 +9,7 @@ import json
 import logging
 import re
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
 from http import HTTPStatus
 from typing import Any
 
@@ -21,12 +21,19 @@ from starlette.requests import ClientDisconnect
 
 from service.jobs import Conflict, KeyReused, NotFound, StoreUnavailable
 from solver.errors import WhippleError
-from studies.errors import Finding, InvalidInput
+from studies.errors import MOST_FINDINGS, Finding, InvalidInput
 from studies.nearest import shown
 
 log = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
+MOST_TOLD = 50  # findings in one answer
+LONGEST_TOLD = (
+    48_000  # bytes of them; with one of them again as the summary an answer has less than 64 kB
+)
+LONGEST_PART = (
+    1_500  # characters of a field, a limit, a cure: one that lists names has about a thousand
+)
 
 
 class BodyTooLarge(WhippleError):
@@ -207,16 +214,15 @@ async def _answer_unforeseen(request: Request, error: Exception) -> Response:
 
 
 def _document(
-    request: Request, problem: Problem, detail: str, errors: list[dict[str, str]] | None = None
+    request: Request, problem: Problem, detail: str, more: Mapping[str, Any] | None = None
 ) -> Response:
     body: dict[str, Any] = {
         "type": problem.type,
         "title": problem.title,
         "status": problem.status,
         "detail": detail,
+        **(more or {}),
     }
-    if errors is not None:
-        body["errors"] = errors
     headers = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
     return _response(request, body, headers)
 
@@ -231,15 +237,29 @@ def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -
 
 def _summary(error: InvalidInput) -> str:
     first, *others = error.findings
-    return f"{first}" + (f" (and {len(others)} more, see errors)" if others else "")
+    if not others:
+        return str(_shortened(first))
+    stopped = "; the rest was not read" if len(error.findings) == MOST_FINDINGS else ""
+    return f"{_shortened(first)} (and {len(others)} more, see errors{stopped})"
 
 
-def _errors(request: Request, error: InvalidInput) -> list[dict[str, str]]:
+def _errors(request: Request, error: InvalidInput) -> dict[str, Any]:
+    """The first findings, each with its place in the document, and how many more there were."""
     document = getattr(request.state, "document", None)
-    return [
-        {**asdict(finding), "pointer": pointer(finding.field, document)}
-        for finding in error.findings
-    ]
+    told: list[dict[str, str]] = []
+    size = 0
+    for finding in map(_shortened, error.findings[:MOST_TOLD]):
+        one = {**asdict(finding), "pointer": pointer(finding.field, document)}
+        size += len(json.dumps(one))
+        if size > LONGEST_TOLD:
+            break
+        told.append(one)
+    left = len(error.findings) - len(told)
+    return {"errors": told, **({"more_errors": left} if left else {})}
+
+
+def _shortened(finding: Finding) -> Finding:
+    return Finding(*(text[:LONGEST_PART] for text in astuple(finding)))
 
 
 def _finding(error: Mapping[str, Any]) -> Finding:
@@ -276,10 +296,7 @@ def _step(path: str, here: object) -> tuple[Any, int] | None:
         index = int(match[1])
         return (index, match.end()) if index < len(here) else None
     if isinstance(here, Mapping):
-        fitting = [key for key in here if isinstance(key, str) and _begins(path, key)]
-        return max(((key, len(key)) for key in fitting), key=lambda found: found[1], default=None)
+        ends = [len(path), *(match.start() for match in re.finditer(r"[.[]", path))]
+        lengths = sorted((end for end in ends if end and path[:end] in here), reverse=True)
+        return next(((path[:length], length) for length in lengths), None)
     return None
-
-
-def _begins(path: str, key: str) -> bool:
-    return key != "" and path.startswith(key) and path[len(key) : len(key) + 1] in ("", ".", "[")

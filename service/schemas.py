@@ -59,7 +59,12 @@ class ProblemDocument(Answer):
     detail: str
     instance: str = Field(description="the path that was asked for")
     request_id: str | None = Field(description="look for it in the log of the service")
-    errors: list[ErrorItem] | None = Field(None, description="every finding, for refused input")
+    errors: list[ErrorItem] | None = Field(
+        None, description="the first findings, for refused input"
+    )
+    more_errors: int | None = Field(
+        None, description="findings that are not in `errors`; 200 in all end the reading"
+    )
 
 
 class SweepModel(Answer):

@@ -9,14 +9,16 @@ from fastapi import FastAPI
 
 from service import local, logs
 from service.app import open_service
+from service.deadlines import LONGEST_HEAD, DeadlineProtocol
 from service.directory import check_names, holding
 from service.leaving import Leaving, heeding
 from service.settings import Settings
 from studies.errors import Finding, InvalidInput
 
 LEAVE_SECONDS = 3  # that open connections get after SIGTERM
-# Beyond it a request is answered 503 and its connection ends; streams that are open go on. Five times the
-# event streams that are allowed, half the files that a process may have open where nobody set more (1024).
+# With so many requests under way a further one is answered 503 and its connection ends; streams that are open go
+# on. Five times the event streams that are allowed, half the files that a process may have open where nobody set
+# more (1024).
 MOST_CONNECTIONS = 500
 GONE_SECONDS = 9.0  # after it the process has ended, whatever hangs: a kill loses nothing either
 
@@ -49,6 +51,9 @@ class _Server(uvicorn.Server):
             access_log=False,  # ours says more
             lifespan="off",
             server_header=False,
+            http=DeadlineProtocol,
+            ws="none",
+            h11_max_incomplete_event_size=LONGEST_HEAD,
             proxy_headers=False,  # the peer is who is connected, whatever it says of itself
             limit_concurrency=MOST_CONNECTIONS,
             timeout_graceful_shutdown=LEAVE_SECONDS,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
-from studies.errors import Finding, InvalidInput
+from studies.errors import Finding, Findings, InvalidInput
 from studies.nearest import nearest_cure, shown
 from studies.parameters import Parameter, Value, parse_value
 from studies.quantities import exact_number, parse_quantity, readable, refusal, round_quantity
@@ -48,7 +48,7 @@ class AxisReader:
     def _list(self, parameter: Parameter, given: Collection[Any], field: str) -> list[Value]:
         self._check_count(len(given), field)
         values: list[Value] = []
-        findings: list[Finding] = []
+        findings = Findings()
         for position, value in enumerate(given):
             where = f"{field}[{position}]"
             try:
@@ -109,11 +109,11 @@ def _bounds(
     parameter: Parameter, given: Mapping[str, Any], field: str
 ) -> tuple[Decimal, Decimal, Decimal]:
     """Start, stop and step, exact, in SI; raises InvalidInput with every finding."""
-    findings = [
-        Finding(f"{field}.{key}", shown(key), FORMS, nearest_cure(key, RANGE_KEYS))
-        for key in given
-        if key not in RANGE_KEYS
-    ]
+    findings = Findings()
+    for key in given:
+        if key not in RANGE_KEYS:
+            cure = nearest_cure(key, RANGE_KEYS)
+            findings.append(Finding(f"{field}.{key}", shown(key), FORMS, cure))
     numbers: dict[str, Decimal] = {}
     for key in RANGE_KEYS:
         try:

@@ -2,8 +2,11 @@
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from itertools import islice
 
 from solver.errors import WhippleError
+
+MOST_FINDINGS = 200  # of one input, where its reading stops; with its cure one takes up to a millisecond (2026-11)
 
 
 @dataclass(frozen=True)
@@ -20,12 +23,29 @@ class Finding:
 
 
 class InvalidInput(WhippleError):
-    """An input is refused; ``findings`` has all that was found, not only the first."""
+    """An input is refused; ``findings`` has all that was found, up to ``MOST_FINDINGS``.
 
-    def __init__(self, findings: Iterable[Finding]):
-        self.findings = tuple(findings)
+    ``more`` are findings that whoever tells of them has left out.
+    """
+
+    def __init__(self, findings: Iterable[Finding], *, more: int = 0):
+        self.findings = tuple(islice(findings, MOST_FINDINGS))
+        self.more = more
         super().__init__("\n".join(str(finding) for finding in self.findings))
 
     def as_json(self) -> list[dict[str, str]]:
         """Findings as plain objects, for a problem document."""
         return [asdict(finding) for finding in self.findings]
+
+
+class Findings(list[Finding]):
+    """What was found so far; with ``MOST_FINDINGS`` it raises InvalidInput, which ends the reading."""
+
+    def append(self, finding: Finding) -> None:
+        super().append(finding)
+        if len(self) >= MOST_FINDINGS:
+            raise InvalidInput(self)
+
+    def extend(self, findings: Iterable[Finding]) -> None:
+        for finding in findings:
+            self.append(finding)

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
 SHOWN_LENGTH = 60  # characters of a refused value that a person still recognises
+LONGEST_NAME = 100  # characters of a text that may be meant for a name
+MOST_NAMES = 200  # that are compared with it, and listed: one takes up to 30 us (2026-11)
 
 
 def nearest_cure(given: object, allowed: Iterable[str]) -> str:
@@ -15,11 +17,20 @@ def nearest_cure(given: object, allowed: Iterable[str]) -> str:
     'use one of: speed, target'
     """
     names = sorted(allowed)
-    close = [name for name in names if name.lower() == str(given).lower()]
-    close = close or get_close_matches(str(given), names, n=1, cutoff=0.6)
+    written = given if isinstance(given, str) else ""
+    close = _close(written, names) if len(written) <= LONGEST_NAME else []
     if close:
         return f"did you mean {close[0]!r}?"
-    return "use one of: " + ", ".join(names) if names else "leave it out"
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return "use one of: " + ", ".join(names[:MOST_NAMES]) + more if names else "leave it out"
+
+
+def _close(written: str, names: list[str]) -> list[str]:
+    """The name that is meant, if one is near; of many only one that differs in case."""
+    same = [name for name in names if name.lower() == written.lower()]
+    if same or len(names) > MOST_NAMES:
+        return same
+    return get_close_matches(written, names, n=1, cutoff=0.6)
 
 
 def shown(given: object) -> str:
@@ -33,7 +44,7 @@ def shown(given: object) -> str:
     if isinstance(given, Mapping | list | tuple):
         return "a mapping" if isinstance(given, Mapping) else "a list"
     try:
-        text = repr(given) if isinstance(given, str) else str(given)
+        text = repr(given[: SHOWN_LENGTH + 1]) if isinstance(given, str) else str(given)
     except ValueError:  # an integer of thousands of digits
         text = f"<{type(given).__name__}>"
     return text if len(text) <= SHOWN_LENGTH else text[: SHOWN_LENGTH - 3] + "..."

@@ -14,7 +14,7 @@ from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from solver.units import Unit
-from studies.errors import Finding, InvalidInput
+from studies.errors import Finding, Findings, InvalidInput
 from studies.nearest import nearest_cure
 from studies.quantities import (
     a_quantity,
@@ -105,7 +105,7 @@ def parse_given(
 ) -> tuple[dict[str, Value], list[Finding]]:
     """The given values alone, and what was found wrong with the others."""
     values: dict[str, Value] = {}
-    findings: list[Finding] = []
+    findings = Findings()
     for name, value in given.items():
         try:
             parameter = find(known, name, path)

@@ -26,7 +26,7 @@ LONGEST_TEXT = 80  # characters; a longer "number" is a mistake or an attack
 _QUANTITY = re.compile(
     r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((?:1?/|[A-Za-z°µμΩ(]).*)?\s*", re.DOTALL
 )
-_WORD = re.compile(r"([A-Za-z°µμΩ]+)(?:(?:\*\*|\^)?([+-]?\d))?")
+_WORD = re.compile(r"([A-Za-z°µμΩ]++)(?:(?:\*\*|\^)?([+-]?\d))?")  # one run of letters, never two
 _SUPERSCRIPTS = str.maketrans(
     {"²": "2", "³": "3", "⁻": "-", "¹": "1", "−": "-", "·": "*", "⋅": "*"}
 )

@@ -8,10 +8,15 @@ from typing import Any, TypeVar
 
 import yaml
 
+try:  # libyaml's, ten times faster
+    from yaml import CSafeLoader as SafeLoader
+except ImportError:
+    from yaml import SafeLoader  # type: ignore[assignment]  # the same interface in Python
+
 from studies import materials as shipped
 from studies import scenarios
 from studies.axes import Axis, AxisReader, repeated
-from studies.errors import Finding, InvalidInput
+from studies.errors import Finding, Findings, InvalidInput
 from studies.materials import Material, read_document
 from studies.nearest import nearest_cure, shown
 from studies.observations import Known, Observation, read_observations, written
@@ -65,7 +70,7 @@ def read_yaml(text: str, source: str) -> dict[str, Any]:
     """A YAML (or JSON) text as a mapping; raises InvalidInput naming line and column."""
     try:
         document = yaml.load(text, _StrictLoader)
-    except (yaml.YAMLError, RecursionError, ValueError) as error:
+    except (yaml.YAMLError, RecursionError, ValueError, OverflowError) as error:
         found = " ".join(str(error).split()) or type(error).__name__
         raise InvalidInput([Finding(source, found, "YAML", "correct the line named")]) from None
     if not isinstance(document, dict):
@@ -73,15 +78,19 @@ def read_yaml(text: str, source: str) -> dict[str, Any]:
     return document
 
 
-class _StrictLoader(yaml.SafeLoader):
+class _StrictLoader(SafeLoader):
     """Plain values only, and each key once: the second of two equal keys would win in silence."""
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for key, (key_node, _) in zip(keys, node.value, strict=True):
-            if isinstance(key, str) and keys.count(key) > 1 and key != "<<":
-                problem = f"the key {key!r} stands twice"
+        seen: set[str] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, str) or key == "<<":
+                continue
+            if key in seen:
+                problem = f"the key {shown(key)} stands twice"
                 raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
+            seen.add(key)
         return super().construct_mapping(node, deep)
 
 
@@ -100,7 +109,7 @@ class _Reading:
     def __init__(self, document: Mapping[str, Any], limits: SweepLimits):
         self.document = document
         self.limits = limits
-        self.findings: list[Finding] = []
+        self.findings = Findings()
 
     def sweep(self) -> Sweep:
         """The whole document, in the order in which one part needs another."""
@@ -188,7 +197,12 @@ class _Reading:
     def _materials(self) -> dict[str, Material]:
         """The user's own materials that were found right."""
         own: dict[str, Material] = {}
-        for name, document in self._mapping("materials").items():
+        given, most = self._mapping("materials"), self.limits.max_values
+        if len(given) > most:
+            limit, cure = f"at most {most} materials", "leave out those that no run has"
+            self.findings.append(Finding("materials", f"{len(given)} materials", limit, cure))
+            return own
+        for name, document in given.items():
             material = self._attempt(partial(_own_material, name, document), None)
             if material is not None:
                 own[name] = material
@@ -204,7 +218,7 @@ class _Reading:
     def _named(self, role: str) -> list[str]:
         given = self.given_axes.get(role)
         if isinstance(given, list | tuple):
-            return [name for name in given if isinstance(name, str)]
+            return list(dict.fromkeys(name for name in given if isinstance(name, str)))
         name = self.given_fixed.get(role, self.record[role].default)
         return [name] if isinstance(name, str) else []
 

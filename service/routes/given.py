@@ -7,10 +7,11 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request
 from pydantic import ValidationError
+from starlette.requests import ClientDisconnect
 
 from service.artifacts import Artifacts
 from service.documents import read_json, read_yaml
-from service.errors import BodyTooLarge, UnsupportedMediaType
+from service.errors import BodyTooLarge, Malformed, UnsupportedMediaType
 from service.jobs import PRIORITIES, Keep, Submission
 from service.keys import Submitter
 from service.live import Live
@@ -23,6 +24,7 @@ from studies.nearest import shown
 from studies.sweep import Sweep, SweepLimits
 
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
+LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number
 READERS = {
     "application/json": read_json,
     "application/yaml": read_yaml,
@@ -78,10 +80,13 @@ async def the_body(request: Request) -> bytes:
     body = bytearray()
     if declared.isdigit() and int(declared[:18]) > LONGEST_BODY:
         raise BodyTooLarge(f"{declared[:18]} bytes; at most {LONGEST_BODY}")
-    async for chunk in request.stream():
-        body += chunk
-        if len(body) > LONGEST_BODY:
-            raise BodyTooLarge(f"more than {LONGEST_BODY} bytes")
+    try:
+        async for chunk in request.stream():
+            body += chunk
+            if len(body) > LONGEST_BODY:
+                raise BodyTooLarge(f"more than {LONGEST_BODY} bytes")
+    except ClientDisconnect:
+        raise Malformed("the body ended before its length") from None
     return bytes(body)
 
 
@@ -101,6 +106,8 @@ def the_change(request: Request, body: BodyGiven) -> Change:
     """What shall be changed of a sweep; raises InvalidInput."""
     if _media_type(request) not in ("application/json", "application/merge-patch+json"):
         raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
+    if len(body) > LONGEST_CHANGE:
+        raise BodyTooLarge(f"{len(body)} bytes; at most {LONGEST_CHANGE} of a change")
     request.state.document = document = read_json(body)
     try:
         return Change.model_validate(document)

@@ -7,7 +7,7 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from studies.errors import Finding, InvalidInput
+from studies.errors import Finding, Findings, InvalidInput
 from studies.materials.schema import (
     CONFIDENCES,
     SECTIONS,
@@ -62,7 +62,7 @@ class _Reading:
         self.document = dict(document) if name is None else {"name": name, **document}
         self.name = name
         self.path = path
-        self.findings: list[Finding] = []
+        self.findings = Findings()
         self.sources: dict[str, Quantity] = {}
 
     def material(self) -> Material:
@@ -182,11 +182,11 @@ def _quantity(parameter: Parameter, given: Any, where: str) -> Quantity:
     """A number of a material file, checked, in SI; raises InvalidInput with every finding."""
     if not isinstance(given, Mapping):
         raise refusal(where, given, "a number with unit and source", f"write {NUMBER}")
-    findings = [
-        Finding(join(where, key), shown(key), "a key of a number", nearest_cure(key, NUMBER_KEYS))
-        for key in given
-        if key not in NUMBER_KEYS
-    ]
+    findings = Findings()
+    for key in given:
+        if key not in NUMBER_KEYS:
+            cure = nearest_cure(key, NUMBER_KEYS)
+            findings.append(Finding(join(where, key), shown(key), "a key of a number", cure))
     source, confidence = given.get("source"), given.get("confidence", "user")
     if not isinstance(source, str) or not source.strip():
         findings.append(

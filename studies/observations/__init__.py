@@ -10,14 +10,17 @@ import csv
 import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any
 
-from studies.errors import Finding, InvalidInput
+from studies.errors import Finding, Findings, InvalidInput
 from studies.nearest import nearest_cure, shown
 from studies.parameters import Parameter, Value, find, parse_value
 from studies.quantities import is_number, readable, refusal
 
 MOST_ROWS = 10_000  # a table of shots; more is another kind of file
+MOST_LINES = 10 * MOST_ROWS  # of a text, with those that are empty or a remark
+LONGEST_NUMBER = 80  # characters; as LONGEST_TEXT of a quantity
 OWN_COLUMNS = ("quantity", "value", "uncertainty", "source")
 NEEDED_COLUMNS = ("quantity", "value", "source")
 COLUMNS = (
@@ -25,8 +28,9 @@ COLUMNS = (
     "'Your own shots' in README.md has them"
 )
 
-_HEADER = re.compile(r"\s*([\w.]+)\s*(?:\[\s*([^\[\]]+?)\s*\])?\s*")
-_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
+# Neither has two ways to match one text: a long one that does not match would be tried in all of them.
+_HEADER = re.compile(r"([\w.]+)\s*(?:\[([^\[\]]*)\])?")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -74,13 +78,13 @@ def read_observations(
     given: object, known: Known, path: str = "observations"
 ) -> tuple[Observation, ...]:
     """The shots of a CSV text, or of a list of mappings; raises InvalidInput naming each row."""
-    rows = list(_rows(given, path))
+    rows = list(islice(_rows(given, path), MOST_ROWS + 1))
     if not rows:
         raise refusal(path, "no shot", "at least one row", "leave observations out")
     if len(rows) > MOST_ROWS:
-        raise refusal(path, f"{len(rows)} rows", f"at most {MOST_ROWS} rows", "split the table")
+        raise refusal(path, "more rows", f"at most {MOST_ROWS} rows", "split the table")
     read: list[Observation] = []
-    findings: list[Finding] = []
+    findings = Findings()
     for where, row in rows:
         try:
             read.append(_observation(row, known, where))
@@ -107,7 +111,11 @@ def _rows(given: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
 def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """The lines of a CSV text; empty ones and those that begin with # are passed over."""
     header: list[str] | None = None
-    reader = csv.reader(text.splitlines(), skipinitialspace=True, strict=True)
+    lines = text.splitlines()
+    if len(lines) > MOST_LINES:
+        limit = f"at most {MOST_LINES} lines"
+        raise refusal(path, f"{len(lines)} lines", limit, "leave empty lines and remarks out")
+    reader = csv.reader(lines, skipinitialspace=True, strict=True)
     for cells in _cells(reader, path):
         where = f"{path}, line {reader.line_num}"
         if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
@@ -133,7 +141,7 @@ def _cells(reader: Any, path: str) -> Iterator[list[str]]:
 
 def _observation(row: Mapping[str, Any], known: Known, where: str) -> Observation:
     """One row; raises InvalidInput with every finding in it."""
-    findings: list[Finding] = []
+    findings = Findings()
     cells: dict[str, Any] = {}
     for header, given in row.items():
         try:
@@ -161,13 +169,15 @@ def _observation(row: Mapping[str, Any], known: Known, where: str) -> Observatio
 
 def _cell(header: object, given: Any, where: str) -> tuple[str, Any]:
     """Name of the column, and the cell with the unit of the column beside a bare number."""
-    match = _HEADER.fullmatch(header) if isinstance(header, str) else None
-    if match is None:
+    match = _HEADER.fullmatch(header.strip()) if isinstance(header, str) else None
+    unit = match[2].strip() if match and match[2] is not None else None
+    if match is None or unit == "":
         raise refusal(f"{where}: {shown(header)}", header, "name [unit]", "write 'speed [km/s]'")
-    name, unit = match[1], match[2]
     cell = given.strip() if isinstance(given, str) else given
-    bare = is_number(cell) or (isinstance(cell, str) and _NUMBER.fullmatch(cell))
-    return name, f"{cell} {unit}" if bare and unit not in (None, "1", "-") else cell
+    is_bare = is_number(cell) or (
+        isinstance(cell, str) and len(cell) <= LONGEST_NUMBER and _NUMBER.fullmatch(cell)
+    )
+    return match[1], f"{cell} {unit}" if is_bare and unit not in (None, "1", "-") else cell
 
 
 def _parameter(name: str, cell: Any, known: Known, where: str) -> Value:

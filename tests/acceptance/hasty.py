@@ -1,19 +1,23 @@
-"""``whipple serve`` that waits for less time: for a lock of the database, and after a full disk.
+"""``whipple serve`` that waits for less time: for a lock of the database, a request, and after a full disk.
 
 ``python -m tests.acceptance.hasty serve ...``
 """
 
-from service import cli, space
+from service import cli, deadlines, space
 from service.store import connection
 
 BUSY_MILLISECONDS = 2000
 REST_SECONDS = 5.0
+HEAD_SECONDS = 2.0
+BODY_SECONDS = 2.0
 
 
 def main() -> None:
     """Shorten the times, then start the command."""
     connection.BUSY_MILLISECONDS = BUSY_MILLISECONDS
     space.REST_SECONDS = REST_SECONDS
+    deadlines.HEAD_SECONDS = HEAD_SECONDS
+    deadlines.BODY_SECONDS = BODY_SECONDS
     cli.main()
 
 

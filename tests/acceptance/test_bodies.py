@@ -1,0 +1,47 @@
+"""Bodies and heads that are made to cost much, sent to a real service."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from tests.acceptance import hasty
+from tests.acceptance.rows import holds
+from tests.acceptance.serving import Service
+from tests.claims.mend import bodies
+
+COSTLY = (
+    "JSON: 3 000 materials",
+    "JSON: a key twice, at the end",
+    "JSON: empty lists",
+    "JSON: key of 4 MB",
+    "JSON: unit of letters",
+    "JSON: column of blanks",
+    "JSON: cell of digits",
+    "YAML: 200 kB of keys",
+    "YAML: numbers in brackets",
+    "YAML: sexagesimal number",
+    "YAML: tag without value",
+)
+HEADER, HALVES = 20 << 20, (510,)
+
+
+@pytest.fixture(scope="module")
+def service() -> Iterator[Service]:
+    with bodies.served(("-m", "tests.acceptance.hasty")) as served:
+        yield served
+
+
+def test_bad_body__is_refused_cheaply(service: Service) -> None:
+    holds(bodies.refused(service, COSTLY))
+
+
+def test_head__that_never_ends_is_closed_and_others_are_served(service: Service) -> None:
+    holds(bodies.closed(service, HEADER, HALVES, hasty.HEAD_SECONDS))
+
+
+def test_body__in_chunks_of_one_byte_holds_nobody_up(service: Service) -> None:
+    holds(bodies.chunked(service))
+
+
+def test_body__that_comes_byte_by_byte_is_closed(service: Service) -> None:
+    holds([bodies.dribbled(service, hasty.BODY_SECONDS)])
