@@ -256,6 +256,7 @@ def simulate(
     *,
     interval: float | None = None,
     threads: int | None = None,
+    shares: int = 0,
     checkpoint: Checkpointing | None = None,
 ) -> Outcome:
     """Run a problem to its end time, or until the observer gives a reason to stop.
@@ -265,7 +266,7 @@ def simulate(
     fits, and ends with the same bits as one that never stopped. Raises UnphysicalState and ProblemError; Interrupted
     when ``checkpoint.leave`` asks for it.
     """
-    simulation = start(problem, threads=threads)
+    simulation = start(problem, threads=threads, shares=shares)
     interval = interval or problem.end_time
     watch = Watch()
     keeper = Keeper(simulation, watch, checkpoint, interval) if checkpoint else None
@@ -303,13 +304,17 @@ def shares_for(particles: int) -> int:
     return shares
 
 
-def start(problem: Problem, *, threads: int | None = None) -> Simulation:
-    """The initial state of a problem; without ``threads`` the environment's WHIPPLE_THREADS counts, or one."""
+def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> Simulation:
+    """The initial state of a problem; without ``threads`` the environment's WHIPPLE_THREADS counts, or one.
+
+    ``shares`` is how many parts of the particles threads may work on at once; by default as many as their number
+    asks for. Another number of shares gives other bits, another number of threads does not.
+    """
     parts = [_initial(body) for body in problem.bodies]
     particles = joined(parts)
     body = np.repeat(np.arange(len(parts)), [part.mass.size for part in parts])
     _check_inside(problem, particles, body)
-    return Simulation(problem, particles, body, team=Team(threads))
+    return Simulation(problem, particles, body, team=Team(threads), shares=shares)
 
 
 def _initial(body: Body) -> Particles:
