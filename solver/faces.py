@@ -14,7 +14,7 @@ import numpy as np
 from solver.geometry import exit_face, layer_nodes, node_positions
 from solver.jit import device, kernel
 from solver.problem import Clamp, Face
-from solver.state import ACCELERATION, BEFORE, FORCE, MOMENTUM
+from solver.state import ACCELERATION, BEFORE, BLOCK, FORCE, MOMENTUM, VELOCITY
 
 _FREE, _FIXED = int(Face.FREE), int(Face.FIXED)
 _SYMMETRIC, _WALL = int(Face.SYMMETRIC), int(Face.WALL)
@@ -31,7 +31,9 @@ STOPPED = 2  # stops the node, and pulls at nothing: the body draws away, but st
 class Closed(NamedTuple):
     """The n nodes at all closed faces, axis by axis: on the face, its ghost and the node inside that mirrors it."""
 
-    start: np.ndarray  # (4,) where each axis begins; a node on an edge of the grid is met by each of its axes
+    start: (
+        np.ndarray
+    )  # (4,) where each axis begins; a node on an edge of the grid is met by each of its axes
     axis: np.ndarray  # (n,)
     side: np.ndarray  # (n,) 0 lower, 1 upper
     kind: np.ndarray  # (n,) a Face
@@ -79,9 +81,7 @@ _NO_LAYER = {
 }
 
 
-def _layer(
-    geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp
-) -> dict[str, np.ndarray]:
+def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> dict[str, np.ndarray]:
     """The nodes at one closed face."""
     face = layer_nodes(geometry, axis, side, 0)
     closed = np.full(face.size, CLOSED, np.uint8)
@@ -104,45 +104,60 @@ def _layer(
     }
 
 
+@device
+def _near(inner, face, ghost, touched):
+    """Whether a particle is near a node of a face: ``touched`` tells of each block of nodes."""
+    return touched[inner // BLOCK] or touched[face // BLOCK] or touched[ghost // BLOCK]
+
+
 @kernel
-def close_nodes(closed, state, dt, impulse):
+def close_nodes(closed, touched, state, dt, impulse):
     """Fold the ghosts and hold the faces, axis by axis, so that corners are folded once along each.
 
     ``state`` is the nodes' table; what the faces give is added to ``impulse`` (3,).
     """
+    inner, face, ghost = closed.inner, closed.face, closed.ghost
     for axis in range(3):
         for k in range(closed.start[axis], closed.start[axis + 1]):
+            if not _near(inner[k], face[k], ghost[k], touched):
+                continue
             if closed.kind[k] == _WALL:
                 _judge_wall(closed, k, state, dt)
             _fold_state(closed, k, state)
         for k in range(closed.start[axis], closed.start[axis + 1]):
-            _hold_state(closed, k, state, dt, impulse)
+            if _near(inner[k], face[k], ghost[k], touched):
+                _hold_state(closed, k, state, dt, impulse)
 
 
 @kernel
-def close_mapped(closed, state):
+def close_mapped(closed, touched, state):
     """The same for the momentum mapped back; returns the energy that walls took by stopping nodes, J."""
+    inner, face, ghost = closed.inner, closed.face, closed.ghost
     energy = 0.0
     for axis in range(3):
         for k in range(closed.start[axis], closed.start[axis + 1]):
-            _fold_vector(closed, k, state, MOMENTUM)
+            if _near(inner[k], face[k], ghost[k], touched):
+                _fold_vector(closed, k, state, MOMENTUM)
         for k in range(closed.start[axis], closed.start[axis + 1]):
-            energy += _hold_mapped(closed, k, state)
+            if _near(inner[k], face[k], ghost[k], touched):
+                energy += _hold_mapped(closed, k, state)
     return energy
 
 
 @kernel
-def mirror_nodes(closed, motion, mapped):
+def mirror_nodes(closed, touched, motion, mapped):
     """Ghosts get the mirrored velocities and accelerations of the nodes inside, in the reverse order of the fold."""
+    inner, face, ghost = closed.inner, closed.face, closed.ghost
+    state, signs = closed.closed, closed.sign
     for axis in range(2, -1, -1):
         for k in range(closed.start[axis], closed.start[axis + 1]):
-            if closed.closed[k] == CLOSED:
-                g, i = closed.ghost[k], closed.inner[k]
+            if state[k] == CLOSED and _near(inner[k], face[k], ghost[k], touched):
+                g, i = ghost[k], inner[k]
                 for c in range(3):
-                    sign = closed.sign[k, c]
+                    sign = signs[k, c]
                     motion[g, BEFORE + c] = sign * motion[i, BEFORE + c]
                     motion[g, ACCELERATION + c] = sign * motion[i, ACCELERATION + c]
-                    mapped[g, c] = sign * mapped[i, c]
+                    mapped[g, VELOCITY + c] = sign * mapped[i, VELOCITY + c]
 
 
 @kernel
@@ -166,15 +181,17 @@ def mirror_vectors(closed, table, column):
 
 
 @kernel
-def book_ghosts(closed, motion, dt, impulse):
+def book_ghosts(closed, touched, motion, dt, impulse):
     """The momentum that the face gives through its ghosts: they move against the force and the mass in them.
 
     Of m_i a + m_g s a after the fold and f_i + f_g before it, with (m_i + m_g) a = f_i + s f_g, the difference is
     -2 (f_g + m_g a) where the sign s is -1.
     """
-    for k in range(closed.face.size):
-        if closed.closed[k] == CLOSED:
-            i = closed.inner[k]
+    inner, face, ghost = closed.inner, closed.face, closed.ghost
+    state = closed.closed
+    for k in range(face.size):
+        if state[k] == CLOSED and _near(inner[k], face[k], ghost[k], touched):
+            i = inner[k]
             for c in range(3):
                 if closed.sign[k, c] < 0.0:
                     mirrored = closed.mass[k] * motion[i, ACCELERATION + c]

@@ -13,7 +13,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
 from solver.keeper import Keeper, Watch
 from solver.problem import Body, Problem
-from solver.state import MASS, Snapshot, Particles, empty_particles, joined, tabulated, views
+from solver.state import MASS, Particles, Snapshot, empty_particles, joined, tabulated, views
 from solver.step import Stage, Stepper, shares_of
 from solver.stress import QUANTITIES, Limits, Tally, empty_tally, find_fault
 from solver.threads import Team
@@ -23,7 +23,7 @@ from solver.vectors import LANES
 SORT_INTERVAL = 50  # steps between reorderings of the particle arrays: memory locality only
 
 # Particles of a share, about, and the most shares: each has a table of nodes of its own.
-SHARE, MOST_SHARES = 8192, 8
+SHARE, MOST_SHARES = 32768, 16
 
 # Limits of a physical state. The strongest shock compresses a solid s/(s - 1) times, with s the slope of the Hugoniot:
 # twofold to fivefold for most metals. No particle ends ten times faster than the fastest body began, or with a hundred
@@ -65,7 +65,9 @@ class Counters:
     def add(self, tally: Tally) -> None:
         """Take over one step's tallies."""
         for name in COUNTED:
-            setattr(self, name, getattr(self, name) + int(getattr(tally, name).sum()))
+            count = getattr(tally, name).sum()
+            if count:
+                setattr(self, name, getattr(self, name) + int(count))
 
 
 # What each chunk of particles counts for itself.
@@ -101,7 +103,9 @@ class Simulation:
     taken: float = 0.0  # energy that damping, walls, absorbers and contact took, J
     taken_by_contact: float = 0.0  # of it
     team: Team = field(default_factory=Team)
-    shares: int = 0  # of the particles; decides the bits, and how many threads find work; 0: by their number
+    shares: int = (
+        0  # of the particles; decides the bits, and how many threads find work; 0: by their number
+    )
 
     def __post_init__(self) -> None:
         problem = self.problem
@@ -203,7 +207,12 @@ class Simulation:
     def _raise(self, row: int) -> None:
         first = int(self.tally.culprit[row])
         found = [
-            (p, *find_fault(self.problem.bodies[int(self.body[p])].matter, self.limits, self.particles, p))
+            (
+                p,
+                *find_fault(
+                    self.problem.bodies[int(self.body[p])].matter, self.limits, self.particles, p
+                ),
+            )
             for p in range(first, min(first + LANES, self.body.size))
         ]
         culprit, kind, value = next(one for one in found if one[1])

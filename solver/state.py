@@ -12,9 +12,11 @@ import numpy as np
 LINE = 8  # numbers of a node in a table
 BLOCK = 8  # nodes that are looked at together: whether any particle touched them
 
-# Columns of the tables of nodes, where vectors begin: mass, momentum and force; velocity before the forces and
-# acceleration.
-MOMENTUM, FORCE, BEFORE, ACCELERATION = 1, 4, 0, 3
+# Columns of the tables of nodes, where vectors begin. They stand so that a line of mass, momentum and force over the
+# mass is one of velocity and acceleration.
+MOMENTUM, FORCE = 1, 4  # of state, whose column 0 is the mass
+BEFORE, ACCELERATION = 1, 4  # of motion
+VELOCITY = 1  # of mapped and smoothed
 
 # Rows of the table of particles.
 X, Y, Z, VX, VY, VZ, MASS, DENSITY, ENERGY, PRESSURE, VISCOSITY = range(11)
@@ -118,13 +120,13 @@ def empty_nodes(count, *, smooth=True, surface=True):
     smoothed, areas = lines(count if smooth else 0), lines(count if surface else 0)
     return Nodes(
         mass=state[:, 0],
-        momentum=state[:, 1:4],
-        force=state[:, 4:7],
-        before=motion[:, 0:3],
-        velocity=mapped[:, 0:3],
-        acceleration=motion[:, 3:6],
-        smooth=smoothed[:, 0:3],
-        surface=areas[:, 4:7],
+        momentum=state[:, MOMENTUM : MOMENTUM + 3],
+        force=state[:, FORCE : FORCE + 3],
+        before=motion[:, BEFORE : BEFORE + 3],
+        velocity=mapped[:, VELOCITY : VELOCITY + 3],
+        acceleration=motion[:, ACCELERATION : ACCELERATION + 3],
+        smooth=smoothed[:, VELOCITY : VELOCITY + 3],
+        surface=areas[:, FORCE : FORCE + 3],
         state=state,
         motion=motion,
         mapped=mapped,

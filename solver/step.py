@@ -38,7 +38,20 @@ from solver.faces import (
 from solver.geometry import node_count
 from solver.jit import kernel
 from solver.problem import Problem, Scheme
-from solver.state import BLOCK, FORCE, NEW_X, NEW_Z, X, Z, Particles, empty_nodes, lines
+from solver.state import (
+    ACCELERATION,
+    BEFORE,
+    BLOCK,
+    FORCE,
+    NEW_X,
+    NEW_Z,
+    VELOCITY,
+    Particles,
+    X,
+    Z,
+    empty_nodes,
+    lines,
+)
 from solver.stress import Limits, update_particles
 from solver.threads import Team
 from solver.transfer import (
@@ -47,6 +60,7 @@ from solver.transfer import (
     scatter_state,
     scatter_surface,
 )
+from solver.vectors import first_lanes, line, number, set_line, spread, where
 
 
 class Stage(NamedTuple):
@@ -54,7 +68,9 @@ class Stage(NamedTuple):
 
     table: np.ndarray  # (ROWS, n)
     particles: Particles  # views of it
-    shares: np.ndarray  # (s, bodies, 2) where the particles of each body begin and end in each share
+    shares: (
+        np.ndarray
+    )  # (s, bodies, 2) where the particles of each body begin and end in each share
 
 
 class Booked(NamedTuple):
@@ -93,13 +109,14 @@ class Field:
 
     def gathered(self, team: Team) -> None:
         """Sum the tables of the shares in the first one, in their order, and find the blocks that they touched."""
-        self.blocks = np.flatnonzero(self.touched.any(axis=0))
-        for table in self.tables[1:]:
-            _over_blocks(team, add_lines, self.blocks, self.nodes.state, table)
+        for table, touched in zip(self.tables[1:], self.touched[1:], strict=True):
+            _over_blocks(team, add_lines, np.flatnonzero(touched), self.nodes.state, table)
+            self.touched[0] |= touched
+        self.blocks = np.flatnonzero(self.touched[0])
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces."""
-        close_nodes(self.closed, self.nodes.state, dt, impulse)
+        close_nodes(self.closed, self.touched[0], self.nodes.state, dt, impulse)
 
     def absorb(self, dt: float, impulse: np.ndarray) -> None:
         """Forces of the absorbing surfaces."""
@@ -108,14 +125,14 @@ class Field:
 
     def close_mapped(self) -> float:
         """The same for the momentum mapped back; returns the energy that walls and absorbers took, J."""
-        energy: float = close_mapped(self.closed, self.nodes.state)
+        energy: float = close_mapped(self.closed, self.touched[0], self.nodes.state)
         for surface in self.dashpots:
             energy += energy_absorbed(surface, self.nodes)
         return energy
 
     def mirror(self) -> None:
         """Velocities of the ghosts."""
-        mirror_nodes(self.closed, self.nodes.motion, self.nodes.mapped)
+        mirror_nodes(self.closed, self.touched[0], self.nodes.motion, self.nodes.mapped)
 
 
 class Stepper:
@@ -162,7 +179,7 @@ class Stepper:
         for field in self.fields:
             self._scatter(field, stage)
             field.close(0.0, np.zeros(3))
-            self._on_nodes(solve_momentum, field, 0.0)
+            self._solve(field, 0.0)
             field.mirror()
             self._clear(field)
         stage.table[NEW_X : NEW_Z + 1] = stage.table[X : Z + 1]
@@ -184,9 +201,9 @@ class Stepper:
             field.absorb(dt, impulse)
         self._meet(stage, dt)
         for field in self.fields:
-            self._on_nodes(solve_momentum, field, dt)  # v at n+1
+            self._solve(field, dt)  # v at n+1
             field.mirror()
-            book_ghosts(field.closed, field.nodes.motion, dt, impulse)
+            book_ghosts(field.closed, field.touched[0], field.nodes.motion, dt, impulse)
             if damping[0] > 0.0 and damping[1] > 1.0:
                 self._smooth(field, stage)
         for field in self.fields:
@@ -213,7 +230,8 @@ class Stepper:
             energy += float(field.lost[:, 3].sum())
             energy += field.close_mapped()
             if problem.scheme == Scheme.MUSL:
-                self._on_nodes(take_mapped, field)
+                nodes = field.nodes
+                _over_blocks(self.team, take_mapped, field.blocks, nodes.state, nodes.mapped)
                 field.mirror()
         for first, second, meeting in self.pairs:
             contact += energy_taken(self.fields[first].nodes, self.fields[second].nodes, meeting)
@@ -265,9 +283,9 @@ class Stepper:
             ranges = stage.shares[share, field.bodies]
             geometry, shape = self.problem.geometry, self.problem.shape
             scatter_smoothed(geometry, shape, stage.table, ranges, field.nodes.motion, smoothed)
-        fold_vectors(field.closed, smoothed, 0)
-        self._on_nodes(divide_smooth, field)
-        mirror_vectors(field.closed, smoothed, 0)
+        fold_vectors(field.closed, smoothed, VELOCITY)
+        _over_blocks(self.team, divide_smooth, field.blocks, field.nodes.state, smoothed)
+        mirror_vectors(field.closed, smoothed, VELOCITY)
 
     def _update(self, stage: Stage, tally: np.ndarray, dt: float, *, keep: int) -> None:
         problem = self.problem
@@ -305,8 +323,10 @@ class Stepper:
         shares = range(len(field.tables))
         self.team.run(lambda share: call(field, share, stage.shares[share, field.bodies]), shares)
 
-    def _on_nodes(self, work: Any, field: Field, *arguments: float) -> None:
-        _over_blocks(self.team, work, field.blocks, field.nodes, *arguments)
+    def _solve(self, field: Field, dt: float) -> None:
+        nodes = field.nodes
+        tables = nodes.state, nodes.motion, nodes.mapped
+        _over_blocks(self.team, solve_momentum, field.blocks, *tables, dt)
 
     def _clear(self, field: Field) -> None:
         _over_blocks(self.team, clear_lines, field.blocks, field.nodes.state)
@@ -334,7 +354,10 @@ def shares_of(ranges: Sequence[tuple[int, int]], shares: int) -> np.ndarray:
     return np.array(
         [
             [
-                [begin + (end - begin) * share // shares, begin + (end - begin) * (share + 1) // shares]
+                [
+                    begin + (end - begin) * share // shares,
+                    begin + (end - begin) * (share + 1) // shares,
+                ]
                 for begin, end in ranges
             ]
             for share in range(shares)
@@ -348,51 +371,47 @@ def add_lines(blocks, table, other):
     """Add the lines of another table, and clear them there."""
     for block in blocks:
         for i in range(BLOCK * block, BLOCK * (block + 1)):
-            for c in range(8):
-                table[i, c] += other[i, c]
-                other[i, c] = 0.0
+            set_line(table, i, line(table, i) + line(other, i))
+            set_line(other, i, spread(0.0))
 
 
 @kernel
 def clear_lines(blocks, table):
     """Nothing in the lines of some blocks, for the next mapping."""
     for block in blocks:
-        table[BLOCK * block : BLOCK * (block + 1), :] = 0.0
+        for i in range(BLOCK * block, BLOCK * (block + 1)):
+            set_line(table, i, spread(0.0))
 
 
 @kernel
-def solve_momentum(blocks, nodes, dt):
+def solve_momentum(blocks, state, motion, mapped, dt):
     """p(n+1) = p(n) + f dt, as velocity and acceleration; leaves momentum and force clear for the mapping back."""
     for block in blocks:
         for i in range(BLOCK * block, BLOCK * (block + 1)):
-            if nodes.mass[i] > 0.0:
-                inverse = 1.0 / nodes.mass[i]
-                for axis in range(3):
-                    acceleration = nodes.force[i, axis] * inverse
-                    before = nodes.momentum[i, axis] * inverse
-                    nodes.before[i, axis] = before
-                    nodes.acceleration[i, axis] = acceleration
-                    nodes.velocity[i, axis] = before + acceleration * dt
-                    nodes.momentum[i, axis] = 0.0
-                    nodes.force[i, axis] = 0.0
+            mass = number(state, i, 0)
+            if mass > 0.0:
+                node = line(state, i)
+                set_line(motion, i, node * (1.0 / mass))
+                set_line(state, i, where(first_lanes(1), node, 0.0))
+                for c in range(3):
+                    mapped[i, VELOCITY + c] = (
+                        motion[i, BEFORE + c] + motion[i, ACCELERATION + c] * dt
+                    )
 
 
 @kernel
-def divide_smooth(blocks, nodes):
+def divide_smooth(blocks, state, smoothed):
     """Mapped momentum of the smoothed velocities becomes their velocity."""
     for block in blocks:
         for i in range(BLOCK * block, BLOCK * (block + 1)):
-            if nodes.mass[i] > 0.0:
-                for axis in range(3):
-                    nodes.smooth[i, axis] /= nodes.mass[i]
+            if number(state, i, 0) > 0.0:
+                set_line(smoothed, i, line(smoothed, i) * (1.0 / number(state, i, 0)))
 
 
 @kernel
-def take_mapped(blocks, nodes):
+def take_mapped(blocks, state, mapped):
     """Velocity of nodes that carry mass, from the momentum mapped back."""
     for block in blocks:
         for i in range(BLOCK * block, BLOCK * (block + 1)):
-            if nodes.mass[i] > 0.0:
-                inverse = 1.0 / nodes.mass[i]
-                for axis in range(3):
-                    nodes.velocity[i, axis] = nodes.momentum[i, axis] * inverse
+            if number(state, i, 0) > 0.0:
+                set_line(mapped, i, line(state, i) * (1.0 / number(state, i, 0)))

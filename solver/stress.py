@@ -28,8 +28,6 @@ from solver.state import (
     KELVIN,
     MASS,
     NEW_X,
-    NEW_Y,
-    NEW_Z,
     PRESSURE,
     S11,
     S12,
@@ -43,8 +41,6 @@ from solver.state import (
     VY,
     VZ,
     X,
-    Y,
-    Z,
 )
 from solver.strength import hardening, melting, rate_and_heat, stiffness
 from solver.tension import pressure_floor
@@ -151,7 +147,7 @@ def update_particles(
 ):
     """Advance stress, density, energy and position of the particles begin..end of one body.
 
-    ``nodes`` is a table whose lines begin with the velocity; the tally goes to one row of its table. ``keep`` 1 stores
+    ``nodes`` is the table of the mapped velocities; the tally goes to one row of its table. ``keep`` 1 stores
     the energy with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that
     follow.
     """

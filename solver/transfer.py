@@ -80,7 +80,9 @@ def find_nodes(geometry, shape, table, start, stop, index, weight, slope):
         k = p - start
         node = spread(0.0)
         for axis in range(dimensions(geometry)):
-            place = (load(table, X + axis, p, first_lanes(stop - p)) - geometry.lower[axis]) * inverse
+            place = (
+                load(table, X + axis, p, first_lanes(stop - p)) - geometry.lower[axis]
+            ) * inverse
             first, values, slopes = weights(shape, place + MARGIN)
             node = node * geometry.nodes[axis] + first
             for a in range(width(shape)):
@@ -156,7 +158,9 @@ def scatter_surface(geometry, shape, table, ranges, nodes, touched):
 
 
 @kernel
-def move_particles(geometry, shape, table, ranges, motion, smoothed, mapped, work, damping, dt, lost):
+def move_particles(
+    geometry, shape, table, ranges, motion, smoothed, mapped, work, damping, dt, lost
+):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
     The internal energy takes the part ``work[0]`` of the work of the stress in the velocities before the forces
@@ -194,7 +198,7 @@ def move_particles(geometry, shape, table, ranges, motion, smoothed, mapped, wor
                 power = contract(stress, symmetric(gradient))
                 energy = load(table, ENERGY, p, lanes) + work[0] * power * dt / density
                 store(table, ENERGY, p, energy, lanes)
-                kick = (seen[3] * dt, seen[4] * dt, seen[5] * dt)
+                kick = (seen[4] * dt, seen[5] * dt, seen[6] * dt)
                 change = (none, none, none)
                 if damping[0] > 0.0:
                     change = damped(old, seen, columns(smooth, k), damping)
@@ -212,21 +216,11 @@ def move_particles(geometry, shape, table, ranges, motion, smoothed, mapped, wor
                 store(table, VY, p, new[1], lanes)
                 store(table, VZ, p, new[2], lanes)
                 y, z = load(table, Y, p, lanes), load(table, Z, p, lanes)
-                store(table, NEW_X, p, x + (seen[0] + kick[0]) * dt, lanes)
-                store(table, NEW_Y, p, y + (seen[1] + kick[1]) * dt, lanes)
-                store(table, NEW_Z, p, z + (seen[2] + kick[2]) * dt, lanes)
-                set_columns(
-                    lines,
-                    k,
-                    none,
-                    mass * new[0],
-                    mass * new[1],
-                    mass * new[2],
-                    none,
-                    none,
-                    none,
-                    none,
-                )
+                store(table, NEW_X, p, x + (seen[1] + kick[0]) * dt, lanes)
+                store(table, NEW_Y, p, y + (seen[2] + kick[1]) * dt, lanes)
+                store(table, NEW_Z, p, z + (seen[3] + kick[2]) * dt, lanes)
+                momentum = mass * new[0], mass * new[1], mass * new[2]
+                set_columns(lines, k, none, *momentum, none, none, none, none)
             for k in range(stop - start):
                 scatter_weighted(geometry, shape, k, index, weight, lines, mapped)
 
@@ -240,9 +234,9 @@ def damped(velocity, seen, smooth, damping):
     """
     part, order = damping
     return (
-        -part * (velocity[0] - order * seen[0] + (order - 1.0) * smooth[0]),
-        -part * (velocity[1] - order * seen[1] + (order - 1.0) * smooth[1]),
-        -part * (velocity[2] - order * seen[2] + (order - 1.0) * smooth[2]),
+        -part * (velocity[0] - order * seen[1] + (order - 1.0) * smooth[1]),
+        -part * (velocity[1] - order * seen[2] + (order - 1.0) * smooth[2]),
+        -part * (velocity[2] - order * seen[3] + (order - 1.0) * smooth[3]),
     )
 
 
@@ -262,8 +256,7 @@ def scatter_smoothed(geometry, shape, table, ranges, motion, smoothed):
                 k = p - start
                 mass = load(table, MASS, p, first_lanes(stop - p))
                 seen = columns(lines, k)
-                set_columns(
-                    lines, k, mass * seen[0], mass * seen[1], mass * seen[2], none, none, none, none, none
-                )
+                momentum = mass * seen[1], mass * seen[2], mass * seen[3]
+                set_columns(lines, k, none, *momentum, none, none, none, none)
             for k in range(stop - start):
                 scatter_weighted(geometry, shape, k, index, weight, lines, smoothed)

@@ -145,7 +145,9 @@ def set_line(table, row, values):
 
 def transposed(a, b, c, d, e, f, g, h):
     """The columns of the matrix whose rows are eight vectors."""
-    return tuple(np.stack([np.broadcast_to(one, LANES) for one in (a, b, c, d, e, f, g, h)], axis=1))
+    return tuple(
+        np.stack([np.broadcast_to(one, LANES) for one in (a, b, c, d, e, f, g, h)], axis=1)
+    )
 
 
 def largest(vector):
@@ -181,10 +183,13 @@ def log(value):
     s = f / (2.0 + f)
     z = s * s
     w = z * z
-    odd = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01))
+    odd = w * (
+        3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01)
+    )
     even = z * (
         6.666666666666735130e-01
-        + w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01))
+        + w
+        * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01))
     )
     half = 0.5 * f * f
     return power * _LN2_HIGH - ((half - (s * (half + (odd + even)) + power * _LN2_LOW)) - f)
@@ -257,7 +262,9 @@ class _MaskModel(models.PrimitiveModel):
 
 def _splat(builder: Any, value: Any, kind: Any) -> Any:
     """A scalar in each lane."""
-    single = builder.insert_element(ir.Constant(kind, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    single = builder.insert_element(
+        ir.Constant(kind, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
+    )
     zeros = ir.Constant(_INDICES, [ir.Constant(ir.IntType(32), 0)] * LANES)
     return builder.shuffle_vector(single, ir.Constant(kind, ir.Undefined), zeros)
 
@@ -273,7 +280,9 @@ def _(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
 @lower_cast(types.Boolean, _MaskType)
 @lower_cast(types.BooleanLiteral, _MaskType)
 def _(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
-    return _splat(builder, builder.trunc(value, ir.IntType(1)) if value.type.width > 1 else value, _BITS)
+    return _splat(
+        builder, builder.trunc(value, ir.IntType(1)) if value.type.width > 1 else value, _BITS
+    )
 
 
 # ---- inside kernels: typing and code of each function ---------------------------------------------
@@ -407,7 +416,9 @@ def _elementary(function: Any, emit: Any, arity: int = 1) -> None:
 def _intrinsic(name: str) -> Any:
     def emit(builder: Any, value: Any) -> Any:
         suffix = "v8f64" if isinstance(value.type, ir.VectorType) else "f64"
-        return builder.call(_external(builder, f"{name}.{suffix}", [value.type], value.type), [value])
+        return builder.call(
+            _external(builder, f"{name}.{suffix}", [value.type], value.type), [value]
+        )
 
     return emit
 
@@ -469,7 +480,9 @@ def _emit_finite(builder: Any, value: Any) -> Any:
 
 _define(
     finite,
-    lambda kind: signature(MASK if kind is VECTOR else types.boolean, _real(kind)) if _real(kind) else None,
+    lambda kind: (
+        signature(MASK if kind is VECTOR else types.boolean, _real(kind)) if _real(kind) else None
+    ),
     lambda c, b, s, a: _emit_finite(b, a[0]),
     (_VectorType,),
     (types.Float,),
@@ -486,7 +499,9 @@ def _emit_anywhere(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 
 _define(
     anywhere,
-    lambda kind: signature(types.boolean, kind) if isinstance(kind, (_MaskType, types.Boolean)) else None,
+    lambda kind: (
+        signature(types.boolean, kind) if isinstance(kind, (_MaskType, types.Boolean)) else None
+    ),
     _emit_anywhere,
     (_MaskType,),
     (types.Boolean,),
@@ -551,19 +566,19 @@ def _emit_store(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 
 _define(
     load,
-    lambda table, row, place, lanes: signature(VECTOR, table, types.int64, types.int64, MASK)
-    if _is_table(table)
-    else None,
+    lambda table, row, place, lanes: (
+        signature(VECTOR, table, types.int64, types.int64, MASK) if _is_table(table) else None
+    ),
     _emit_load,
     (types.Array, types.Integer, types.Integer, _MaskType),
 )
 _define(
     store,
-    lambda table, row, place, values, lanes: signature(
-        types.none, table, types.int64, types.int64, VECTOR, MASK
-    )
-    if _is_table(table) and _is_number(values)
-    else None,
+    lambda table, row, place, values, lanes: (
+        signature(types.none, table, types.int64, types.int64, VECTOR, MASK)
+        if _is_table(table) and _is_number(values)
+        else None
+    ),
     _emit_store,
     (types.Array, types.Integer, types.Integer, _VectorType, _MaskType),
 )
@@ -591,9 +606,9 @@ def _emit_number(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 
 _define(
     number,
-    lambda table, row, place: signature(types.float64, table, types.int64, types.int64)
-    if _is_table(table)
-    else None,
+    lambda table, row, place: (
+        signature(types.float64, table, types.int64, types.int64) if _is_table(table) else None
+    ),
     _emit_number,
     (types.Array, types.Integer, types.Integer),
 )
@@ -623,9 +638,9 @@ _define(
 )
 _define(
     set_line,
-    lambda table, row, values: signature(types.none, table, types.int64, VECTOR)
-    if _is_table(table)
-    else None,
+    lambda table, row, values: (
+        signature(types.none, table, types.int64, VECTOR) if _is_table(table) else None
+    ),
     _emit_set_line,
     (types.Array, types.Integer, _VectorType),
 )
@@ -651,9 +666,11 @@ def _emit_transposed(context: Any, builder: Any, sig: Any, rows: Any) -> Any:
 
 _define(
     transposed,
-    lambda *rows: signature(types.UniTuple(VECTOR, LANES), *(VECTOR,) * LANES)
-    if all(map(_is_number, rows))
-    else None,
+    lambda *rows: (
+        signature(types.UniTuple(VECTOR, LANES), *(VECTOR,) * LANES)
+        if all(map(_is_number, rows))
+        else None
+    ),
     _emit_transposed,
     (_VectorType,) * LANES,
 )
@@ -665,7 +682,9 @@ def _reduction(function: Any, combine: Any) -> None:
     def emit(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         (value,) = arguments
         for apart in (4, 2, 1):
-            other = _shuffled(builder, value, value, [(lane + apart) % LANES for lane in range(LANES)])
+            other = _shuffled(
+                builder, value, value, [(lane + apart) % LANES for lane in range(LANES)]
+            )
             value = combine(builder, value, other)
         return builder.extract_element(value, ir.Constant(ir.IntType(32), 0))
 

@@ -7,7 +7,6 @@ dV, is integrated once and kept as a polynomial, so that a record holds plain nu
 in copper and amounts to 4 K.
 """
 
-
 import numpy as np
 from numpy.polynomial import Polynomial
 

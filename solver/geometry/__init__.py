@@ -69,7 +69,7 @@ def gather(geometry, shape, k, index, weight, slope, table, lines):
 
 @generic
 def velocity_gradient(geometry, lines, k, hoop):
-    """Velocity gradients of eight particles whose gathered lines, from row ``k`` on, begin with a velocity; 1/s.
+    """Velocity gradients of eight particles from their gathered lines of velocities, from row ``k`` on; 1/s.
 
     Three rows of three vectors, v_j,k at [j][k].
     """

@@ -120,9 +120,9 @@ def _(geometry, lines, k, hoop):
     none = spread(0.0)
     whole, along, across = columns(lines, k), columns(lines, PACK + k), columns(lines, 2 * PACK + k)
     return (
-        (along[0], across[0], none),
         (along[1], across[1], none),
-        (none, none, whole[0] * hoop),
+        (along[2], across[2], none),
+        (none, none, whole[1] * hoop),
     )
 
 

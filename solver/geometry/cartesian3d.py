@@ -125,9 +125,9 @@ def _(geometry, lines, k, hoop):
     first, second = columns(lines, PACK + k), columns(lines, 2 * PACK + k)
     third = columns(lines, 3 * PACK + k)
     return (
-        (first[0], second[0], third[0]),
         (first[1], second[1], third[1]),
         (first[2], second[2], third[2]),
+        (first[3], second[3], third[3]),
     )
 
 
