@@ -24,7 +24,7 @@ from solver.geometry import node_count, node_positions
 from solver.jit import device, kernel
 from solver.problem import Absorber, Face, Matter, Problem
 from solver.state import FORCE, empty_nodes, empty_particles, tabulated
-from solver.transfer import scatter_surface
+from solver.transfer import new_pack, scatter_surface
 
 REACH = 1.5  # cells: nodes nearer to a surface than this may have area there, for any shape
 
@@ -67,7 +67,8 @@ def dashpots(problem: Problem, absorber: Absorber, closed: Closed) -> Dashpots:
     ranges = np.array([[0, body.mass.size]])
     touched = np.zeros(found.mass.size, np.uint8)
     table = tabulated(particles)
-    scatter_surface(problem.geometry, problem.shape, table, ranges, found.state, touched)
+    pack = new_pack()
+    scatter_surface(problem.geometry, problem.shape, pack, table, ranges, found.state, touched)
     full, area = found.mass, found.force
     mirrors = closed.kind == Face.SYMMETRIC
     np.add.at(full, closed.inner[mirrors], full[closed.ghost[mirrors]])

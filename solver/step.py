@@ -56,6 +56,7 @@ from solver.stress import Limits, update_particles
 from solver.threads import Team
 from solver.transfer import (
     move_particles,
+    new_pack,
     scatter_smoothed,
     scatter_state,
     scatter_surface,
@@ -142,6 +143,7 @@ class Stepper:
         self.problem = problem
         self.limits = limits
         self.team = team
+        self.packs = [new_pack() for _ in range(shares)]
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
         bodies = len(problem.bodies)
         apart = bodies if problem.contact else 1  # contact asks for a field a body
@@ -214,6 +216,7 @@ class Stepper:
                 lambda field, share, ranges: move_particles(
                     problem.geometry,
                     problem.shape,
+                    self.packs[share],
                     stage.table,
                     ranges,
                     field.nodes.motion,
@@ -256,7 +259,9 @@ class Stepper:
         for share in range(len(field.tables)):  # into one table, so one after another
             ranges = stage.shares[share, field.bodies]
             problem, touched = self.problem, field.touched[0]
-            scatter_surface(problem.geometry, problem.shape, stage.table, ranges, areas, touched)
+            scatter_surface(
+                problem.geometry, problem.shape, self.packs[0], stage.table, ranges, areas, touched
+            )
         fold_vectors(field.closed, areas, FORCE)
         mirror_vectors(field.closed, areas, FORCE)
 
@@ -267,6 +272,7 @@ class Stepper:
             lambda field, share, ranges: scatter_state(
                 self.problem.geometry,
                 self.problem.shape,
+                self.packs[share],
                 stage.table,
                 ranges,
                 field.tables[share],
@@ -282,7 +288,8 @@ class Stepper:
         for share in range(len(field.tables)):
             ranges = stage.shares[share, field.bodies]
             geometry, shape = self.problem.geometry, self.problem.shape
-            scatter_smoothed(geometry, shape, stage.table, ranges, field.nodes.motion, smoothed)
+            motion = field.nodes.motion
+            scatter_smoothed(geometry, shape, self.packs[0], stage.table, ranges, motion, smoothed)
         fold_vectors(field.closed, smoothed, VELOCITY)
         _over_blocks(self.team, divide_smooth, field.blocks, field.nodes.state, smoothed)
         mirror_vectors(field.closed, smoothed, VELOCITY)
@@ -296,6 +303,7 @@ class Stepper:
             update_particles(
                 problem.geometry,
                 problem.shape,
+                self.packs[share],
                 problem.bodies[body].matter,
                 problem.viscosity,
                 self.limits,

@@ -19,7 +19,7 @@ from solver.eos import (
     temperature,
 )
 from solver.failure import floor_until_failure, grown_damage
-from solver.geometry import PACK, dimensions, gather, hoop_factor, velocity_gradient
+from solver.geometry import PACK, dimensions, gather, hoop_factor, unpacked, velocity_gradient
 from solver.jit import device, kernel
 from solver.state import (
     DAMAGE,
@@ -56,12 +56,13 @@ from solver.tensor import (
     strain_increment,
     volume_ratio,
 )
-from solver.transfer import find_nodes, new_pack
+from solver.transfer import find_nodes
 from solver.vectors import (
     LANES,
     absolute,
     alike,
     anywhere,
+    bare,
     finite,
     first_lanes,
     largest,
@@ -143,7 +144,7 @@ def empty_tally(shares):
 
 @kernel
 def update_particles(
-    geometry, shape, matter, viscosity, limits, table, begin, end, nodes, tally, row, dt, keep
+    geometry, shape, pack, matter, viscosity, limits, table, begin, end, nodes, tally, row, dt, keep
 ):
     """Advance stress, density, energy and position of the particles begin..end of one body.
 
@@ -151,7 +152,9 @@ def update_particles(
     the energy with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that
     follow.
     """
-    index, weight, slope, lines = new_pack(geometry)
+    geometry = unpacked(geometry)
+    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    table, nodes = bare(table), bare(nodes)
     none = spread(0.0)
     signal = fastest = none
     floors = beyond = below = cold = molten = slow = unstable = failed = outside = none
@@ -243,7 +246,9 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     strain, trace = strain_increment(gradient, dt)
     ratio = volume_ratio(gradient, dt)
     density = old.density / ratio
-    compression = old.density / reference_density(matter.eos)
+    per_mass = 1.0 / old.density
+    per_time = 1.0 / dt
+    compression = old.density * (1.0 / reference_density(matter.eos))
     homologous = homologous_temperature(matter, old.temperature, compression)
 
     turned = rotated(old.deviator, spin_increment(gradient, dt))
@@ -251,23 +256,23 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     stiff = relative_stiffness(matter, density, old.pressure, old.temperature)
     modulus = matter.shear_modulus * stiff
     trial = added(turned, shape_change, 2.0 * modulus)
-    rate = equivalent_strain(shape_change) / dt
+    rate = equivalent_strain(shape_change) * per_time
     factor = rate_and_heat(matter.strength, rate, homologous, stiff)
     new_deviator, slip = return_to_yield(
         matter.strength, trial, modulus, old.plastic_strain, factor
     )
 
     sound = sound_speed_squared(matter.eos, old.density, old.energy, old.pressure)
-    q = artificial_viscosity(viscosity, density, sqrt(maximum(sound, 0.0)), spacing, trace / dt)
+    q = artificial_viscosity(viscosity, density, sqrt(maximum(sound, 0.0)), spacing, trace * per_time)
 
     # Energy at the time of the velocity: the second half of the work of the old stress, see step.py.
     old_work = contract(old.deviator, shape_change) - trace * (
         old.pressure + viscosity.heating * old.viscosity
     )
-    energy = old.energy + 0.5 * old_work / old.density
+    energy = old.energy + 0.5 * old_work * per_mass
     # Energy at the time of the density: half the work of the new stress on top; e = known - p dv / 2.
-    expansion = (ratio - 1.0) / old.density
-    known = energy + 0.5 * contract(new_deviator, shape_change) / old.density
+    expansion = (ratio - 1.0) * per_mass
+    known = energy + 0.5 * contract(new_deviator, shape_change) * per_mass
     known = known - 0.5 * viscosity.heating * q * expansion
     floor = floor_until_failure(matter.failure, pressure_floor(matter.tension, homologous))
     floor = alike(floor, density)
@@ -277,7 +282,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     )
     failed = damage >= 1.0
     if anywhere(failed):  # neither shear nor tension, from this step on
-        lost = 0.5 * contract(new_deviator, shape_change) / old.density
+        lost = 0.5 * contract(new_deviator, shape_change) * per_mass
         known = where(failed, known - lost, known)
         new_deviator = scaled(new_deviator, where(failed, 0.0, 1.0))
         floor = where(failed, 0.0, floor)
@@ -306,7 +311,8 @@ def homologous_temperature(matter, kelvin, compression):
     melt = matter.melt_temperature * melting(matter.strength, compression)
     liquid = melt <= matter.room_temperature
     range_of_solid = where(liquid, 1.0, melt - matter.room_temperature)
-    part = minimum(maximum((kelvin - matter.room_temperature) / range_of_solid, 0.0), 1.0)
+    part = (kelvin - matter.room_temperature) * (1.0 / range_of_solid)
+    part = minimum(maximum(part, 0.0), 1.0)
     return where(liquid, 1.0, part)
 
 
@@ -314,7 +320,7 @@ def homologous_temperature(matter, kelvin, compression):
 def relative_stiffness(matter, density, pressure, kelvin):
     """Shear modulus over that at rest; heat does not matter to matter that never softens."""
     kelvin = where(math.isinf(matter.melt_temperature), matter.room_temperature, kelvin)
-    compression = density / reference_density(matter.eos)
+    compression = density * (1.0 / reference_density(matter.eos))
     return stiffness(matter.strength, compression, pressure, kelvin)
 
 
@@ -388,7 +394,7 @@ def signal_speed(matter, viscosity, spacing, rate, point):
 @device
 def is_physical(matter, limits, point, speed, place):
     """Whether a state is within its limits; comparisons are written so that NaN fails them."""
-    ratio = point.density / reference_density(matter.eos)
+    ratio = point.density * (1.0 / reference_density(matter.eos))
     stress = point.pressure + point.viscosity + contract(point.deviator, point.deviator)
     stress = stress + point.plastic_strain + point.temperature
     return (

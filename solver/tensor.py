@@ -85,7 +85,7 @@ def volume_ratio(gradient, dt):
 @device
 def deviator(a, trace):
     """a - trace/3 I."""
-    mean = trace / 3.0
+    mean = trace * (1.0 / 3.0)
     return (a[0] - mean, a[1] - mean, a[2] - mean, a[3], a[4], a[5])
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from solver.geometry import (
     MARGIN,
     PACK,
+    Pack,
     WIDEST,
     columns,
     dimensions,
@@ -19,6 +20,7 @@ from solver.geometry import (
     scatter_weighted,
     set_columns,
     set_sources,
+    unpacked,
     velocity_gradient,
 )
 from solver.jit import device, kernel
@@ -26,7 +28,6 @@ from solver.shapes import weights, width
 from solver.state import (
     DENSITY,
     ENERGY,
-    LINE,
     MASS,
     NEW_X,
     NEW_Y,
@@ -46,9 +47,11 @@ from solver.state import (
     Y,
     Z,
 )
+from solver.state import lines as lines_of
 from solver.tensor import contract, scaled, symmetric
 from solver.vectors import (
     LANES,
+    bare,
     first_lanes,
     load,
     spread,
@@ -59,15 +62,14 @@ from solver.vectors import (
 )
 
 
-@device
-def new_pack(geometry):
-    """Scratch of a pack: index of the first node, weights, slopes (1/m), and lines to and from nodes."""
-    rows = dimensions(geometry) * WIDEST
-    return (
+def new_pack():
+    """Scratch for one pack after another."""
+    return Pack(
         np.zeros(PACK, np.int64),
-        np.zeros((rows, PACK)),
-        np.zeros((rows, PACK)),
-        np.zeros((4 * PACK, LINE)),
+        np.zeros((3 * WIDEST, PACK)),
+        np.zeros((3 * WIDEST, PACK)),
+        lines_of(4 * PACK),
+        lines_of(4 * PACK),
     )
 
 
@@ -106,12 +108,14 @@ def stress_of(table, p, lanes, heating):
 
 
 @kernel
-def scatter_state(geometry, shape, table, ranges, nodes, touched):
+def scatter_state(geometry, shape, pack, table, ranges, nodes, touched):
     """Mass, momentum and internal force of particles: Ma (2005), Eqs. 2-29 to 2-31.
 
     ``ranges`` (b, 2) are the places of the particles of each body; ``touched`` notes the blocks of nodes.
     """
-    index, weight, slope, lines = new_pack(geometry)
+    geometry = unpacked(geometry)
+    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    table, nodes, touched = bare(table), bare(nodes), bare(touched)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]
         for start in range(begin, end, PACK):
@@ -134,12 +138,14 @@ def scatter_state(geometry, shape, table, ranges, nodes, touched):
 
 
 @kernel
-def scatter_surface(geometry, shape, table, ranges, nodes, touched):
+def scatter_surface(geometry, shape, pack, table, ranges, nodes, touched):
     """Mass, and in the place of the force the outward area: sum of V grad N, m2 (m2 per radian).
 
     It is the force of a unit tension turned round, and so vanishes inside a body in either geometry.
     """
-    index, weight, slope, lines = new_pack(geometry)
+    geometry = unpacked(geometry)
+    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    table, nodes, touched = bare(table), bare(nodes), bare(touched)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]
@@ -159,7 +165,7 @@ def scatter_surface(geometry, shape, table, ranges, nodes, touched):
 
 @kernel
 def move_particles(
-    geometry, shape, table, ranges, motion, smoothed, mapped, work, damping, dt, lost
+    geometry, shape, pack, table, ranges, motion, smoothed, mapped, work, damping, dt, lost
 ):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
@@ -168,8 +174,10 @@ def move_particles(
     still uses the weights of the old ones. ``damping`` is (part of the step, order); to ``lost`` (4,) are added the
     momentum and, last, the energy that it took. The momentum goes to the table ``mapped``.
     """
-    index, weight, slope, lines = new_pack(geometry)
-    _, _, _, smooth = new_pack(geometry)
+    geometry = unpacked(geometry)
+    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    table, motion, mapped = bare(table), bare(motion), bare(mapped)
+    smoothed, smooth = bare(smoothed), bare(pack.smooth)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]
@@ -241,9 +249,11 @@ def damped(velocity, seen, smooth, damping):
 
 
 @kernel
-def scatter_smoothed(geometry, shape, table, ranges, motion, smoothed):
+def scatter_smoothed(geometry, shape, pack, table, ranges, motion, smoothed):
     """Momentum of particles that move with the nodes' velocities before the forces, onto the table ``smoothed``."""
-    index, weight, slope, lines = new_pack(geometry)
+    geometry = unpacked(geometry)
+    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    table, motion, smoothed = bare(table), bare(motion), bare(smoothed)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]

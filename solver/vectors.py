@@ -5,6 +5,7 @@ number, on eight numbers inside a kernel, and on arrays of numpy in plain Python
 value of the type ``Vector`` and eight truths one of the type ``Mask`` (LLVM's <8 x double> and <8 x i1>), because
 numba's own loops over scalar text with calls and branches are not vectorised.
 
+``bare``                an array without its reference count, which costs more than the work in inner loops
 ``load``, ``store``     eight neighbours in a row of a table, only the first so many of them
 ``line``, ``set_line``  the eight numbers of a row of a table with eight columns
 ``transposed``          eight vectors as a matrix, rows and columns changed over
@@ -128,9 +129,24 @@ def store_whole(places, place, values):
     places[place : place + LANES] = np.broadcast_to(values, LANES).astype(np.int64)
 
 
+def bare(array):
+    """A contiguous array of one or two dimensions as inner loops take it; its owner must outlive it."""
+    return array
+
+
 def number(table, row, place):
     """One number of a table; no wrapping round of negative places."""
     return table[row, place]
+
+
+def element(array, place):
+    """One number of an array; no wrapping round of negative places."""
+    return array[place]
+
+
+def mark(flags, place):
+    """Set one of an array of flags."""
+    flags[place] = 1
 
 
 def line(table, row):
@@ -245,6 +261,14 @@ class _MaskType(types.Type):
         super().__init__(name="Mask")
 
 
+class _BareType(types.Type):
+    """Where the numbers of an array stand, and how many a row has."""
+
+    def __init__(self, dtype: Any, ndim: int) -> None:
+        self.dtype, self.ndim = dtype, ndim
+        super().__init__(name=f"Bare({dtype}, {ndim})")
+
+
 VECTOR, MASK = _VectorType(), _MaskType()
 
 
@@ -258,6 +282,13 @@ class _VectorModel(models.PrimitiveModel):
 class _MaskModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any):
         super().__init__(manager, kind, _BITS)
+
+
+@register_model(_BareType)
+class _BareModel(models.StructModel):
+    def __init__(self, manager: Any, kind: Any):
+        members = [("data", types.CPointer(kind.dtype)), ("columns", types.int64)]
+        super().__init__(manager, kind, members)
 
 
 def _splat(builder: Any, value: Any, kind: Any) -> Any:
@@ -533,15 +564,41 @@ _define(
 
 def _address(context: Any, builder: Any, kind: Any, table: Any, row: Any, place: Any) -> Any:
     """Where table[row, place] stands; rows are contiguous. No wrapping round of negative numbers."""
-    array = context.make_array(kind)(context, builder, table)
-    if kind.ndim == 1:
-        return builder.gep(array.data, [place])
-    columns = cgutils.unpack_tuple(builder, array.shape)[1]
-    return builder.gep(array.data, [builder.add(builder.mul(row, columns), place)])
+    data, columns = _parts(context, builder, kind, table)
+    if kind.ndim == 2:
+        place = builder.add(builder.mul(row, columns), place)
+    return builder.gep(data, [place])
+
+
+def _parts(context: Any, builder: Any, kind: Any, array: Any) -> tuple[Any, Any]:
+    """Where the numbers of an array stand, and how many a row has."""
+    if isinstance(kind, _BareType):
+        known = cgutils.create_struct_proxy(kind)(context, builder, value=array)
+        return known.data, known.columns
+    made = context.make_array(kind)(context, builder, array)
+    return made.data, cgutils.unpack_tuple(builder, made.shape)[-1]
+
+
+def _is_row(kind: Any) -> bool:
+    return isinstance(kind, _BareType) or (isinstance(kind, types.Array) and kind.layout == "C")
 
 
 def _is_table(kind: Any) -> bool:
-    return isinstance(kind, types.Array) and kind.ndim == 2 and kind.layout == "C"
+    return _is_row(kind) and kind.ndim == 2
+
+
+def _emit_bare(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    made = cgutils.create_struct_proxy(sig.return_type)(context, builder)
+    made.data, made.columns = _parts(context, builder, sig.args[0], arguments[0])
+    return made._getvalue()
+
+
+_define(
+    bare,
+    lambda kind: signature(_BareType(kind.dtype, kind.ndim), kind) if _is_row(kind) else None,
+    _emit_bare,
+    (types.Array,),
+)
 
 
 def _emit_load(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
@@ -571,6 +628,7 @@ _define(
     ),
     _emit_load,
     (types.Array, types.Integer, types.Integer, _MaskType),
+    (_BareType, types.Integer, types.Integer, _MaskType),
 )
 _define(
     store,
@@ -581,6 +639,7 @@ _define(
     ),
     _emit_store,
     (types.Array, types.Integer, types.Integer, _VectorType, _MaskType),
+    (_BareType, types.Integer, types.Integer, _VectorType, _MaskType),
 )
 
 
@@ -597,6 +656,7 @@ _define(
     lambda places, place, values: signature(types.none, places, types.int64, VECTOR),
     _emit_store_whole,
     (types.Array, types.Integer, _VectorType),
+    (_BareType, types.Integer, _VectorType),
 )
 
 
@@ -604,6 +664,32 @@ def _emit_number(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     return builder.load(_address(context, builder, sig.args[0], *arguments))
 
 
+def _emit_element(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    array, place = arguments
+    return builder.load(_address(context, builder, sig.args[0], array, None, place))
+
+
+def _emit_mark(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    flags, place = arguments
+    address = _address(context, builder, sig.args[0], flags, None, place)
+    builder.store(ir.Constant(address.type.pointee, 1), address)
+    return context.get_dummy_value()
+
+
+_define(
+    element,
+    lambda array, place: signature(array.dtype, array, types.int64) if _is_row(array) else None,
+    _emit_element,
+    (types.Array, types.Integer),
+    (_BareType, types.Integer),
+)
+_define(
+    mark,
+    lambda flags, place: signature(types.none, flags, types.int64) if _is_row(flags) else None,
+    _emit_mark,
+    (types.Array, types.Integer),
+    (_BareType, types.Integer),
+)
 _define(
     number,
     lambda table, row, place: (
@@ -611,13 +697,14 @@ _define(
     ),
     _emit_number,
     (types.Array, types.Integer, types.Integer),
+    (_BareType, types.Integer, types.Integer),
 )
 
 
 def _line_address(context: Any, builder: Any, kind: Any, table: Any, row: Any) -> Any:
-    array = context.make_array(kind)(context, builder, table)
+    data, _ = _parts(context, builder, kind, table)
     place = builder.mul(row, ir.Constant(ir.IntType(64), LANES))
-    return builder.bitcast(builder.gep(array.data, [place]), _DOUBLES.as_pointer())
+    return builder.bitcast(builder.gep(data, [place]), _DOUBLES.as_pointer())
 
 
 def _emit_line(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
@@ -635,6 +722,7 @@ _define(
     lambda table, row: signature(VECTOR, table, types.int64) if _is_table(table) else None,
     _emit_line,
     (types.Array, types.Integer),
+    (_BareType, types.Integer),
 )
 _define(
     set_line,
@@ -643,6 +731,7 @@ _define(
     ),
     _emit_set_line,
     (types.Array, types.Integer, _VectorType),
+    (_BareType, types.Integer, _VectorType),
 )
 
 

@@ -67,12 +67,15 @@ def _hugoniot_energy(eos, mu):
 
 
 @device
-def isentropic_sound_speed_squared(eos, mu, density, pressure):
-    """c^2 = dp/drho|e + (p / rho^2) dp/de|rho for p = p_H (1 - gamma0 mu / 2(1 + mu)) + gamma0 rho0 e."""
+def isentropic_sound_speed_squared(eos, mu, thinning, pressure):
+    """c^2 = dp/drho|e + (p / rho^2) dp/de|rho for p = p_H (1 - gamma0 mu / 2(1 + mu)) + gamma0 rho0 e.
+
+    ``thinning`` is rho0 / rho = 1 / (1 + mu).
+    """
     hugoniot, slope = reference_curve(eos, mu)
-    factor = 1.0 - 0.5 * eos.gamma0 * mu / (1.0 + mu)
-    derivative = slope * factor - hugoniot * 0.5 * eos.gamma0 / ((1.0 + mu) * (1.0 + mu))
-    return derivative / eos.density + eos.gamma0 * eos.density * pressure / (density * density)
+    half = 0.5 * eos.gamma0 * thinning
+    derivative = slope * (1.0 - half * mu) - hugoniot * half * thinning
+    return (derivative + eos.gamma0 * pressure * thinning * thinning) * (1.0 / eos.density)
 
 
 @device
@@ -86,12 +89,13 @@ def horner(coefficients, t):
 
 @device
 def _temperature(eos, density, energy):
-    mu = maximum(density / eos.density - 1.0, 0.0)
-    inside = minimum(mu, eos.mu_tangent)
-    t = inside / (1.0 + inside)
-    ratio = horner(eos.isentrope, t)
-    on_isentrope = eos.temperature * exp(eos.gamma0 * mu / (1.0 + mu))
-    return on_isentrope + (energy - ratio * _hugoniot_energy(eos, inside)) / eos.heat_capacity
+    mu = maximum(density * (1.0 / eos.density) - 1.0, 0.0)
+    share = mu * (eos.density / density)  # mu / (1 + mu)
+    t = minimum(share, eos.mu_tangent / (1.0 + eos.mu_tangent))
+    hugoniot, _ = reference_curve(eos, minimum(mu, eos.mu_tangent))
+    on_isentrope = 0.5 * hugoniot * t * (1.0 / eos.density) * horner(eos.isentrope, t)
+    warmed = eos.temperature * exp(eos.gamma0 * share)
+    return warmed + (energy - on_isentrope) * (1.0 / eos.heat_capacity)
 
 
 @device

@@ -54,20 +54,20 @@ EOS = EosEntry("mie_grueneisen", MieGrueneisen, mie_grueneisen)
 def _(eos, mu):
     """p_H and dp_H/dmu of the closed form in compression, with its tangent beyond ``mu_tangent``."""
     stiffness = eos.density * eos.c0 * eos.c0
-    k = eos.s - 1.0
     inside = minimum(mu, eos.mu_tangent)
-    pole = 1.0 - k * inside
-    value = stiffness * inside * (1.0 + inside) / (pole * pole)
-    slope = stiffness * (1.0 + (eos.s + 1.0) * inside) / (pole * pole * pole)
+    pole = 1.0 / (1.0 - (eos.s - 1.0) * inside)
+    value = stiffness * inside * (1.0 + inside) * pole * pole
+    slope = stiffness * (1.0 + (eos.s + 1.0) * inside) * pole * pole * pole
     return value + slope * (mu - inside), slope
 
 
 @implements(pressure_terms, MieGrueneisen)
 def _(eos, density, energy):
-    mu = density / eos.density - 1.0
+    thinning = eos.density / density
+    mu = density * (1.0 / eos.density) - 1.0
     pressed = maximum(mu, 0.0)
     hugoniot, _ = reference_curve(eos, pressed)
-    cold = hugoniot * (1.0 - 0.5 * eos.gamma0 * pressed / (1.0 + pressed))
+    cold = hugoniot * (1.0 - 0.5 * eos.gamma0 * pressed * thinning)
     return (
         where(mu < 0.0, eos.density * eos.c0 * eos.c0 * mu, cold),
         eos.gamma0 * minimum(density, eos.density),
@@ -76,12 +76,11 @@ def _(eos, density, energy):
 
 @implements(sound_speed_squared, MieGrueneisen)
 def _(eos, density, energy, pressure):
-    mu = density / eos.density - 1.0
-    return where(
-        mu < 0.0,
-        eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure / density),
-        isentropic_sound_speed_squared(eos, maximum(mu, 0.0), density, pressure),
-    )
+    thinning = eos.density / density
+    mu = density * (1.0 / eos.density) - 1.0
+    expanded = eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure * thinning * (1.0 / eos.density))
+    pressed = isentropic_sound_speed_squared(eos, maximum(mu, 0.0), thinning, pressure)
+    return where(mu < 0.0, expanded, pressed)
 
 
 @implements(below_range, MieGrueneisen)

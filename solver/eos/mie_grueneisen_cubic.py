@@ -74,7 +74,7 @@ def _(eos, density, energy, pressure):
     return where(
         mu < 0.0,
         cold + eos.gamma0 * (energy + pressure / density),
-        isentropic_sound_speed_squared(eos, maximum(mu, 0.0), density, pressure),
+        isentropic_sound_speed_squared(eos, maximum(mu, 0.0), eos.density / density, pressure),
     )
 
 

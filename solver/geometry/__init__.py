@@ -32,6 +32,21 @@ PACK = 32
 WIDEST = 3  # nodes that any shape touches along an axis
 
 
+class Pack(NamedTuple):
+    """Scratch of a pack of particles."""
+
+    index: np.ndarray  # (PACK,) of the first node of each
+    weight: np.ndarray  # (3 WIDEST, PACK) along each axis
+    slope: np.ndarray  # (3 WIDEST, PACK) 1/m
+    lines: np.ndarray  # (4 PACK, 8) to and from nodes
+    smooth: np.ndarray  # (4 PACK, 8) from nodes, with damping of second order
+
+
+@generic
+def unpacked(geometry):
+    """The same geometry with tuples for arrays, for inner loops: they need no reference counts."""
+
+
 @generic
 def dimensions(geometry):
     """Axes along which the grid has extent."""

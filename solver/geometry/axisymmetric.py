@@ -23,12 +23,13 @@ from solver.geometry import (
     scatter_weighted,
     set_columns,
     set_sources,
+    unpacked,
     velocity_gradient,
 )
 from solver.jit import implements
 from solver.shapes import width
 from solver.state import BLOCK
-from solver.vectors import line, number, set_line, spread
+from solver.vectors import element, line, mark, number, set_line, spread
 
 
 class Axisymmetric(NamedTuple):
@@ -38,6 +39,17 @@ class Axisymmetric(NamedTuple):
     spacing: float  # m
     cells: np.ndarray  # (3,) int64, of the domain
     nodes: np.ndarray  # (3,) int64, ghosts included
+
+
+@implements(unpacked, Axisymmetric)
+def _(geometry):
+    lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
+    return Axisymmetric(
+        (lower[0], lower[1], lower[2]),
+        geometry.spacing,
+        (cells[0], cells[1], cells[2]),
+        (nodes[0], nodes[1], nodes[2]),
+    )
 
 
 @implements(dimensions, Axisymmetric)
@@ -72,22 +84,22 @@ def _(geometry, lines, k, mass, momentum, force, hoop):
 @implements(scatter, Axisymmetric)
 def _(geometry, shape, k, index, weight, slope, lines, table, touched):
     whole, along, across = line(lines, k), line(lines, PACK + k), line(lines, 2 * PACK + k)
-    row = index[k]
+    row = element(index, k)
     for a in range(width(shape)):
         valued = number(weight, a, k) * whole + number(slope, a, k) * along
         sloped = number(weight, a, k) * across
         for b in range(width(shape)):
             share = number(weight, WIDEST + b, k) * valued + number(slope, WIDEST + b, k) * sloped
             set_line(table, row + b, line(table, row + b) + share)
-        touched[row // BLOCK] = 1
-        touched[(row + width(shape) - 1) // BLOCK] = 1
+        mark(touched, row // BLOCK)
+        mark(touched, (row + width(shape) - 1) // BLOCK)
         row += geometry.nodes[1]
 
 
 @implements(scatter_weighted, Axisymmetric)
 def _(geometry, shape, k, index, weight, lines, table):
     whole = line(lines, k)
-    row = index[k]
+    row = element(index, k)
     for a in range(width(shape)):
         valued = number(weight, a, k) * whole
         for b in range(width(shape)):
@@ -99,7 +111,7 @@ def _(geometry, shape, k, index, weight, lines, table):
 @implements(gather, Axisymmetric)
 def _(geometry, shape, k, index, weight, slope, table, lines):
     whole = along = across = spread(0.0)
-    row = index[k]
+    row = element(index, k)
     for a in range(width(shape)):
         valued = sloped = spread(0.0)
         for b in range(width(shape)):

@@ -18,12 +18,13 @@ from solver.geometry import (
     scatter_weighted,
     set_columns,
     set_sources,
+    unpacked,
     velocity_gradient,
 )
 from solver.jit import implements
 from solver.shapes import width
 from solver.state import BLOCK
-from solver.vectors import line, number, set_line, spread
+from solver.vectors import element, line, mark, number, set_line, spread
 
 
 class Cartesian3D(NamedTuple):
@@ -33,6 +34,17 @@ class Cartesian3D(NamedTuple):
     spacing: float  # m
     cells: np.ndarray  # (3,) int64, of the domain
     nodes: np.ndarray  # (3,) int64, ghosts included
+
+
+@implements(unpacked, Cartesian3D)
+def _(geometry):
+    lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
+    return Cartesian3D(
+        (lower[0], lower[1], lower[2]),
+        geometry.spacing,
+        (cells[0], cells[1], cells[2]),
+        (nodes[0], nodes[1], nodes[2]),
+    )
 
 
 @implements(dimensions, Cartesian3D)
@@ -58,7 +70,7 @@ def _(geometry, lines, k, mass, momentum, force, hoop):
 def _(geometry, shape, k, index, weight, slope, lines, table, touched):
     whole, first = line(lines, k), line(lines, PACK + k)
     second, third = line(lines, 2 * PACK + k), line(lines, 3 * PACK + k)
-    plane = index[k]
+    plane = element(index, k)
     for a in range(width(shape)):
         flat = number(weight, a, k) * whole + number(slope, a, k) * first
         flat2, flat3 = number(weight, a, k) * second, number(weight, a, k) * third
@@ -70,8 +82,8 @@ def _(geometry, shape, k, index, weight, slope, lines, table, touched):
                 share = number(weight, 2 * WIDEST + c, k) * valued
                 share = share + number(slope, 2 * WIDEST + c, k) * sloped
                 set_line(table, row + c, line(table, row + c) + share)
-            touched[row // BLOCK] = 1
-            touched[(row + width(shape) - 1) // BLOCK] = 1
+            mark(touched, row // BLOCK)
+            mark(touched, (row + width(shape) - 1) // BLOCK)
             row += geometry.nodes[2]
         plane += geometry.nodes[1] * geometry.nodes[2]
 
@@ -79,7 +91,7 @@ def _(geometry, shape, k, index, weight, slope, lines, table, touched):
 @implements(scatter_weighted, Cartesian3D)
 def _(geometry, shape, k, index, weight, lines, table):
     whole = line(lines, k)
-    plane = index[k]
+    plane = element(index, k)
     for a in range(width(shape)):
         flat = number(weight, a, k) * whole
         row = plane
@@ -95,7 +107,7 @@ def _(geometry, shape, k, index, weight, lines, table):
 @implements(gather, Cartesian3D)
 def _(geometry, shape, k, index, weight, slope, table, lines):
     whole = first = second = third = spread(0.0)
-    plane = index[k]
+    plane = element(index, k)
     for a in range(width(shape)):
         flat = flat2 = flat3 = spread(0.0)
         row = plane

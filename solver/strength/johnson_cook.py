@@ -32,5 +32,5 @@ def _(strength, plastic_strain):
 
 @implements(rate_and_heat, JohnsonCook)
 def _(strength, strain_rate, homologous, stiff):
-    rate = 1.0 + strength.C * log(maximum(strain_rate / strength.reference_rate, 1.0))
+    rate = 1.0 + strength.C * log(maximum(strain_rate * (1.0 / strength.reference_rate), 1.0))
     return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, strength.m))
