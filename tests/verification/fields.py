@@ -4,21 +4,26 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.faces import closed_layers, fold_state, hold_state, mirror_velocity
-from solver.geometry import grid, lattice_measure, node_count, node_positions
+from solver.faces import Closed, close_nodes, closed_nodes, mirror_nodes
+from solver.geometry import (
+    PACK,
+    gather,
+    grid,
+    hoop_factor,
+    lattice_measure,
+    node_count,
+    node_positions,
+    velocity_gradient,
+)
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
+from solver.jit import kernel
 from solver.problem import Face, clamp
 from solver.shapes.linear import Linear
-from solver.state import Nodes, Particles, empty_nodes, empty_particles
+from solver.state import BLOCK, Nodes, Particles, X, empty_nodes, empty_particles, tabulated
 from solver.step import solve_momentum
-from solver.transfer import (
-    gather_velocity_gradient,
-    new_stencil,
-    scatter_state,
-    slab_count,
-    sort_into_slabs,
-)
+from solver.transfer import find_nodes, new_pack, scatter_state
+from solver.vectors import LANES, first_lanes, load, store
 
 CELLS, SPACING = 12, 0.7e-3
 LINEAR = Linear()
@@ -53,23 +58,17 @@ def block(kind: str) -> tuple[Any, Particles]:
 def scattered(geometry: Any, particles: Particles, shape: Any = LINEAR) -> Nodes:
     """The nodes after mass, momentum and force of the particles were put on them."""
     nodes = empty_nodes(node_count(geometry))
-    order = np.empty(particles.mass.size, np.int64)
-    start = np.zeros(slab_count(geometry) + 1, np.int64)
-    sort_into_slabs(geometry, particles, 0, particles.mass.size, order, start)
-    slabs = np.arange(slab_count(geometry))
-    scatter_state(geometry, shape, particles, order, start, slabs, nodes)
+    ranges = np.array([[0, particles.mass.size]])
+    touched = np.zeros(nodes.mass.size // BLOCK, np.uint8)
+    scatter_state(geometry, shape, tabulated(particles), ranges, nodes.state, touched)
     return nodes
 
 
-def closed(geometry: Any, nodes: Nodes, faces: tuple[tuple[Face, Face], ...]) -> np.ndarray:
-    """Ghosts folded and faces held, as a step does it; returns the impulse of one second."""
-    impulse = np.zeros(3)
-    for axis in closed_layers(geometry, faces, clamp()):
-        for layer in axis:
-            fold_state(layer, nodes)
-        for layer in axis:
-            hold_state(layer, nodes, 1.0, impulse)
-    return impulse
+def closed(geometry: Any, nodes: Nodes, faces: tuple[tuple[Face, Face], ...]) -> Closed:
+    """Ghosts folded and faces held, as a step does it."""
+    found = closed_nodes(geometry, faces, clamp())
+    close_nodes(found, nodes.state, 1.0, np.zeros(3))
+    return found
 
 
 def inner_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], margin: float) -> np.ndarray:
@@ -102,22 +101,30 @@ def expansion_error(kind: str, shape: Any = LINEAR) -> Expansion:
     particles.velocity[:] = RATE * particles.position
     nodes = scattered(geometry, particles, shape)
     faces = (MIRROR, MIRROR, MIRROR)
-    closed(geometry, nodes, faces)
-    solve_momentum(nodes, 0, nodes.mass.size, 0.0)
-    for axis in reversed(closed_layers(geometry, faces, clamp())):
-        for layer in axis:
-            mirror_velocity(layer, nodes)
-    rate = np.array(
-        [_volume_rate(geometry, shape, particles, nodes, p) for p in range(particles.mass.size)]
-    )
+    around = closed(geometry, nodes, faces)
+    solve_momentum(np.arange(nodes.mass.size // BLOCK), nodes, 0.0)
+    mirror_nodes(around, nodes.motion, nodes.mapped)
+    rates = np.zeros((1, particles.mass.size))
+    volume_rates(geometry, shape, tabulated(particles), nodes.mapped, rates)
+    rate = rates[0]
     cells = particles.position / SPACING
     inside = (cells < CELLS - 2.5) | (geometry.cells == 0)
     keep = inside.all(axis=1)
     return Expansion(np.abs(rate[keep] / (3.0 * RATE) - 1.0), cells[keep, 0])
 
 
-def _volume_rate(geometry: Any, shape: Any, particles: Particles, nodes: Nodes, p: int) -> float:
-    stencil = new_stencil(geometry, shape)
-    gradient = np.zeros((3, 3))
-    gather_velocity_gradient(geometry, shape, particles.position, p, nodes, stencil, gradient)
-    return float(np.trace(gradient))
+@kernel
+def volume_rates(geometry, shape, table, velocities, rates):
+    """The volume rate of each particle, into the row of ``rates`` (1, n), as the strain update takes it."""
+    index, weight, slope, lines = new_pack(geometry)
+    count = table.shape[1]
+    for start in range(0, count, PACK):
+        stop = min(start + PACK, count)
+        find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+        for k in range(stop - start):
+            gather(geometry, shape, k, index, weight, slope, velocities, lines)
+        for p in range(start, stop, LANES):
+            lanes = first_lanes(stop - p)
+            hoop = hoop_factor(geometry, load(table, X, p, lanes))
+            gradient = velocity_gradient(geometry, lines, p - start, hoop)
+            store(rates, 0, p, gradient[0][0] + gradient[1][1] + gradient[2][2], lanes)
