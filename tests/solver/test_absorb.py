@@ -8,7 +8,7 @@ import pytest
 
 from solver.absorb import absorber, dashpots
 from solver.errors import ProblemError
-from solver.faces import closed_layers
+from solver.faces import closed_nodes
 from solver.geometry import node_positions
 from solver.problem import Absorber, Body, Contact, Damping, Problem
 from solver.registry import entries
@@ -188,7 +188,7 @@ def _constants(
     """Place and constants of each node of the dashpots, (n, 6)."""
     surface = surface or end(0, 8.0)
     problem = Problem(geometry, (body,), faces, end_time=1.0, shape=shape, absorbers=(surface,))
-    found = dashpots(problem, surface, closed_layers(geometry, faces, problem.clamp))
+    found = dashpots(problem, surface, closed_nodes(geometry, faces, problem.clamp))
     return np.hstack([node_positions(geometry)[found.node], found.constant])
 
 

@@ -9,7 +9,7 @@ import pytest
 from solver.errors import ProblemError, UnphysicalState
 from solver.problem import Body, Face, Problem, Scheme
 from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
-from solver.state import Particles, Snapshot
+from solver.state import NEW_X, NEW_Z, Particles, Snapshot
 from solver.step import Stage
 from tests.solver.bodies import (
     ABOUT_AXIS,
@@ -151,7 +151,7 @@ def test_place_that_is_no_number__is_found_before_usf_sorts_by_it(
 
     def astray(stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
         taken = move(stage, dt, impulse)
-        stage.moved[7] = np.nan
+        stage.table[NEW_X : NEW_Z + 1, 7] = np.nan
         return taken
 
     monkeypatch.setattr(simulation.stepper, "_move", astray)
