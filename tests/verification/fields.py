@@ -4,26 +4,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.faces import Closed, close_nodes, closed_nodes, mirror_nodes
 from solver.geometry import (
     PACK,
     gather,
     grid,
     hoop_factor,
     lattice_measure,
-    node_count,
     node_positions,
     velocity_gradient,
 )
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import kernel
-from solver.problem import Face, clamp
+from solver.problem import Body, Face, Problem
 from solver.shapes.linear import Linear
-from solver.state import BLOCK, Nodes, Particles, X, empty_nodes, empty_particles, tabulated
-from solver.step import solve_momentum
+from solver.state import Nodes, Particles, X, empty_particles, tabulated
+from solver.step import Field
 from solver.transfer import find_nodes, new_pack, scatter_state
 from solver.vectors import LANES, first_lanes, load, store
+from tests.solver.bodies import elastic_copper
 
 CELLS, SPACING = 12, 0.7e-3
 LINEAR = Linear()
@@ -55,20 +54,25 @@ def block(kind: str) -> tuple[Any, Particles]:
     return geometry, particles
 
 
-def scattered(geometry: Any, particles: Particles, shape: Any = LINEAR) -> Nodes:
-    """The nodes after mass, momentum and force of the particles were put on them."""
-    nodes = empty_nodes(node_count(geometry))
+def closed(
+    geometry: Any, particles: Particles, faces: tuple[tuple[Face, Face], ...], shape: Any
+) -> Field:
+    """Mass, momentum and force of the particles on the nodes, ghosts folded and faces held, as a step does it."""
+    body = Body(
+        name="block",
+        matter=elastic_copper(),
+        position=particles.position,
+        velocity=np.zeros(3),
+        mass=particles.mass,
+        density=8930.0,
+        spacing=(0.5 * SPACING,) * 3,
+    )
+    field = Field(Problem(geometry, (body,), faces, end_time=1.0, shape=shape), slice(0, 1), 1)
     ranges = np.array([[0, particles.mass.size]])
-    touched = np.zeros(nodes.mass.size // BLOCK, np.uint8)
-    scatter_state(geometry, shape, tabulated(particles), ranges, nodes.state, touched)
-    return nodes
-
-
-def closed(geometry: Any, nodes: Nodes, faces: tuple[tuple[Face, Face], ...]) -> Closed:
-    """Ghosts folded and faces held, as a step does it."""
-    found = closed_nodes(geometry, faces, clamp())
-    close_nodes(found, nodes.state, 1.0, np.zeros(3))
-    return found
+    table, state = tabulated(particles), field.nodes.state
+    scatter_state(geometry, shape, table, ranges, state, field.touched[0])
+    field.close(1.0, np.zeros(3))
+    return field
 
 
 def inner_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], margin: float) -> np.ndarray:
@@ -86,9 +90,8 @@ def force_of_uniform_pressure(kind: str, shape: Any = LINEAR, first_column: int 
     """
     geometry, particles = block(kind)
     particles.pressure[:] = PRESSURE
-    nodes = scattered(geometry, particles, shape)
     faces = (MIRROR, MIRROR, MIRROR)
-    closed(geometry, nodes, faces)
+    nodes = closed(geometry, particles, faces, shape).nodes
     inner = inner_nodes(geometry, faces, 2.0)
     column = np.rint(node_positions(geometry)[inner, 0] / SPACING)
     force = nodes.force[inner[column >= first_column]]
@@ -99,11 +102,11 @@ def expansion_error(kind: str, shape: Any = LINEAR) -> Expansion:
     """The volume rate that particles see when each moves with v = k x (r and z in axisymmetry)."""
     geometry, particles = block(kind)
     particles.velocity[:] = RATE * particles.position
-    nodes = scattered(geometry, particles, shape)
-    faces = (MIRROR, MIRROR, MIRROR)
-    around = closed(geometry, nodes, faces)
-    solve_momentum(np.arange(nodes.mass.size // BLOCK), nodes, 0.0)
-    mirror_nodes(around, nodes.motion, nodes.mapped)
+    field = closed(geometry, particles, (MIRROR, MIRROR, MIRROR), shape)
+    nodes = field.nodes
+    solid = nodes.mass > 0.0
+    nodes.velocity[solid] = nodes.momentum[solid] / nodes.mass[solid, None]
+    field.mirror()
     rate = np.trace(velocity_gradients(geometry, shape, particles, nodes), axis1=1, axis2=2)
     cells = particles.position / SPACING
     inside = (cells < CELLS - 2.5) | (geometry.cells == 0)
