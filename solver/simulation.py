@@ -205,6 +205,7 @@ class Simulation:
         found = [
             (p, *find_fault(self.problem.bodies[int(self.body[p])].matter, self.limits, self.particles, p))
             for p in range(first, min(first + LANES, self.body.size))
+            if self.particles.mass[p] > 0.0
         ]
         culprit, kind, value = next(one for one in found if one[1])
         raise UnphysicalState(
