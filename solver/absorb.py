@@ -71,7 +71,9 @@ def dashpots(problem: Problem, absorber: Absorber, closed: Closed) -> Dashpots:
     scatter_surface(problem.geometry, problem.shape, pack, table, ranges, found.state, touched)
     full, area = found.mass, found.force
     mirrors = closed.kind == Face.SYMMETRIC
-    np.add.at(full, closed.inner[mirrors], full[closed.ghost[mirrors]])
+    for axis in range(3):  # one after another: the ghosts of an edge are folded along each
+        across = mirrors & (closed.axis == axis)
+        np.add.at(full, closed.inner[across], full[closed.ghost[across]])
     fold_vectors(closed._replace(closed=mirrors.astype(np.uint8)), found.state, FORCE)
     distance = np.abs(node_positions(problem.geometry)[:, absorber.axis] - absorber.place)
     area = area[: distance.size]

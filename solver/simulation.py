@@ -214,6 +214,7 @@ class Simulation:
                 ),
             )
             for p in range(first, min(first + LANES, self.body.size))
+            if self.particles.mass[p] > 0.0
         ]
         culprit, kind, value = next(one for one in found if one[1])
         raise UnphysicalState(

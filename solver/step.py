@@ -43,6 +43,7 @@ from solver.state import (
     BEFORE,
     BLOCK,
     FORCE,
+    MASS,
     NEW_X,
     NEW_Z,
     VELOCITY,
@@ -162,15 +163,15 @@ class Stepper:
         if scheme == Scheme.USF:
             self._update_first(stage, tally, dt)
         energy, contact = self._move(stage, dt, impulse)
-        outside = True
         if scheme == Scheme.USF:
-            stage.table[X : Z + 1] = stage.table[NEW_X : NEW_Z + 1]
+            staying = stage.table[MASS] > 0.0  # what has left the grid stands still
+            np.copyto(stage.table[X : Z + 1], stage.table[NEW_X : NEW_Z + 1], where=staying)
             _find_nowhere(stage.particles.position, tally)
+            tally[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
         else:
             self._update(stage, tally, dt, keep=0)  # sigma at n+1
-            outside = bool(tally[:, OUTSIDE].any())
         reflected = 0
-        if outside:
+        if tally[:, OUTSIDE].any():
             reflected = cross_faces(
                 self.problem.geometry, self.faces, self.problem.clamp, stage.particles, impulse
             )

@@ -189,7 +189,8 @@ def update_particles(
             )
             new, present, acts = advance(matter, viscosity, geometry.spacing, dt, gradient, old)
             store(table, DENSITY, p, new.density, lanes)
-            store(table, ENERGY, p, present if keep else new.energy, lanes)
+            energy = present if keep else new.energy
+            store(table, ENERGY, p, energy, lanes)
             store(table, PRESSURE, p, new.pressure, lanes)
             store(table, VISCOSITY, p, new.viscosity, lanes)
             store(table, S11, p, new.deviator[0], lanes)
@@ -227,7 +228,8 @@ def update_particles(
             broken = (new.damage >= 1.0) & ~(old.damage >= 1.0)
             failed = failed + where(lanes & broken, 1.0, 0.0)
             outside = outside + where(lanes & past, 1.0, 0.0)
-            if fault == 0.0 and anywhere(lanes & ~is_physical(matter, limits, new, speed, place)):
+            physical = is_physical(matter, limits, new, energy, speed, place)
+            if fault == 0.0 and anywhere(lanes & ~physical):
                 fault, culprit = 1.0, float(p)
     tally[row, 0], tally[row, 1] = largest(signal), largest(fastest)
     tally[row, 2], tally[row, 3], tally[row, 4] = total(floors), total(beyond), total(below)
@@ -342,7 +344,7 @@ def return_to_yield(strength, trial, modulus, plastic_strain, factor):
     """
     size = equivalent_stress(trial)
     limit = alike(hardening(strength, plastic_strain) * factor, size)
-    yielding = size > limit
+    yielding = ~(size <= limit)  # NaN yields, and so stays visible
     slip = alike(0.0, size)
     if not anywhere(yielding):
         return trial, slip
@@ -392,15 +394,15 @@ def signal_speed(matter, viscosity, spacing, rate, point):
 
 
 @device
-def is_physical(matter, limits, point, speed, place):
-    """Whether a state is within its limits; comparisons are written so that NaN fails them."""
+def is_physical(matter, limits, point, energy, speed, place):
+    """Whether a state, with the energy that is stored, is within its limits; NaN fails the comparisons."""
     ratio = point.density * (1.0 / reference_density(matter.eos))
     stress = point.pressure + point.viscosity + contract(point.deviator, point.deviator)
     stress = stress + point.plastic_strain + point.temperature
     return (
         (ratio > limits.thinnest)
         & (ratio < limits.densest)
-        & (absolute(point.energy) < limits.energy)
+        & (absolute(energy) < limits.energy)
         & finite(stress)
         & (speed < limits.speed)
         & finite(place)

@@ -8,11 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.geometry import Stencil, fill_stencil, node_positions, stencil_size
+from solver.geometry import dimensions, node_count, node_positions
 from solver.registry import entries
-from solver.shapes import fill_line, width
-from solver.transfer import new_stencil
-from tests.solver.bodies import SPACING, box
+from solver.shapes import weights, width
+from solver.state import BLOCK, empty_nodes, empty_particles, tabulated
+from solver.transfer import scatter_state
+from solver.vectors import LANES
+from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil
+from tests.verification.fields import velocity_gradients
 
 SHAPES = entries("solver.shapes", "SHAPE")
 BOXES = {"axisymmetric": box(8, 8), "cartesian": box(8, 8, 8)}
@@ -27,20 +30,15 @@ positions = st.tuples(places, places, places)
 
 def line(shape: Any, place: float) -> tuple[int, np.ndarray, np.ndarray]:
     """First node, weights and slopes (1/m) of a coordinate counted in cells."""
-    count = width(shape)
-    empty = np.zeros((3, count))
-    stencil = Stencil(np.zeros(0), np.zeros(0), np.zeros((0, 3)), empty, empty.copy())
-    first = fill_line(shape, place, SPACING, stencil, 1)
-    return first, stencil.line_weight[1], stencil.line_slope[1]
+    first, weight, slope = weights(shape, np.float64(place))
+    return int(first), np.array(weight), np.array(slope) / SPACING
 
 
 def filled(kind: str, shape: Any, position: tuple[float, ...]) -> tuple[np.ndarray, Stencil]:
     """A particle's place (m) and its stencil in a geometry."""
     geometry = BOXES[kind]
     place = np.array(position) * SPACING * (geometry.cells > 0)
-    stencil = new_stencil(geometry, shape)
-    fill_stencil(geometry, shape, place[None, :], 0, stencil)
-    return place, stencil
+    return place, stencil(geometry, shape, place)
 
 
 @given(shapes, places)
@@ -88,26 +86,26 @@ def test_slopes__are_those_of_the_weights(name: str, cell: int, part: float) -> 
 def test_stencil__is_a_partition_of_unity(
     kind: str, name: str, position: tuple[float, ...]
 ) -> None:
-    _, stencil = filled(kind, SHAPES[name].record(), position)
-    assert math.isclose(stencil.weight.sum(), 1.0, rel_tol=ROUND_OFF)
+    _, found = filled(kind, SHAPES[name].record(), position)
+    assert math.isclose(found.weight.sum(), 1.0, rel_tol=ROUND_OFF)
 
 
 @given(kinds, shapes, positions)
 def test_stencil__finds_the_particle_where_it_is(
     kind: str, name: str, position: tuple[float, ...]
 ) -> None:
-    place, stencil = filled(kind, SHAPES[name].record(), position)
-    corners = node_positions(BOXES[kind])[stencil.node]
-    assert np.allclose(stencil.weight @ corners, place, rtol=ROUND_OFF, atol=0.0)
+    place, found = filled(kind, SHAPES[name].record(), position)
+    corners = node_positions(BOXES[kind])[found.node]
+    assert np.allclose(found.weight @ corners, place, rtol=ROUND_OFF, atol=0.0)
 
 
 @given(shapes, positions)
 def test_gradient__of_a_linear_field_is_exact_in_a_box(
     name: str, position: tuple[float, ...]
 ) -> None:
-    _, stencil = filled("cartesian", SHAPES[name].record(), position)
-    corners = node_positions(BOXES["cartesian"])[stencil.node]
-    assert np.allclose(stencil.gradient.T @ corners, np.eye(3), atol=ROUND_OFF * 10.0)
+    _, found = filled("cartesian", SHAPES[name].record(), position)
+    corners = node_positions(BOXES["cartesian"])[found.node]
+    assert np.allclose(found.gradient.T @ corners, np.eye(3), atol=ROUND_OFF * 10.0)
 
 
 @given(shapes, positions)
@@ -115,14 +113,85 @@ def test_gradient__of_a_radial_field_has_its_hoop_part_about_an_axis(
     name: str, position: tuple[float, ...]
 ) -> None:
     """v_r = r gives the rates 1 along r and v_r / r = 1 along the hoop."""
-    _, stencil = filled("axisymmetric", SHAPES[name].record(), position)
-    radial = node_positions(BOXES["axisymmetric"])[stencil.node, 0]
-    assert np.allclose(stencil.gradient.T @ radial, (1.0, 0.0, 1.0), atol=ROUND_OFF * 10.0)
+    _, found = filled("axisymmetric", SHAPES[name].record(), position)
+    radial = node_positions(BOXES["axisymmetric"])[found.node, 0]
+    assert np.allclose(found.gradient.T @ radial, (1.0, 0.0, 1.0), atol=ROUND_OFF * 10.0)
 
 
 @pytest.mark.parametrize("kind", sorted(BOXES))
 @pytest.mark.parametrize("name", sorted(SHAPES))
 def test_stencil__has_as_many_nodes_as_it_says(kind: str, name: str) -> None:
     shape = SHAPES[name].record()
-    _, stencil = filled(kind, shape, (3.3, 3.3, 3.3))
-    assert stencil_size(BOXES[kind], shape) == stencil.node.size == len(set(stencil.node.tolist()))
+    _, found = filled(kind, shape, (3.3, 3.3, 3.3))
+    said = width(shape) ** dimensions(BOXES[kind])
+    assert said == found.node.size == len(set(found.node.tolist()))
+
+
+# In kernels: a lattice of particles, more than a pack and no multiple of eight
+
+
+def some_particles(kind: str) -> Any:
+    """Particles anywhere, with something in each number that they give to their nodes."""
+    geometry, rng = BOXES[kind], np.random.default_rng(3)
+    particles = empty_particles(5 * LANES + 3)
+    for name in ("velocity", "pressure", "viscosity", "deviator"):
+        field = getattr(particles, name)
+        field[:] = rng.uniform(-1.0, 1.0, field.shape)
+    particles.position[:] = rng.uniform(2.0, 6.0, (particles.mass.size, 3)) * SPACING
+    particles.position[:, geometry.cells == 0] = 0.0
+    particles.mass[:] = rng.uniform(0.5, 1.0, particles.mass.size)
+    particles.density[:] = rng.uniform(0.5, 1.0, particles.mass.size) * DENSITY
+    return particles
+
+
+@pytest.mark.parametrize("kind", sorted(BOXES))
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_scatter__gives_each_node_its_share_of_every_particle(kind: str, name: str) -> None:
+    """m N, m v N and -V sigma G of solver/geometry, and the blocks that it touched."""
+    geometry, shape, particles = BOXES[kind], SHAPES[name].record(), some_particles(kind)
+    got, expected = empty_nodes(node_count(geometry)), empty_nodes(node_count(geometry))
+    touched = np.zeros(got.mass.size // BLOCK, np.uint8)
+    ranges = np.array([[0, particles.mass.size]])
+    scatter_state(geometry, shape, tabulated(particles), ranges, got.state, touched)
+    blocks = set()
+    for p in range(particles.mass.size):
+        found = stencil(geometry, shape, particles.position[p])
+        share = particles.mass[p] * found.weight
+        s = particles.deviator[p] - (particles.pressure[p] + particles.viscosity[p]) * np.array(
+            [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
+        )
+        stress = np.array([[s[0], s[3], s[5]], [s[3], s[1], s[4]], [s[5], s[4], s[2]]])
+        gradient = found.gradient.copy()
+        if kind == "axisymmetric":  # the hoop stress pulls along r
+            hoop, gradient[:, 2] = gradient[:, 2].copy(), 0.0
+            pull = gradient @ stress
+            pull[:, 0] += hoop * stress[2, 2]
+            pull[:, 2] = 0.0
+        else:
+            pull = gradient @ stress
+        expected.mass[found.node] += share
+        expected.momentum[found.node] += share[:, None] * particles.velocity[p]
+        expected.force[found.node] -= particles.mass[p] / particles.density[p] * pull
+        blocks |= set((found.node // BLOCK).tolist())
+    for one, other in ((got.mass, expected.mass), (got.momentum, expected.momentum)):
+        assert np.allclose(one, other, rtol=0.0, atol=ROUND_OFF)
+    largest = np.abs(expected.force).max()
+    assert np.allclose(got.force, expected.force, rtol=0.0, atol=ROUND_OFF * largest)
+    assert set(np.flatnonzero(touched).tolist()) == blocks
+
+
+@pytest.mark.parametrize("kind", sorted(BOXES))
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_gather__sees_the_gradient_of_any_velocity(kind: str, name: str) -> None:
+    """Sums of v G over the nodes; about an axis the hoop rate is that of v_r alone, and nothing turns about r or z."""
+    geometry, shape, particles = BOXES[kind], SHAPES[name].record(), some_particles(kind)
+    nodes = empty_nodes(node_count(geometry))
+    nodes.velocity[:] = np.random.default_rng(4).uniform(-1.0, 1.0, nodes.velocity.shape)
+    got = velocity_gradients(geometry, shape, particles, nodes)
+    for p in range(particles.mass.size):
+        found = stencil(geometry, shape, particles.position[p])
+        expected = nodes.velocity[found.node].T @ found.gradient
+        if kind == "axisymmetric":
+            expected[:2, 2] = expected[2, :2] = 0.0
+            expected[2, 2] = nodes.velocity[found.node, 0] @ found.gradient[:, 2]
+        assert np.allclose(got[p], expected, rtol=0.0, atol=ROUND_OFF / SPACING)

@@ -2,19 +2,22 @@
 
 import math
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.geometry import grid, lattice_measure
+from solver.geometry import dimensions, grid, hoop_factor, lattice_measure
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Matter, Problem
+from solver.shapes import width
+from solver.state import empty_particles, tabulated
 from solver.strength.johnson_cook import JohnsonCook
 from solver.strength.perfectly_plastic import PerfectlyPlastic
 from solver.tension.recoverable import RecoverableTension
 from solver.tension.unlimited import UnlimitedTension
+from solver.transfer import find_nodes, new_pack
 
 DENSITY, SOUND_SPEED, SHEAR_MODULUS = 8930.0, 3940.0, 47.7e9
 ROOM, MELT = 298.0, 1356.0
@@ -34,6 +37,14 @@ FREE = (Face.FREE, Face.FREE)
 SYMMETRIC = (Face.SYMMETRIC, Face.SYMMETRIC)
 OPEN = (FREE, FREE, FREE)
 ABOUT_AXIS = ((Face.SYMMETRIC, Face.FREE), FREE, FREE)
+
+
+class Stencil(NamedTuple):
+    """The n nodes of a particle, each with the weight N and the gradient G (1/m) of solver/geometry."""
+
+    node: np.ndarray  # (n,) indices
+    weight: np.ndarray  # (n,)
+    gradient: np.ndarray  # (n, 3)
 
 
 @cache
@@ -66,6 +77,27 @@ def box(*cells: int) -> Any:
     """A grid from the origin: x, y, z of three numbers, r and z of two."""
     record = Axisymmetric if len(cells) == 2 else Cartesian3D
     return grid(record, lower=(0.0, 0.0, 0.0), cells=(*cells, 0)[:3], spacing=SPACING)
+
+
+def stencil(geometry: Any, shape: Any, place: np.ndarray) -> Stencil:
+    """The nodes of a particle at a place (m)."""
+    particles = empty_particles(1)
+    particles.position[0] = place
+    index, weight, slope, _ = new_pack(geometry)
+    find_nodes(geometry, shape, tabulated(particles), 0, 1, index, weight, slope)
+    axes, count = dimensions(geometry), width(shape)
+    along = np.array(list(np.ndindex((count,) * axes)))  # (n, axes) which node along each axis
+    lines = len(weight) // axes * np.arange(axes) + along
+    weights, slopes = weight[lines, 0], slope[lines, 0]
+    strides = [math.prod(geometry.nodes[axis + 1 :]) for axis in range(axes)]
+    gradient = np.zeros((len(along), 3))
+    for axis in range(axes):
+        others = np.arange(axes) != axis
+        gradient[:, axis] = slopes[:, axis] * weights[:, others].prod(axis=1)
+    whole = weights.prod(axis=1)
+    if axes == 2:
+        gradient[:, 2] = whole * hoop_factor(geometry, place[0])
+    return Stencil(index[0] + along @ strides, whole, gradient)
 
 
 def lattice(

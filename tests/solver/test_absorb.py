@@ -1,14 +1,15 @@
 """Absorbing surfaces: the traction that they give, what stands still and what leaves, and the books of it."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from solver.absorb import absorber, dashpots
+from solver.absorb import Dashpots, absorber, dashpots
 from solver.errors import ProblemError
-from solver.faces import closed_layers
+from solver.faces import closed_nodes
 from solver.geometry import node_positions
 from solver.problem import Absorber, Body, Contact, Damping, Problem
 from solver.registry import entries
@@ -173,6 +174,31 @@ def test_dashpots__of_a_half_are_those_of_the_whole(shape: Any) -> None:
 
 
 @each_shape
+def test_dashpots__of_a_quarter_know_the_mass_of_the_whole(shape: Any) -> None:
+    """At a mirror the ghosts' mass goes to the nodes inside, and at an edge of two mirrors along each of them."""
+    whole, quarter = box(14, 12, 12), box(14, 6, 6)
+    bodies = (
+        block(whole, (2.0, 2.0, 2.0), (8.0, 10.0, 10.0)),
+        block(quarter, (2.0, 0.0, 0.0), (8.0, 4.0, 4.0)),
+    )
+    mirror = (SYMMETRIC[0], FREE[1])
+    found = [
+        _found(geometry, body, faces, shape)
+        for geometry, body, faces in zip(
+            (whole, quarter), bodies, ((FREE,) * 3, (FREE, mirror, mirror)), strict=True
+        )
+    ]
+    full = [
+        dict(zip(map(tuple, np.rint((place - low) / SPACING).astype(int)), one.full, strict=True))
+        for (one, place), low in zip(found, ((0.0, 6e-3, 6e-3), (0.0, 0.0, 0.0)), strict=True)
+    ]
+    inner = [place for place in full[1] if min(place[1:]) > 0]
+    assert any(place[1:] == (1, 1) for place in inner)
+    for place in inner:
+        assert math.isclose(full[1][place], full[0][place], rel_tol=1e-12)
+
+
+@each_shape
 def test_dashpots__of_a_rim_have_its_area_per_radian(shape: Any) -> None:
     """R times the height, and half the radius squared at the back."""
     geometry = box(8, 12)
@@ -186,10 +212,18 @@ def _constants(
     geometry: Any, body: Body, faces: Any, shape: Any, surface: Absorber | None = None
 ) -> np.ndarray:
     """Place and constants of each node of the dashpots, (n, 6)."""
+    found, place = _found(geometry, body, faces, shape, surface)
+    return np.hstack([place, found.constant])
+
+
+def _found(
+    geometry: Any, body: Body, faces: Any, shape: Any, surface: Absorber | None = None
+) -> tuple[Dashpots, np.ndarray]:
+    """The dashpots and the places of their nodes."""
     surface = surface or end(0, 8.0)
     problem = Problem(geometry, (body,), faces, end_time=1.0, shape=shape, absorbers=(surface,))
-    found = dashpots(problem, surface, closed_layers(geometry, faces, problem.clamp))
-    return np.hstack([node_positions(geometry)[found.node], found.constant])
+    found = dashpots(problem, surface, closed_nodes(geometry, faces, problem.clamp))
+    return found, node_positions(geometry)[found.node]
 
 
 def test_problem__without_absorbers_has_no_dashpots() -> None:

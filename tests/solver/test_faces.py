@@ -8,20 +8,16 @@ import pytest
 from solver.faces import (
     CLOSED,
     OPEN,
-    Layer,
-    closed_layers,
+    closed_nodes,
     cross_faces,
-    fold_state,
-    hold_state,
-    judge_wall,
-    mirror_velocity,
 )
-from solver.geometry import node_count, node_positions
+from solver.geometry import node_positions
 from solver.problem import Face, Problem, clamp
 from solver.registry import entries
 from solver.shapes.linear import Linear
 from solver.simulation import Simulation, start
-from solver.state import Nodes, empty_nodes, empty_particles
+from solver.state import Nodes, empty_particles
+from solver.step import Field
 from tests.solver.bodies import (
     FREE,
     SOUND_SPEED,
@@ -46,27 +42,29 @@ SPEED = 100.0
 # On nodes
 
 
-def layer_of(kind: Face, axis: int, side: int) -> Layer:
-    """The layer of the one closed face of the box."""
+def field_with(kind: Face, axis: int, side: int) -> Field:
+    """The nodes of the box, one of whose faces is closed."""
     faces = [[Face.FREE, Face.FREE] for _ in range(3)]
     faces[axis][side] = kind
-    (layer,) = closed_layers(BOX, tuple(map(tuple, faces)), clamp())[axis]  # type: ignore[arg-type]
-    return layer
+    body = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
+    problem = Problem(BOX, (body,), tuple(map(tuple, faces)), end_time=1.0)  # type: ignore[arg-type]
+    field = Field(problem, slice(0, 1), 1)
+    field.touched[:] = 1
+    return field
 
 
 def held(
     kind: Face, axis: int, side: int, *, momentum: Any = MOMENTUM, force: Any = FORCE
 ) -> tuple[Nodes, np.ndarray, np.ndarray]:
-    """All nodes loaded alike, one face held: nodes, indices of the face, impulse."""
-    nodes = empty_nodes(node_count(BOX))
+    """All nodes but the ghosts of one face loaded alike, that face held: nodes, indices of the face, impulse."""
+    field, impulse = field_with(kind, axis, side), np.zeros(3)
+    nodes = field.nodes
     nodes.mass[:] = 1.0
     nodes.momentum[:] = momentum
     nodes.force[:] = force
-    layer, impulse = layer_of(kind, axis, side), np.zeros(3)
-    if kind == Face.WALL:
-        judge_wall(layer, nodes, DT)
-    hold_state(layer, nodes, DT, impulse)
-    return nodes, layer.face, impulse
+    nodes.state[field.closed.ghost] = 0.0
+    field.close(DT, impulse)
+    return nodes, field.closed.face, impulse
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
@@ -74,8 +72,10 @@ def held(
 @pytest.mark.parametrize("kind", [Face.FIXED, Face.SYMMETRIC, Face.WALL])
 def test_face__touches_its_own_nodes_only(kind: Face, axis: int, side: int) -> None:
     nodes, index, _ = held(kind, axis, side)
-    others = np.setdiff1d(np.arange(node_count(BOX)), index)
+    ghosts = field_with(kind, axis, side).closed.ghost
+    others = np.setdiff1d(np.arange(nodes.mass.size), [index, ghosts])
     assert index.size == 7 * 7  # ghosts of the other faces included
+    assert not nodes.state[ghosts].any()
     assert (nodes.momentum[others] == MOMENTUM).all()
     assert (nodes.force[others] == FORCE).all()
 
@@ -125,25 +125,44 @@ def test_face__books_the_momentum_that_its_force_would_have_given(kind: Face) ->
 
 
 def test_fold__mirrors_what_ghosts_hold_and_keeps_mass() -> None:
-    nodes = empty_nodes(node_count(BOX))
-    layer = layer_of(Face.SYMMETRIC, 0, 0)
-    nodes.mass[layer.ghost], nodes.mass[layer.inner] = 0.25, 1.0
-    nodes.momentum[layer.ghost], nodes.force[layer.ghost] = MOMENTUM, FORCE
-    fold_state(layer, nodes)
+    field = field_with(Face.SYMMETRIC, 0, 0)
+    nodes, closed = field.nodes, field.closed
+    nodes.mass[closed.ghost], nodes.mass[closed.inner] = 0.25, 1.0
+    nodes.momentum[closed.ghost], nodes.force[closed.ghost] = MOMENTUM, FORCE
+    field.close(DT, np.zeros(3))
     mirrored = np.array([-1.0, 1.0, 1.0])
-    assert (nodes.mass[layer.inner] == 1.25).all()
-    assert not nodes.mass[layer.ghost].any()
-    assert (nodes.momentum[layer.inner] == mirrored * MOMENTUM).all()
-    assert (nodes.force[layer.inner] == mirrored * FORCE).all()
-    assert not nodes.momentum[layer.ghost].any()
+    assert (nodes.mass[closed.inner] == 1.25).all()
+    assert not nodes.mass[closed.ghost].any()
+    assert (nodes.momentum[closed.inner] == mirrored * MOMENTUM).all()
+    assert (nodes.force[closed.inner] == mirrored * FORCE).all()
+    assert not nodes.momentum[closed.ghost].any()
+
+
+def test_closed_faces__fold_a_corner_once_along_each_axis() -> None:
+    """What a particle leaves in the ghosts of an edge comes back into the body, turned round twice."""
+    body = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
+    problem = Problem(BOX, (body,), (SYMMETRIC, SYMMETRIC, SYMMETRIC), end_time=1.0)
+    field = Field(problem, slice(0, 1), 1)
+    field.touched[:] = 1
+    nodes = field.nodes
+    nodes.mass[0], nodes.momentum[0] = 1.0, MOMENTUM  # the ghost of the lower corner
+    field.close(DT, np.zeros(3))
+    inside = (2 * 7 + 2) * 7 + 2
+    assert nodes.mass[inside] == nodes.mass.sum() == 1.0
+    assert (nodes.momentum[inside] == -np.array(MOMENTUM)).all()
+    nodes.velocity[inside] = MOMENTUM
+    field.mirror()
+    assert (nodes.velocity[0] == -np.array(MOMENTUM)).all()
 
 
 def test_mirror__gives_ghosts_the_velocity_of_the_mirrored_body() -> None:
-    nodes = empty_nodes(node_count(BOX))
-    layer = layer_of(Face.FIXED, 1, 1)
-    nodes.velocity[layer.inner] = (1.0, 2.0, 3.0)
-    mirror_velocity(layer, nodes)
-    assert (nodes.velocity[layer.ghost] == (-1.0, -2.0, -3.0)).all()
+    field = field_with(Face.FIXED, 1, 1)
+    nodes, closed = field.nodes, field.closed
+    for vectors in (nodes.velocity, nodes.before, nodes.acceleration):
+        vectors[closed.inner] = (1.0, 2.0, 3.0)
+    field.mirror()
+    for vectors in (nodes.velocity, nodes.before, nodes.acceleration):
+        assert (vectors[closed.ghost] == (-1.0, -2.0, -3.0)).all()
 
 
 # On particles
@@ -265,17 +284,18 @@ GRIP = clamp(
 
 def test_clamp__holds_a_fixed_face_within_it_and_leaves_it_free_beyond() -> None:
     faces = ((Face.FIXED, Face.FREE), FREE, FREE)
-    ((layer,), _, _) = closed_layers(BOX, faces, GRIP)
-    place = node_positions(BOX)[layer.face, 1] / SPACING
+    found = closed_nodes(BOX, faces, GRIP)
+    place = node_positions(BOX)[found.face, 1] / SPACING
     held = (place > 0.9) & (place < 2.1)
-    assert (layer.closed[held] == CLOSED).all()
-    assert (layer.closed[~held] == OPEN).all()
+    assert (found.closed[held] == CLOSED).all()
+    assert (found.closed[~held] == OPEN).all()
 
 
 @pytest.mark.parametrize("kind", [Face.SYMMETRIC, Face.WALL])
 def test_clamp__is_of_fixed_faces_only(kind: Face) -> None:
-    ((layer,), _, _) = closed_layers(BOX, ((kind, Face.FREE), FREE, FREE), GRIP)
-    assert (layer.closed == CLOSED).all()
+    found = closed_nodes(BOX, ((kind, Face.FREE), FREE, FREE), GRIP)
+    assert found.closed.size
+    assert (found.closed == CLOSED).all()
 
 
 @pytest.mark.parametrize(("along", "stays"), [(0.5, 0), (1.5, 1), (3.0, 0)])

@@ -8,14 +8,16 @@ import pytest
 
 from solver.errors import ProblemError, UnphysicalState
 from solver.problem import Body, Face, Problem, Scheme
+from solver.registry import entries
 from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
-from solver.state import Particles, Snapshot
+from solver.state import NEW_X, NEW_Z, Particles, Snapshot
 from solver.step import Stage
 from tests.solver.bodies import (
     ABOUT_AXIS,
     DENSITY,
     FREE,
     OPEN,
+    SPACING,
     block,
     box,
     real_copper,
@@ -25,6 +27,7 @@ from tests.solver.bodies import (
 # A uniform body that leaves the grid changes nothing but who holds the numbers; what is left is the round-off of sums.
 ROUND_OFF = 1e-12
 KINDS = ("axisymmetric", "cartesian")
+SHAPES = {name: entry.record() for name, entry in entries("solver.shapes", "SHAPE").items()}
 
 
 def flying_out(kind: str, speed: float = 3000.0) -> Problem:
@@ -151,12 +154,31 @@ def test_place_that_is_no_number__is_found_before_usf_sorts_by_it(
 
     def astray(stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
         taken = move(stage, dt, impulse)
-        stage.moved[7] = np.nan
+        stage.table[NEW_X : NEW_Z + 1, 7] = np.nan
         return taken
 
     monkeypatch.setattr(simulation.stepper, "_move", astray)
     with pytest.raises(UnphysicalState, match="position = nan"):
         simulation.advance()
+
+
+@pytest.mark.parametrize(("rate", "share", "sound"), [(1e6, 1.0 + 1e-6, True), (-1e6, 1.0 - 1e-6, False)])
+def test_limit__is_that_of_the_energy_which_the_particle_keeps(
+    rate: float, share: float, sound: bool
+) -> None:
+    """With USF the energy to come, on which expansion and compression have already worked."""
+    geometry = box(6, 6, 6)
+    body = block(geometry, (2.0, 2.0, 2.0), (4.0, 4.0, 4.0))
+    body = replace(body, velocity=rate * (body.position - 3.0 * SPACING))
+    simulation = start(
+        Problem(geometry, (body,), OPEN, end_time=1e-6, scheme=Scheme.USF, fixed_dt=1e-9), threads=1
+    )
+    simulation.particles.energy[7] = share * simulation.limits.energy
+    if sound:
+        simulation.advance()
+    else:
+        with pytest.raises(UnphysicalState, match="specific internal energy"):
+            simulation.advance()
 
 
 def test_unphysical_state__finds_the_permanent_number_after_the_arrays_were_reordered() -> None:
@@ -192,6 +214,28 @@ def test_outflow__closes_mass_momentum_and_energy(kind: str) -> None:
         assert audit.mass_error <= ROUND_OFF
         assert audit.momentum_error <= ROUND_OFF
         assert abs(audit.energy_drift) <= ROUND_OFF
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("scheme", list(Scheme))
+def test_outflow__is_booked_in_the_step_in_which_it_leaves(
+    kind: str, name: str, scheme: Scheme
+) -> None:
+    """Nothing that has left the grid moves or weighs anything after that step."""
+    simulation = start(replace(flying_out(kind), scheme=scheme, shape=SHAPES[name]), threads=1)
+    while simulation.time < simulation.problem.end_time:
+        simulation.advance()
+        particles = simulation.particles
+        gone = particles.alive == 0
+        assert not particles.mass[gone].any()
+        inside = (particles.position - simulation.problem.geometry.lower) / SPACING
+        cells = simulation.problem.geometry.cells
+        assert ((inside >= 0.0) & (inside < cells) | (cells == 0)).all()
+        assert simulation.audit().mass_error <= ROUND_OFF
+        assert simulation.audit().momentum_error <= ROUND_OFF
+        assert abs(simulation.audit().energy_drift) <= ROUND_OFF
+    assert simulation.ledger.particles == simulation.problem.bodies[1].mass.size
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -86,7 +86,7 @@ def test_start__of_a_gas_has_the_pressure_of_its_energy() -> None:
     assert particles.temperature == pytest.approx(ROOM, rel=ROUND_OFF)
 
 
-def test_counters__know_every_safeguard_that_a_chunk_counts() -> None:
+def test_counters__know_every_safeguard_that_a_share_counts() -> None:
     assert set(COUNTED) == set(vars(Counters())) - {"reflected"}
 
 

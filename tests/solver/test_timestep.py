@@ -29,8 +29,8 @@ volume_rates = st.floats(0.0, 1e12)
 
 
 def tally(*signals_and_rates: tuple[float, float]) -> Tally:
-    """What chunks reported."""
-    reported = empty_tally(len(signals_and_rates))
+    """What shares reported."""
+    reported, _ = empty_tally(len(signals_and_rates))
     for row, (signal, rate) in enumerate(signals_and_rates):
         reported.signal[row], reported.volume_rate[row] = signal, rate
     return reported
@@ -65,7 +65,7 @@ def test_step__falls_at_once() -> None:
     assert step(tally((1e5, 0.0)), previous=1e-6) == COURANT * SPACING / 1e5
 
 
-def test_step__asks_every_chunk() -> None:
+def test_step__asks_every_share() -> None:
     alone = step(tally((9e3, 0.0)))
     assert step(tally((5e3, 0.0), (9e3, 0.0), (1e3, 0.0))) == alone
     assert step(tally((1.0, 3e9), (1.0, 1e9))) == VOLUME_CHANGE / 3e9

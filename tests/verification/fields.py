@@ -4,21 +4,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.faces import closed_layers, fold_state, hold_state, mirror_velocity
-from solver.geometry import grid, lattice_measure, node_count, node_positions
+from solver.geometry import (
+    PACK,
+    gather,
+    grid,
+    hoop_factor,
+    lattice_measure,
+    node_positions,
+    velocity_gradient,
+)
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
-from solver.problem import Face, clamp
+from solver.jit import kernel
+from solver.problem import Body, Face, Problem
 from solver.shapes.linear import Linear
-from solver.state import Nodes, Particles, empty_nodes, empty_particles
-from solver.step import solve_momentum
-from solver.transfer import (
-    gather_velocity_gradient,
-    new_stencil,
-    scatter_state,
-    slab_count,
-    sort_into_slabs,
-)
+from solver.state import Nodes, Particles, X, empty_particles, tabulated
+from solver.step import Field
+from solver.transfer import find_nodes, new_pack, scatter_state
+from solver.vectors import LANES, first_lanes, load, store
+from tests.solver.bodies import elastic_copper
 
 CELLS, SPACING = 12, 0.7e-3
 LINEAR = Linear()
@@ -50,26 +54,25 @@ def block(kind: str) -> tuple[Any, Particles]:
     return geometry, particles
 
 
-def scattered(geometry: Any, particles: Particles, shape: Any = LINEAR) -> Nodes:
-    """The nodes after mass, momentum and force of the particles were put on them."""
-    nodes = empty_nodes(node_count(geometry))
-    order = np.empty(particles.mass.size, np.int64)
-    start = np.zeros(slab_count(geometry) + 1, np.int64)
-    sort_into_slabs(geometry, particles, 0, particles.mass.size, order, start)
-    slabs = np.arange(slab_count(geometry))
-    scatter_state(geometry, shape, particles, order, start, slabs, nodes)
-    return nodes
-
-
-def closed(geometry: Any, nodes: Nodes, faces: tuple[tuple[Face, Face], ...]) -> np.ndarray:
-    """Ghosts folded and faces held, as a step does it; returns the impulse of one second."""
-    impulse = np.zeros(3)
-    for axis in closed_layers(geometry, faces, clamp()):
-        for layer in axis:
-            fold_state(layer, nodes)
-        for layer in axis:
-            hold_state(layer, nodes, 1.0, impulse)
-    return impulse
+def closed(
+    geometry: Any, particles: Particles, faces: tuple[tuple[Face, Face], ...], shape: Any
+) -> Field:
+    """Mass, momentum and force of the particles on the nodes, ghosts folded and faces held, as a step does it."""
+    body = Body(
+        name="block",
+        matter=elastic_copper(),
+        position=particles.position,
+        velocity=np.zeros(3),
+        mass=particles.mass,
+        density=8930.0,
+        spacing=(0.5 * SPACING,) * 3,
+    )
+    field = Field(Problem(geometry, (body,), faces, end_time=1.0, shape=shape), slice(0, 1), 1)
+    ranges = np.array([[0, particles.mass.size]])
+    table, state = tabulated(particles), field.nodes.state
+    scatter_state(geometry, shape, table, ranges, state, field.touched[0])
+    field.close(1.0, np.zeros(3))
+    return field
 
 
 def inner_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], margin: float) -> np.ndarray:
@@ -87,9 +90,8 @@ def force_of_uniform_pressure(kind: str, shape: Any = LINEAR, first_column: int 
     """
     geometry, particles = block(kind)
     particles.pressure[:] = PRESSURE
-    nodes = scattered(geometry, particles, shape)
     faces = (MIRROR, MIRROR, MIRROR)
-    closed(geometry, nodes, faces)
+    nodes = closed(geometry, particles, faces, shape).nodes
     inner = inner_nodes(geometry, faces, 2.0)
     column = np.rint(node_positions(geometry)[inner, 0] / SPACING)
     force = nodes.force[inner[column >= first_column]]
@@ -100,24 +102,38 @@ def expansion_error(kind: str, shape: Any = LINEAR) -> Expansion:
     """The volume rate that particles see when each moves with v = k x (r and z in axisymmetry)."""
     geometry, particles = block(kind)
     particles.velocity[:] = RATE * particles.position
-    nodes = scattered(geometry, particles, shape)
-    faces = (MIRROR, MIRROR, MIRROR)
-    closed(geometry, nodes, faces)
-    solve_momentum(nodes, 0, nodes.mass.size, 0.0)
-    for axis in reversed(closed_layers(geometry, faces, clamp())):
-        for layer in axis:
-            mirror_velocity(layer, nodes)
-    rate = np.array(
-        [_volume_rate(geometry, shape, particles, nodes, p) for p in range(particles.mass.size)]
-    )
+    field = closed(geometry, particles, (MIRROR, MIRROR, MIRROR), shape)
+    nodes = field.nodes
+    solid = nodes.mass > 0.0
+    nodes.velocity[solid] = nodes.momentum[solid] / nodes.mass[solid, None]
+    field.mirror()
+    rate = np.trace(velocity_gradients(geometry, shape, particles, nodes), axis1=1, axis2=2)
     cells = particles.position / SPACING
     inside = (cells < CELLS - 2.5) | (geometry.cells == 0)
     keep = inside.all(axis=1)
     return Expansion(np.abs(rate[keep] / (3.0 * RATE) - 1.0), cells[keep, 0])
 
 
-def _volume_rate(geometry: Any, shape: Any, particles: Particles, nodes: Nodes, p: int) -> float:
-    stencil = new_stencil(geometry, shape)
-    gradient = np.zeros((3, 3))
-    gather_velocity_gradient(geometry, shape, particles.position, p, nodes, stencil, gradient)
-    return float(np.trace(gradient))
+def velocity_gradients(geometry: Any, shape: Any, particles: Particles, nodes: Nodes) -> np.ndarray:
+    """The velocity gradient of each particle (n, 3, 3), found as the strain update finds it."""
+    rows = np.zeros((9, particles.mass.size))
+    _gradients(geometry, shape, tabulated(particles), nodes.mapped, rows)
+    return rows.T.reshape(-1, 3, 3)
+
+
+@kernel
+def _gradients(geometry, shape, table, velocities, rows):
+    index, weight, slope, lines = new_pack(geometry)
+    count = table.shape[1]
+    for start in range(0, count, PACK):
+        stop = min(start + PACK, count)
+        find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+        for k in range(stop - start):
+            gather(geometry, shape, k, index, weight, slope, velocities, lines)
+        for p in range(start, stop, LANES):
+            lanes = first_lanes(stop - p)
+            hoop = hoop_factor(geometry, load(table, X, p, lanes))
+            gradient = velocity_gradient(geometry, lines, p - start, hoop)
+            for j in range(3):
+                for k in range(3):
+                    store(rows, 3 * j + k, p, gradient[j][k], lanes)
