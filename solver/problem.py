@@ -49,6 +49,13 @@ class Scheme(IntEnum):
     USL = 2  # that of the grid's own momentum after the forces
 
 
+class StepRule(IntEnum):
+    """What the Courant number limits: how far a signal gets in a step."""
+
+    ACOUSTIC = 0  # through the matter; how far matter itself moves is limited apart, by ``travel``
+    CONVECTIVE = 1  # through the grid, the particle's own speed on top
+
+
 class Matter(NamedTuple):
     """What a body is made of: one record for each law."""
 
@@ -127,6 +134,8 @@ class Problem:
     shape: Any = field(default_factory=Linear)
     viscosity: ArtificialViscosity = field(default_factory=ArtificialViscosity)
     courant: Dimensionless = 0.4
+    step_rule: StepRule = StepRule.CONVECTIVE
+    travel: Dimensionless = 1.0  # largest part of a cell that a particle moves in a step
     fixed_dt: Second | None = None
     scheme: Scheme = Scheme.MUSL
     damping: Damping = field(default_factory=Damping)
@@ -140,5 +149,7 @@ class Problem:
             raise ProblemError(f"bodies without particles: {empty or 'all'}; refine the grid")
         if not 0.0 < self.courant <= 1.0:
             raise ProblemError(f"courant = {self.courant} lies outside (0, 1]")
+        if not 0.0 < self.travel <= 1.0:
+            raise ProblemError(f"travel = {self.travel} lies outside (0, 1]")
         if not self.end_time > 0.0:
             raise ProblemError(f"end_time = {self.end_time} s is not positive")

@@ -188,6 +188,8 @@ class Simulation:
                 courant=self.problem.courant,
                 spacing=self.problem.geometry.spacing,
                 previous=dt,
+                rule=self.problem.step_rule,
+                travel=self.problem.travel,
             )
 
     def _book(self) -> None:

@@ -1,8 +1,8 @@
 """The arrays of a simulation: particles, nodes, and the picture of both that leaves the solver. Allocation only.
 
-Kernels see tables. In that of the particles each number has a row, so that eight neighbours are one vector; ``Particles``
-are views of its rows. In those of the nodes each node has a line of eight numbers, 64 bytes, which is what the memory
-moves at a time; ``Nodes`` are views of its columns.
+Kernels see tables. In that of the particles each number has a row, so that eight neighbours are one vector;
+``Particles`` are views of its rows. In those of the nodes each node has a line of eight numbers, 64 bytes, which is
+what the memory moves at a time; ``Nodes`` are views of its columns.
 """
 
 from typing import NamedTuple

@@ -53,7 +53,7 @@ from solver.state import (
     empty_nodes,
     lines,
 )
-from solver.stress import Limits, update_particles
+from solver.stress import Limits, Tally, update_particles
 from solver.threads import Team
 from solver.transfer import (
     move_particles,
@@ -342,7 +342,7 @@ class Stepper:
         field.touched[:] = 0
 
 
-OUTSIDE, FAULT, CULPRIT = 10, 11, 12  # columns of a tally
+OUTSIDE, FAULT, CULPRIT = map(Tally._fields.index, ("outside", "fault", "culprit"))
 
 
 def _over_blocks(team: Team, work: Any, blocks: np.ndarray, *arguments: Any) -> None:

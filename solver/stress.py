@@ -100,7 +100,9 @@ class Limits(NamedTuple):
 class Tally(NamedTuple):
     """What the shares of the bodies report of one step; each array has one number a share."""
 
-    signal: np.ndarray  # largest signal speed + particle speed, m/s
+    signal: np.ndarray  # largest signal speed, m/s
+    convected: np.ndarray  # largest signal speed + particle speed, m/s
+    speed: np.ndarray  # largest particle speed, m/s
     volume_rate: np.ndarray  # largest |tr D|, 1/s
     tension_floors: np.ndarray  # particles whose pressure was lifted to the tensile floor
     beyond_hugoniot: np.ndarray  # particles denser than the range of the equation of state
@@ -153,10 +155,15 @@ def update_particles(
     follow.
     """
     geometry = unpacked(geometry)
-    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    index, weight, slope, lines = (
+        bare(pack.index),
+        bare(pack.weight),
+        bare(pack.slope),
+        bare(pack.lines),
+    )
     table, nodes = bare(table), bare(nodes)
     none = spread(0.0)
-    signal = fastest = none
+    signal = convected = moving = fastest = none
     floors = beyond = below = cold = molten = slow = unstable = failed = outside = none
     fault, culprit = 0.0, 0.0
     inverse = 1.0 / geometry.spacing
@@ -216,7 +223,9 @@ def update_particles(
             speed = sqrt(vx * vx + vy * vy + vz * vz)
             rate = gradient[0][0] + gradient[1][1] + gradient[2][2]
             own, floored = signal_speed(matter, viscosity, geometry.spacing, rate, new)
-            signal = maximum(signal, where(lanes, speed + own, 0.0))
+            signal = maximum(signal, where(lanes, own, 0.0))
+            convected = maximum(convected, where(lanes, speed + own, 0.0))
+            moving = maximum(moving, where(lanes, speed, 0.0))
             fastest = maximum(fastest, where(lanes, absolute(rate), 0.0))
             floors = floors + where(lanes & acts.tension_floor, 1.0, 0.0)
             molten = molten + where(lanes & acts.molten, 1.0, 0.0)
@@ -231,11 +240,15 @@ def update_particles(
             physical = is_physical(matter, limits, new, energy, speed, place)
             if fault == 0.0 and anywhere(lanes & ~physical):
                 fault, culprit = 1.0, float(p)
-    tally[row, 0], tally[row, 1] = largest(signal), largest(fastest)
-    tally[row, 2], tally[row, 3], tally[row, 4] = total(floors), total(beyond), total(below)
-    tally[row, 5], tally[row, 6], tally[row, 7] = total(cold), total(molten), total(slow)
-    tally[row, 8], tally[row, 9], tally[row, 10] = total(unstable), total(failed), total(outside)
-    tally[row, 11], tally[row, 12] = fault, culprit
+    tally[row, 0], tally[row, 1], tally[row, 2] = (
+        largest(signal),
+        largest(convected),
+        largest(moving),
+    )
+    tally[row, 3], tally[row, 4], tally[row, 5] = largest(fastest), total(floors), total(beyond)
+    tally[row, 6], tally[row, 7], tally[row, 8] = total(below), total(cold), total(molten)
+    tally[row, 9], tally[row, 10], tally[row, 11] = total(slow), total(unstable), total(failed)
+    tally[row, 12], tally[row, 13], tally[row, 14] = total(outside), fault, culprit
 
 
 @device
@@ -265,7 +278,9 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     )
 
     sound = sound_speed_squared(matter.eos, old.density, old.energy, old.pressure)
-    q = artificial_viscosity(viscosity, density, sqrt(maximum(sound, 0.0)), spacing, trace * per_time)
+    q = artificial_viscosity(
+        viscosity, density, sqrt(maximum(sound, 0.0)), spacing, trace * per_time
+    )
 
     # Energy at the time of the velocity: the second half of the work of the old stress, see step.py.
     old_work = contract(old.deviator, shape_change) - trace * (

@@ -10,8 +10,8 @@ import numpy as np
 from solver.geometry import (
     MARGIN,
     PACK,
-    Pack,
     WIDEST,
+    Pack,
     columns,
     dimensions,
     gather,
@@ -114,7 +114,12 @@ def scatter_state(geometry, shape, pack, table, ranges, nodes, touched):
     ``ranges`` (b, 2) are the places of the particles of each body; ``touched`` notes the blocks of nodes.
     """
     geometry = unpacked(geometry)
-    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    index, weight, slope, lines = (
+        bare(pack.index),
+        bare(pack.weight),
+        bare(pack.slope),
+        bare(pack.lines),
+    )
     table, nodes, touched = bare(table), bare(nodes), bare(touched)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]
@@ -144,7 +149,12 @@ def scatter_surface(geometry, shape, pack, table, ranges, nodes, touched):
     It is the force of a unit tension turned round, and so vanishes inside a body in either geometry.
     """
     geometry = unpacked(geometry)
-    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    index, weight, slope, lines = (
+        bare(pack.index),
+        bare(pack.weight),
+        bare(pack.slope),
+        bare(pack.lines),
+    )
     table, nodes, touched = bare(table), bare(nodes), bare(touched)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
@@ -175,7 +185,12 @@ def move_particles(
     momentum and, last, the energy that it took. The momentum goes to the table ``mapped``.
     """
     geometry = unpacked(geometry)
-    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    index, weight, slope, lines = (
+        bare(pack.index),
+        bare(pack.weight),
+        bare(pack.slope),
+        bare(pack.lines),
+    )
     table, motion, mapped = bare(table), bare(motion), bare(mapped)
     smoothed, smooth = bare(smoothed), bare(pack.smooth)
     none = spread(0.0)
@@ -252,7 +267,12 @@ def damped(velocity, seen, smooth, damping):
 def scatter_smoothed(geometry, shape, pack, table, ranges, motion, smoothed):
     """Momentum of particles that move with the nodes' velocities before the forces, onto the table ``smoothed``."""
     geometry = unpacked(geometry)
-    index, weight, slope, lines = bare(pack.index), bare(pack.weight), bare(pack.slope), bare(pack.lines)
+    index, weight, slope, lines = (
+        bare(pack.index),
+        bare(pack.weight),
+        bare(pack.slope),
+        bare(pack.lines),
+    )
     table, motion, smoothed = bare(table), bare(motion), bare(smoothed)
     none = spread(0.0)
     for body in range(ranges.shape[0]):

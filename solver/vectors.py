@@ -236,9 +236,9 @@ def exp(value):
 
 @device
 def power(base, exponent):
-    """A number that is not negative to a power, e to the product with its logarithm; zero to a power above zero is zero.
+    """A number that is not negative to a power: e to the product with its logarithm.
 
-    Relative error: 1e-16 times the logarithm of the answer.
+    Zero to a power above zero is zero. Relative error: 1e-16 times the logarithm of the answer.
     """
     raised = exp(exponent * log(maximum(base, _SMALLEST)))
     return where(base > 0.0, raised, where(exponent > 0.0, 0.0, 1.0) + 0.0 * base)
@@ -326,7 +326,7 @@ def _is_number(kind: Any) -> bool:
 
 
 def _define(function: Any, choose: Any, emit: Any, *kinds: Any) -> None:
-    """Type a function by ``choose(*types) -> signature or None`` and lower it by ``emit(context, builder, sig, args)``."""
+    """Type a function by ``choose(*types)``, a signature or None, and make its code by ``emit`` for each of ``kinds``."""
 
     class Template(AbstractTemplate):
         key = function

@@ -15,6 +15,7 @@ RecipeName = Literal["whipple", "thesis"]
 Shape = Literal["linear", "gimp", "quadratic-bspline"]
 SchemeName = Literal["musl", "usf", "usl"]
 Tension = Literal["recoverable", "unlimited"]
+StepRuleName = Literal["acoustic", "convective"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +28,8 @@ class Recipe:
     viscosity_linear: Dimensionless
     viscosity_quadratic: Dimensionless
     courant: Dimensionless
+    step_rule: StepRuleName
+    travel: Dimensionless
     damping_rate: PerSecond
     damping_order: int
     tension: Tension
@@ -43,7 +46,9 @@ RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
             particles_per_cell=3,
             viscosity_linear=0.2,
             viscosity_quadratic=4.0,
-            courant=0.3,
+            courant=0.5,
+            step_rule="acoustic",
+            travel=0.5,
             damping_rate=0.0,
             damping_order=1,
             tension="recoverable",
@@ -55,6 +60,8 @@ RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
             viscosity_linear=0.06,
             viscosity_quadratic=1.5,
             courant=0.4,
+            step_rule="convective",
+            travel=1.0,
             damping_rate=0.0,
             damping_order=1,
             tension="recoverable",

@@ -1,8 +1,9 @@
 """Equations of state: pressure as a function of density and internal energy.
 
 A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, and the device
-functions below implemented for its type, written without ``if`` so that they act on eight points at a time. ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound
-speed equal to the derivative along the isentrope, and for finite answers at the corners.
+functions below implemented for its type, without ``if``, so that they act on eight points at a time.
+``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound speed equal to the derivative along the
+isentrope, and for finite answers at the corners.
 
 The pressure is handed out as its tangent in the energy, p = a + b e: where it is linear in it, as in Mie and
 Grueneisen's forms, the energy equation is solved together with the pressure in closed form, and elsewhere by Newton's

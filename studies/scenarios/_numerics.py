@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from solver.units import Dimensionless, PerSecond, Second
 from studies.errors import Finding
-from studies.recipes import RECIPES, RecipeName, SchemeName, Shape, Tension
+from studies.recipes import RECIPES, RecipeName, SchemeName, Shape, StepRuleName, Tension
 from studies.scenarios._fields import described, explained, label
 
 if TYPE_CHECKING:
@@ -41,6 +41,17 @@ class Numerics:
     )
     courant: Dimensionless | None = described(
         f"part of a cell that a signal may cross in a step; {BY_RECIPE}", 0.01, 0.9, default=None
+    )
+    step_rule: StepRuleName | None = explained(
+        "what the Courant number limits: signals through the matter (acoustic; how far matter moves is limited by "
+        f"travel), or through the grid, the speed of the particle on top (convective); {BY_RECIPE}",
+        default=None,
+    )
+    travel: Dimensionless | None = described(
+        f"largest part of a cell that a particle moves in a step; {BY_RECIPE}",
+        0.01,
+        1.0,
+        default=None,
     )
     damping_rate: PerSecond | None = described(
         f"rate at which the part of a velocity that its neighbours do not share decays; {BY_RECIPE}",
@@ -96,12 +107,13 @@ def particles_per_cell(given: Numerics) -> int:
 
 def numerics(given: Numerics) -> dict[str, Any]:
     """What ``Problem`` takes besides geometry, bodies, faces and time."""
-    from solver.problem import ArtificialViscosity, Damping, Scheme
+    from solver.problem import ArtificialViscosity, Damping, Scheme, StepRule
 
     given = filled_numerics(given)
     assert given.scheme is not None
     assert given.viscosity_linear is not None
     assert given.viscosity_quadratic is not None
+    assert given.step_rule is not None
     assert given.damping_rate is not None
     assert given.damping_order is not None
     return {
@@ -109,6 +121,8 @@ def numerics(given: Numerics) -> dict[str, Any]:
         "scheme": Scheme[given.scheme.upper()],
         "viscosity": ArtificialViscosity(given.viscosity_linear, given.viscosity_quadratic),
         "courant": given.courant,
+        "step_rule": StepRule[given.step_rule.upper()],
+        "travel": given.travel,
         "damping": Damping(given.damping_rate, given.damping_order),
         "contact": _contact(given),
         "fixed_dt": given.fixed_dt,
