@@ -37,6 +37,7 @@ SILENT_SECONDS = 600.0
 MOST_PATIENCE = 8.0  # times these; each replacement doubles it, as the one before was of no use
 WELL_SECONDS = 3600.0  # that an engine lasts, until patience is as before
 END_SECONDS = 0.1  # between two looks whether the engine is closed
+UNSAID = "nothing yet"
 NO_ENGINE = "the engine does not start; see the log"
 OTHER_LEADER = (
     "another program has begun to work through this queue, past the lock that keeps it to one; "
@@ -78,7 +79,7 @@ class Dispatcher:
         self._had_slots = self._opened = self._worked  # the engine
         self._patience_factor = 1.0  # with an engine without workers
         self._hindrance: str | None = None
-        self._said: str | None = "nothing yet"  # what the store knows of it
+        self._said: str | None = UNSAID  # what the store knows of it
 
     # --- for others ------------------------------------------------------------------------------
 
@@ -223,6 +224,8 @@ class Dispatcher:
                 return False
             self._start_engine()
         if self._reign is None or self._reign.has_ended:
+            if not self._leadership.holds():  # the engine took long to start
+                return False
             self._begin_reign()
         return True
 
@@ -239,6 +242,7 @@ class Dispatcher:
             log.warning("the right to lead is lost")
             self._leadership.close()
         self._leadership = self._reign = None
+        self._said = UNSAID
 
     def _stand_by(self) -> None:
         """Another service leads: what is under way here is for it to adopt, or to begin again."""
@@ -296,7 +300,8 @@ class Dispatcher:
         """Let every service that shares the store know why nothing is begun, when that changes."""
         self._hindrance = reason
         if reason != self._said:
-            self._store.hinder(reason)
+            epoch = None if self._reign is None else self._reign.epoch
+            self._store.hinder(reason, epoch)
             self._said = reason
 
 

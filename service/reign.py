@@ -91,7 +91,7 @@ class Reign:
     """An epoch, while it lasts; claims of earlier ones, our own included, are foreign to it."""
 
     def __init__(self, epoch: int, parts: Parts, engine: Engine, attempts: Attempts, looks: Looks):
-        self._epoch = epoch
+        self.epoch = epoch
         self._parts = parts
         self._store = parts.store
         self._engine = engine
@@ -142,7 +142,7 @@ class Reign:
 
         While the engine is away, nobody knows what is under way there, so nothing is decided.
         """
-        self.has_ended = self._store.queue().epoch > self._epoch
+        self.has_ended = self._store.queue().epoch > self.epoch
         known = self._known()
         for claim in claimed:
             if claim.key in self._attempts.held:
@@ -175,7 +175,7 @@ class Reign:
         """Go on with an attempt of an earlier reign that the engine still has."""
         if claim.key not in self._attempts.given and not self._follow(claim.key):
             return
-        adopted = self._store.adopt(claim, self._epoch)
+        adopted = self._store.adopt(claim, self.epoch)
         if adopted is not None:  # else it is stopped, as one that no row wants
             log.info("%s is adopted", claim.key, extra=about(claim))
             self._attempts.hold(adopted)
@@ -278,7 +278,7 @@ class Reign:
         if free <= 0 or self._why_not() is not None:
             return
         resting = self._parts.registrar.rests.resting()
-        for claim in self._store.claim(free, self._epoch, resting=resting):
+        for claim in self._store.claim(free, self.epoch, resting=resting):
             point("claim-after-commit")
             self._attempts.hold(claim)
             self._submit(claim)

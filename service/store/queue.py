@@ -69,10 +69,16 @@ class Queue(Part):
         with self._database.writing() as connection:
             return connection.execute(begin.returning(DISPATCHERS.c.epoch)).scalar_one()
 
-    def hinder(self, reason: str | None) -> None:
-        """Say why nothing is begun although there is work, or that nothing hinders any more."""
+    def hinder(self, reason: str | None, epoch: int | None = None) -> None:
+        """Say why nothing is begun although there is work, or that nothing hinders any more.
+
+        Without effect for an epoch that has ended; None: there is none yet.
+        """
+        say = CONTROL.update().values(hindrance=reason)
+        if epoch is not None:
+            say = say.where(sa.not_(sa.exists().where(DISPATCHERS.c.epoch > epoch)))
         with self._database.writing() as connection:
-            connection.execute(CONTROL.update().values(hindrance=reason))
+            connection.execute(say)
 
     # --- claims ----------------------------------------------------------------------------------
 
