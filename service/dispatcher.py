@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 
+from service import identity
 from service.attempt import Inbox
 from service.attempts import Attempts
 from service.findings import Looks
@@ -80,6 +81,7 @@ class Dispatcher:
         self._patience_factor = 1.0  # with an engine without workers
         self._hindrance: str | None = None
         self._said: str | None = UNSAID  # what the store knows of it
+        self._is_away = False  # whether the data directory was at the last turn
 
     # --- for others ------------------------------------------------------------------------------
 
@@ -210,6 +212,8 @@ class Dispatcher:
 
     def _leads(self) -> bool:
         """Whether this service leads, and has what it needs for that."""
+        if not self._has_directory():
+            return False
         if self._leadership is None or not self._leadership.holds():
             self._resign()
             if not self._is_time_to_try():
@@ -228,6 +232,26 @@ class Dispatcher:
                 return False
             self._begin_reign()
         return True
+
+    def _has_directory(self) -> bool:
+        """Whether the data directory is the one of the database; without it this service cannot lead.
+
+        What is under way goes on as after any loss of the right to lead.
+        """
+        was_away = self._is_away
+        try:
+            identity.check(self._settings, self._store)
+            self._is_away = False
+        except identity.WrongDirectory as error:
+            self._is_away = True
+            if not was_away:
+                log.error("%s", error)
+            self._resign()
+            self._looks.clear()
+            self._hindrance = error.what
+        if self._is_away or was_away:
+            self._attempts.excuse()
+        return not self._is_away
 
     def _is_time_to_try(self) -> bool:
         now = time.monotonic()

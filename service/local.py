@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service import identity
 from service.artifacts import LOG, PART, Artifacts
 from service.directory import DataInUse, check_names, holding
 from service.faults import point
@@ -76,6 +77,7 @@ def run_sweep(
     check_names(settings)
     with heeding() as leaving:
         with holding(settings), closing(Store.open(settings.url)) as store:
+            identity.settle(settings, store)
             row = _compute(store, settings, sweep, progress or _nobody, leaving)
             if row.state is SweepState.FAILED:
                 raise PublicationFailed(row.reason or "cube and report could not be made")

@@ -1,4 +1,4 @@
-"""What is done where database and files are: keys, doctor, remeasure, backup."""
+"""What is done where database and files are: keys, doctor, backup, adopt, remeasure."""
 
 import re
 import sys
@@ -132,6 +132,21 @@ def backup(
         done = back_up(settings, out, store)
     print_backup(done)
     raise typer.Exit(WRONG if done.lost else FINE)
+
+
+# --- files that are away --------------------------------------------------------------------------
+
+
+@app.command()
+def adopt(data: Data = None, database_url: DatabaseUrl = None) -> None:
+    """Let a data directory belong to a database, after one of them was replaced: both get the same id."""
+    from service import identity
+    from service.unattended import open_store
+
+    settings = settings_of(data=data, database_url=database_url)
+    with open_store(settings) as store:
+        id = identity.adopt(settings, store)
+    print(f"{settings.data.absolute()} and its database have the id {id}")
 
 
 # --- remeasure ------------------------------------------------------------------------------------

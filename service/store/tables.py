@@ -150,6 +150,7 @@ CONTROL = sa.Table(
     sa.Column("paused", UtcTime),
     sa.Column("hindrance", sa.Text),
     sa.Column("revivals", sa.Integer, nullable=False),  # points that had ended, and no longer have
+    sa.Column("data_id", sa.String(32)),  # of the data directory that belongs to this database
 )
 
 # How far the queue has come among the runs of one priority: the turn of the last one claimed.

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from service import identity
 from service.directory import holding
 from service.jobs import Scope
 from service.settings import Settings
@@ -139,3 +140,18 @@ def test_remeasure__with_nothing_outdated_says_so(store: Store, capsys: Capsys) 
     assert run("remeasure") == 0
     assert capsys.readouterr().out == "nothing is to be read again\n"
     assert run("remeasure", "0" * 32) == 1
+
+
+# --- files that are away ---------------------------------------------------------------------------
+
+
+def test_adopt__lets_an_empty_directory_belong_to_the_database(
+    data: Path, store: Store, capsys: Capsys
+) -> None:
+    identity.settle(Settings(data=data), store)
+    (data / identity.FILE).unlink()
+    assert run("doctor") == 1
+    assert "has no id" in capsys.readouterr().out
+    assert run("adopt") == 0
+    assert str(store.data_id()) in capsys.readouterr().out
+    assert identity.read(data) == store.data_id()

@@ -1,0 +1,12 @@
+"""The id of the data directory."""
+
+import sqlalchemy as sa
+from alembic import op
+
+revision = "0004"
+down_revision = "0003"
+
+
+def upgrade() -> None:
+    """The first service that starts gives database and directory an id."""
+    op.add_column("control", sa.Column("data_id", sa.String(32)))
