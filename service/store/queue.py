@@ -249,7 +249,10 @@ class Queue(Part):
         return outcome
 
     def lose_results(self, claim: Claim, losses: Sequence[Loss]) -> bool:
-        """End a publication that found results of its runs lost: it waits until they are computed again."""
+        """End a publication that found results of its runs lost: it waits until they are computed again.
+
+        Raises TooManyLost, and changes nothing, where these are more than a disk loses now and then.
+        """
         moment = now()
         wait = JOBS.update().where(is_held(claim)).values(state=State.WAITING, witness=sa.null())
         wait = wait.values(fraction=sa.null(), progress=sa.null(), seconds=sa.null())
