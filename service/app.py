@@ -8,7 +8,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 
-from service import errors
+from service import errors, identity
 from service.access import Access, check_binding
 from service.computing import Engine
 from service.jobs import Scope
@@ -55,8 +55,10 @@ StartEngine = Callable[[Settings, Store], AbstractContextManager[Engine]]
 @contextmanager
 def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[FastAPI]:
     """The whole service while it is wanted: store, engine, and the interface to them."""
-    settings.data.mkdir(parents=True, exist_ok=True)
+    if not settings.has_replicas:  # the database is a file there
+        settings.data.mkdir(parents=True, exist_ok=True)
     with closing(Store.open(settings.url)) as store:
+        identity.settle(settings, store)
         check_binding(settings, has_keys=store.has_keys())
         with start_engine(settings, store) as engine:
             app = build_app(settings, store, engine)

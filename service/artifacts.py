@@ -57,6 +57,12 @@ class Artifacts:
         is_run = (self.run_folder(match["id"]) / name).is_dir()
         return is_run or any(self.root.glob(f"{SWEEPS}/*/{name}"))
 
+    def make_folder(self, folder: Path) -> None:
+        """Make a folder and those above it, but not the data directory: it is there, or its disk is away."""
+        for place in reversed((folder, *folder.parents)):
+            if place.is_relative_to(self.root) and place != self.root:
+                place.mkdir(exist_ok=True)
+
     def run_folder(self, id: str) -> Path:
         """The folder of all attempts of a run."""
         return self.root / RUNS / _checked(id)[:2] / id

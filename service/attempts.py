@@ -1,10 +1,11 @@
 """What this service has given to its engine, and what came back of it."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from service.attempt import Away, Back, Ended, Ending, Message, Told
-from service.jobs import Claim
+from service.jobs import Cause, Claim
 
 
 class Attempts:
@@ -50,6 +51,13 @@ class Attempts:
         self.given.discard(key)
         for known in (self.held, self.ended, self.told):
             known.pop(key, None)
+
+    def excuse(self) -> None:
+        """What ended badly while its disk was away is lost: that says nothing about the run."""
+        for key, ending in self.ended.items():
+            if ending.cause in (Cause.ERROR, Cause.CRASH):
+                reason = f"the data directory was away: {ending.reason}"
+                self.ended[key] = replace(ending, cause=Cause.LOST, reason=reason)
 
     def clear(self) -> None:
         """The engine is gone, with all it had."""

@@ -14,6 +14,7 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from service import identity
 from service.artifacts import Artifacts, digest, to_disk
 from service.directory import holding
 from service.jobs import Stored
@@ -51,6 +52,9 @@ def back_up(settings: Settings, out: Path, store: Store) -> Backup:
         store.copy_to(part)
         with closing(Store.open(f"sqlite:///{part.absolute()}", migrate=False)) as copy:
             done = _copy_files(Artifacts(settings.data), store, Artifacts(out), copy)
+            id = copy.data_id()
+        if id is not None:
+            identity.write(out, id)
         to_disk(part)
         _remove(out / DATABASE, but_the_file=True)
         part.replace(out / DATABASE)

@@ -24,7 +24,6 @@ def holding(settings: Settings) -> Iterator[Path]:
     Raises DataInUse. Services that share a PostgreSQL database share the directory too: they agree
     by way of the database who of them leads.
     """
-    settings.data.mkdir(parents=True, exist_ok=True)
     with ExitStack() as held:
         for lock in [] if settings.has_replicas else _locks(settings):
             held.enter_context(_locked(lock))

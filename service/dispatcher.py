@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 
+from service import identity
 from service.attempt import Inbox
 from service.attempts import Attempts
 from service.findings import Looks
@@ -37,6 +38,7 @@ SILENT_SECONDS = 600.0
 MOST_PATIENCE = 8.0  # times these; each replacement doubles it, as the one before was of no use
 WELL_SECONDS = 3600.0  # that an engine lasts, until patience is as before
 END_SECONDS = 0.1  # between two looks whether the engine is closed
+UNSAID = "nothing yet"
 NO_ENGINE = "the engine does not start; see the log"
 OTHER_LEADER = (
     "another program has begun to work through this queue, past the lock that keeps it to one; "
@@ -78,7 +80,8 @@ class Dispatcher:
         self._had_slots = self._opened = self._worked  # the engine
         self._patience_factor = 1.0  # with an engine without workers
         self._hindrance: str | None = None
-        self._said: str | None = "nothing yet"  # what the store knows of it
+        self._said: str | None = UNSAID  # what the store knows of it
+        self._is_away = False  # whether the data directory was at the last turn
 
     # --- for others ------------------------------------------------------------------------------
 
@@ -209,6 +212,8 @@ class Dispatcher:
 
     def _leads(self) -> bool:
         """Whether this service leads, and has what it needs for that."""
+        if not self._has_directory():
+            return False
         if self._leadership is None or not self._leadership.holds():
             self._resign()
             if not self._is_time_to_try():
@@ -223,8 +228,30 @@ class Dispatcher:
                 return False
             self._start_engine()
         if self._reign is None or self._reign.has_ended:
+            if not self._leadership.holds():  # the engine took long to start
+                return False
             self._begin_reign()
         return True
+
+    def _has_directory(self) -> bool:
+        """Whether the data directory is the one of the database; without it this service cannot lead.
+
+        What is under way goes on as after any loss of the right to lead.
+        """
+        was_away = self._is_away
+        try:
+            identity.check(self._settings, self._store)
+            self._is_away = False
+        except identity.WrongDirectory as error:
+            self._is_away = True
+            if not was_away:
+                log.error("%s", error)
+            self._resign()
+            self._looks.clear()
+            self._hindrance = error.what
+        if self._is_away or was_away:
+            self._attempts.excuse()
+        return not self._is_away
 
     def _is_time_to_try(self) -> bool:
         now = time.monotonic()
@@ -239,6 +266,7 @@ class Dispatcher:
             log.warning("the right to lead is lost")
             self._leadership.close()
         self._leadership = self._reign = None
+        self._said = UNSAID
 
     def _stand_by(self) -> None:
         """Another service leads: what is under way here is for it to adopt, or to begin again."""
@@ -296,7 +324,8 @@ class Dispatcher:
         """Let every service that shares the store know why nothing is begun, when that changes."""
         self._hindrance = reason
         if reason != self._said:
-            self._store.hinder(reason)
+            epoch = None if self._reign is None else self._reign.epoch
+            self._store.hinder(reason, epoch)
             self._said = reason
 
 

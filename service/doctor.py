@@ -21,6 +21,7 @@ from enum import StrEnum
 from itertools import islice
 from pathlib import Path
 
+from service import identity
 from service.artifacts import Artifacts
 from service.jobs import StoreUnavailable
 from service.leftovers import Leftovers, Why, files_from
@@ -115,6 +116,20 @@ def database_is_current(settings: Settings, _every: bool) -> Iterator[Check]:
         detail = f"tables of version {schema.found}, the newest is {schema.newest}"
         cure = "make a backup, then start the service: it brings them up to date"
         yield Check(name, Verdict.WARNING, detail, cure)
+
+
+def directory_belongs_to_database(settings: Settings, _every: bool) -> Iterator[Check]:
+    """The id of the data directory, and that of the database."""
+    name = "identity"
+    if not _is_current(settings):
+        return
+    with closing(Store.open(settings.url, migrate=False)) as store:
+        try:
+            identity.check(settings, store)
+        except identity.WrongDirectory as error:
+            yield Check(name, Verdict.WRONG, error.what, error.cure)
+            return
+    yield Check(name, Verdict.FINE, "directory and database belong together")
 
 
 def files_are_intact(settings: Settings, every_file: bool) -> Iterator[Check]:
@@ -266,6 +281,7 @@ CHECKS: dict[str, Callable[[Settings, bool], Iterator[Check]]] = {
     "filesystem": locks_work,
     "disk": disk_has_room,
     "database": database_is_current,
+    "identity": directory_belongs_to_database,
     "files": files_are_intact,
     "orphans": nothing_is_left_over,
     "engine": engine_can_be_reached,

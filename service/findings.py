@@ -209,6 +209,10 @@ class Looks:
         self._looks.pop(key, None)
         self._troubles.pop(key, None)
 
+    def clear(self) -> None:
+        """Look at everything again: what was seen no longer counts."""
+        self._looks.clear()
+
     def close(self) -> None:
         """Begin no more of them."""
         self._threads.shutdown(wait=False, cancel_futures=True)

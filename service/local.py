@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service import identity
 from service.artifacts import LOG, PART, Artifacts
 from service.directory import DataInUse, check_names, holding
 from service.faults import point
@@ -82,6 +83,7 @@ def run_sweep(
         check_same(folder, held, sweep.document())
     with heeding() as leaving:
         with holding(settings), closing(Store.open(settings.url)) as store:
+            identity.settle(settings, store)
             if held is None and not overwrite:
                 _check_begun(store, folder, sweep)
             row = _compute(store, settings, sweep, progress or _nobody, leaving)

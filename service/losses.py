@@ -20,6 +20,10 @@ class ResultsLost(WhippleError):
     """Results of runs that are registered are not there, or are not what was registered."""
 
 
+class TooManyLost(WhippleError):
+    """More results would be forgotten than a disk loses now and then: most likely part of it is away."""
+
+
 @dataclass(frozen=True)
 class Loss:
     """A registered result that cannot be read."""
@@ -37,9 +41,13 @@ class Loss:
 def leave_list(losses: Sequence[Loss], directory: Path) -> None:
     """Write the list and raise ResultsLost."""
     write_text(directory / LOSSES, json.dumps([asdict(one) for one in losses]))
+    raise ResultsLost(f"the results of runs are lost or damaged: {some(losses)}")
+
+
+def some(losses: Sequence[Loss]) -> str:
+    """The first runs by name, and how many more there are."""
     names = ", ".join(one.run_id for one in losses[:3])
-    more = f" and {len(losses) - 3} more" if len(losses) > 3 else ""
-    raise ResultsLost(f"the results of runs are lost or damaged: {names}{more}")
+    return f"{names} and {len(losses) - 3} more" if len(losses) > 3 else names
 
 
 def list_in(directory: Path) -> tuple[Loss, ...]:

@@ -9,11 +9,14 @@ from service.faults import point
 from service.findings import Found
 from service.jobs import Cause, Claim, State, Stored, crashes_before, may_try_again
 from service.logs import about
+from service.losses import TooManyLost
 from service.rests import Rests
 from service.space import Space, is_want_of_space
 from service.store import Store
 
 log = logging.getLogger(__name__)
+
+REFUSED_SECONDS = 60.0  # until a publication that lost too many results looks for them again
 
 
 class Registrar:
@@ -21,6 +24,7 @@ class Registrar:
 
     def __init__(self, store: Store, artifacts: Artifacts, space: Space):
         self.rests = Rests()
+        self.refused: dict[str, str] = {}  # by publication: why its lost results are not forgotten
         self._store = store
         self._artifacts = artifacts
         self._space = space
@@ -28,10 +32,12 @@ class Registrar:
     def settle(self, claim: Claim, found: Found) -> None:
         """One ended attempt; raises StoreUnavailable when it has to be tried again later."""
         ending = found.ending
+        if not found.losses:
+            self.refused.pop(claim.id, None)
         if ending.cause is None:
             counts = self._register(claim, found)
         elif found.losses:
-            counts = self._store.lose_results(claim, found.losses)
+            counts = self._lose(claim, found)
         else:
             ending = self._excused(ending)
             counts = self._give_up(claim, ending, found.files)
@@ -81,6 +87,20 @@ class Registrar:
             crash_step=step,
             files=files,
         )
+
+    def _lose(self, claim: Claim, found: Found) -> bool:
+        """Have lost results computed again; where these are too many, look again later: a disk may come back."""
+        try:
+            counts = self._store.lose_results(claim, found.losses)
+        except TooManyLost as error:
+            if claim.id not in self.refused:
+                names = ", ".join(one.run_id for one in found.losses)
+                log.error("%s; in %s: %s", error, self._artifacts.root, names, extra=about(claim))
+            self.refused[claim.id] = str(error)
+            self.rests.rest(claim, REFUSED_SECONDS)
+            return self._store.requeue(claim, Cause.LOST, reason=str(error)) is not None
+        self.refused.pop(claim.id, None)
+        return counts
 
     def _rest(self, claim: Claim, ending: Ending, state: State | None) -> None:
         """Let it rest if it was lost again and again; one that was stopped on request was not."""

@@ -91,13 +91,14 @@ class Reign:
     """An epoch, while it lasts; claims of earlier ones, our own included, are foreign to it."""
 
     def __init__(self, epoch: int, parts: Parts, engine: Engine, attempts: Attempts, looks: Looks):
-        self._epoch = epoch
+        self.epoch = epoch
         self._parts = parts
         self._store = parts.store
         self._engine = engine
         self._attempts = attempts
         self._looks = looks
         self._attempts.held.clear()
+        parts.registrar.refused.clear()
         self._compared = self._written = self._refused = -math.inf  # monotonic
         self._stumbled: dict[str, _Stumbled] = {}  # ends that could not be settled
         self.slots = 0  # attempts that can be under way at once
@@ -117,7 +118,7 @@ class Reign:
             self._fill()
             self._write_progress()
         finally:
-            self.hindrance = self._why_not()
+            self.hindrance = self._why_not() or self._refusal()
             if is_due:
                 self._parts.care.step()
 
@@ -142,7 +143,7 @@ class Reign:
 
         While the engine is away, nobody knows what is under way there, so nothing is decided.
         """
-        self.has_ended = self._store.queue().epoch > self._epoch
+        self.has_ended = self._store.queue().epoch > self.epoch
         known = self._known()
         for claim in claimed:
             if claim.key in self._attempts.held:
@@ -175,7 +176,7 @@ class Reign:
         """Go on with an attempt of an earlier reign that the engine still has."""
         if claim.key not in self._attempts.given and not self._follow(claim.key):
             return
-        adopted = self._store.adopt(claim, self._epoch)
+        adopted = self._store.adopt(claim, self.epoch)
         if adopted is not None:  # else it is stopped, as one that no row wants
             log.info("%s is adopted", claim.key, extra=about(claim))
             self._attempts.hold(adopted)
@@ -278,7 +279,10 @@ class Reign:
         if free <= 0 or self._why_not() is not None:
             return
         resting = self._parts.registrar.rests.resting()
-        for claim in self._store.claim(free, self._epoch, resting=resting):
+        is_refused = self._refusal() is not None
+        for claim in self._store.claim(
+            free, self.epoch, publications_only=is_refused, resting=resting
+        ):
             point("claim-after-commit")
             self._attempts.hold(claim)
             self._submit(claim)
@@ -290,6 +294,10 @@ class Reign:
         if time.monotonic() - self._refused < REFUSED_SECONDS:
             return REFUSED
         return NO_WORKER if self.slots == 0 else self._parts.space.shortage()
+
+    def _refusal(self) -> str | None:
+        """Why no run is begun though publications are: too many results are lost."""
+        return next(iter(self._parts.registrar.refused.values()), None)
 
     def _submit(self, claim: Claim) -> None:
         try:

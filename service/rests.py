@@ -40,6 +40,10 @@ class Rests:
         self._losses[claim.id] = _Loss(in_a_row, furthest, time.monotonic() + seconds)
         return seconds
 
+    def rest(self, claim: Claim, seconds: float) -> None:
+        """Let a job rest so many seconds, however often it was lost."""
+        self._losses[claim.id] = _Loss(0, 0, time.monotonic() + seconds)
+
     def end(self, claim: Claim) -> None:
         """It ended in another way."""
         self._losses.pop(claim.id, None)

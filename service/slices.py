@@ -103,13 +103,20 @@ class Slices:
         file = self._folder / f"{hashlib.sha256(text.encode()).hexdigest()}.{form}"
         with self._in_line():
             if not file.is_file():
-                self._folder.mkdir(parents=True, exist_ok=True)
+                self._make_folder()
                 self._carry_out({**order, "file": str(file)})
                 self._make_room(file)
             with suppress(FileNotFoundError):  # another service may share the folder
                 os.utime(file)
                 return file, digest(file)
         raise Busy("what was made had to make room at once; ask again")
+
+    def _make_folder(self) -> None:
+        """The folder, but not the data directory that it is in: that is there, or its disk is away."""
+        try:
+            self._folder.mkdir(exist_ok=True)
+        except FileNotFoundError:
+            raise SliceFailed("the data directory is not there") from None
 
     @contextmanager
     def _in_line(self) -> Iterator[None]:

@@ -24,7 +24,7 @@ class Tickets:
     def write(self, claim: Claim) -> Ticket:
         """The order for one attempt, below a folder that is there: a worker who misses it lacks the disk."""
         directory = self._artifacts.attempt_directory(claim)
-        directory.parent.mkdir(parents=True, exist_ok=True)
+        self._artifacts.make_folder(directory.parent)
         is_run = claim.kind is Kind.RUN
         return Ticket(
             key=claim.key,

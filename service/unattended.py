@@ -5,7 +5,7 @@ import socket
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
-from service import supervisor, warm
+from service import identity, supervisor, warm
 from service.directory import DataInUse, holding
 from service.doctor import has_database
 from service.jobs import Cause, Kind
@@ -27,9 +27,9 @@ def open_store(settings: Settings, *, make: bool = False) -> Iterator[Store]:
     Its tables are never brought up to date here: a service that runs may not know the new ones.
     ``make``: a database that is not there is made.
     """
-    if make:
+    if make and not settings.has_replicas:  # the database is a file there
         settings.data.mkdir(parents=True, exist_ok=True)
-    elif not has_database(settings):
+    if not make and not has_database(settings):
         cure = "give --data DIR, or set WHIPPLE_DATA or WHIPPLE_DATABASE_URL"
         raise NoStore(f"there is no database in {settings.data.absolute()}; {cure}")
     schema = Store.schema(settings.url)
@@ -54,6 +54,7 @@ def publish_what_waits(settings: Settings, store: Store) -> bool:
             if leadership is None:
                 return False
             with closing(leadership):
+                identity.check(settings, store)
                 _publish_all(settings, store)
             return True
     except DataInUse:

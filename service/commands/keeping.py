@@ -1,4 +1,4 @@
-"""What is done where database and files are: keys, doctor, remeasure, backup."""
+"""What is done where database and files are: keys, doctor, backup, adopt, forget-lost, remeasure."""
 
 import re
 import sys
@@ -132,6 +132,39 @@ def backup(
         done = back_up(settings, out, store)
     print_backup(done)
     raise typer.Exit(WRONG if done.lost else FINE)
+
+
+# --- files that are away --------------------------------------------------------------------------
+
+
+@app.command()
+def adopt(data: Data = None, database_url: DatabaseUrl = None) -> None:
+    """Let a data directory belong to a database, after one of them was replaced: both get the same id."""
+    from service import identity
+    from service.unattended import open_store
+
+    settings = settings_of(data=data, database_url=database_url)
+    with open_store(settings) as store:
+        id = identity.adopt(settings, store)
+    print(f"{settings.data.absolute()} and its database have the id {id}")
+
+
+@app.command("forget-lost")
+def forget_lost(
+    count: Annotated[
+        int, typer.Argument(metavar="COUNT", min=0, help="Results, as the service says.")
+    ],
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Let so many lost results be computed again, beyond what the service forgets by itself; 0 takes it back."""
+    from service.unattended import open_store
+
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        store.allow_forgetting(count)
+    print(
+        f"{count} lost results may be forgotten; a service that waits for them looks within a minute"
+    )
 
 
 # --- remeasure ------------------------------------------------------------------------------------

@@ -9,9 +9,10 @@ from fastapi import Depends, Header, Path, Query, Request
 from pydantic import ValidationError
 from starlette.requests import ClientDisconnect
 
+from service import identity
 from service.artifacts import Artifacts
 from service.documents import read_json, read_yaml
-from service.errors import BodyTooLarge, Malformed, UnsupportedMediaType
+from service.errors import BodyTooLarge, Malformed, ServiceNotReady, UnsupportedMediaType
 from service.jobs import PRIORITIES, Keep, Submission
 from service.keys import Submitter
 from service.live import Live
@@ -42,6 +43,14 @@ def the_store(request: Request) -> Store:
 def the_settings(request: Request) -> Settings:
     """The settings that the app was built with."""
     return request.app.state.settings
+
+
+def check_directory(settings: Settings, store: Store) -> None:
+    """Raise ServiceNotReady where the data directory is not the one of the database."""
+    try:
+        identity.check(settings, store)
+    except identity.WrongDirectory as error:
+        raise ServiceNotReady(error.what) from None
 
 
 def the_artifacts(request: Request) -> Artifacts:

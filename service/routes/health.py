@@ -15,7 +15,7 @@ from service.computing import Engine
 from service.errors import ServiceNotReady
 from service.jobs import QueueRow
 from service.metrics import CONTENT_TYPE
-from service.routes.given import SettingsGiven, StoreGiven
+from service.routes.given import SettingsGiven, StoreGiven, check_directory
 from service.schemas import Health, Readiness, VersionModel
 from service.settings import Settings
 from service.version import version
@@ -85,6 +85,7 @@ def show_readiness(request: Request, store: StoreGiven, settings: SettingsGiven)
 
     def look() -> Readiness:
         store.ping()
+        check_directory(settings, store)
         checks = {"store": "can be written to", **dict(_disk(settings))}
         checks |= dict(_engine(request.app.state.engine, store.queue()))
         return Readiness(status="ready", checks=checks)

@@ -18,6 +18,7 @@ from service.routes.given import (
     SubmissionGiven,
     SweepGiven,
     SweepId,
+    check_directory,
 )
 from service.routes.links import OF_A_RUN, OF_A_SWEEP, links
 from service.routes.pagination import link_next
@@ -183,6 +184,7 @@ def retry_sweep(
     id: SweepId,
     caller: Submitter,
     store: StoreGiven,
+    settings: SettingsGiven,
     artifacts: ArtifactsGiven,
     verdicts: Annotated[
         bool, Query(description="also runs that the solver itself gave up; they will fail again")
@@ -190,6 +192,7 @@ def retry_sweep(
 ) -> SweepModel:
     """Compute again what an accident or a cancel ended, and what the disk has lost; then publish again."""
     _own(store, caller, id)
+    check_directory(settings, store)
     forget_lost_states(store, artifacts, id)
     return SweepModel.of(store.retry_sweep(id, verdicts=verdicts))
 

@@ -5,6 +5,7 @@ a state moves only as its ``MOVES`` allow, because each update names the states 
 
 * ``tables``: what is stored
 * ``connection``: one writer at a time, and why; tables brought up to date at start
+* ``identity``: which data directory belongs to the database
 * ``leadership``: which service works through the queue
 * ``queries``: expressions and statements that several methods share
 * ``turns``: fairness between sweeps, priorities

@@ -3,10 +3,12 @@
 With SQLite it is whoever holds the data directory; that lock is taken before the store is opened.
 With PostgreSQL every service is a replica, and the one leads whose connection holds an advisory lock
 of the database. The server gives the lock back when that connection ends, however it ends; no clock
-is asked. A leader that lost its connection learns it from ``holds``; what it writes until then is
-fenced by its epoch.
+is asked. It ends the connection of a leader that is silent for ``IDLE_SECONDS``: its process is frozen,
+or its network cut. A leader that lost its connection learns it from ``holds``; what it writes until
+then is fenced by its epoch.
 """
 
+import threading
 from typing import Any
 
 import sqlalchemy as sa
@@ -16,6 +18,8 @@ from service.store.connection import Database, connect_postgresql
 from service.store.tables import DISPATCHERS
 
 LOCK = int.from_bytes(b"leader")  # advisory, of PostgreSQL
+IDLE_SECONDS = 6.0  # of silence, after which the server ends the connection that holds the lock
+PING_SECONDS = 1.5  # between two words to the server: four of them fit into its patience
 
 
 class Leadership:
@@ -23,27 +27,44 @@ class Leadership:
 
     def __init__(self, connection: sa.Connection | None = None):
         self._connection = connection  # None: somebody else sees to it that there is one leader
+        self._mutex = threading.Lock()  # of the connection
+        self._closing = threading.Event()
+        if connection is not None:  # a turn may take longer than the server's patience
+            threading.Thread(target=self._ping, name="leadership", daemon=True).start()
 
     def holds(self) -> bool:
         """Whether the right is still there; asks the server."""
         if self._connection is None:
             return True
         try:
-            return self._connection.execute(_is_own()).scalar() is not None
+            with self._mutex:
+                return self._connection.execute(_is_own()).scalar() is not None
         except sa.exc.SQLAlchemyError:
             return False
 
     def close(self) -> None:
         """Give the right back; others may take it at once."""
+        self._closing.set()
         if self._connection is not None:
-            self._connection.close()
+            with self._mutex:
+                self._connection.close()
+
+    def _ping(self) -> None:
+        """Say something to the server every so often, until the right is given back or lost."""
+        while not self._closing.wait(PING_SECONDS) and self.holds():
+            pass
 
 
 def lead(database: Database, owner: str) -> Leadership | None:
     """Become the leader, or None if another service is; raises StoreUnavailable."""
     if database.is_sqlite:
         return Leadership()
-    engine = connect_postgresql(database.url, poolclass=sa.NullPool, isolation_level="AUTOCOMMIT")
+    engine = connect_postgresql(
+        database.url,
+        idle_session_timeout=f"{IDLE_SECONDS:g}s",
+        poolclass=sa.NullPool,
+        isolation_level="AUTOCOMMIT",
+    )
     try:
         connection = engine.connect()
         named = sa.func.set_config("application_name", owner, False)

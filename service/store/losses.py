@@ -1,18 +1,24 @@
-"""Runs whose registered results were lost or damaged: computed again for those that still want them."""
+"""Runs whose registered results were lost or damaged: computed again for those that still want them.
+
+A few at a time: results that are lost by the dozen are rather on a part of the disk that is away.
+"""
 
 from collections.abc import Sequence
-from datetime import datetime
+from datetime import datetime, timedelta
 
 import sqlalchemy as sa
 
-from service.jobs import BUDGET, TERMINAL, Cause, Claim, State
-from service.losses import Loss
+from service.jobs import BUDGET, TERMINAL, Cause, Claim, Kind, State
+from service.losses import Loss, TooManyLost, some
 from service.store import turns
 from service.store.queries import batches, log_event, release_publications, revive
-from service.store.tables import ARTIFACTS, JOBS, POINTS, SWEEPS
+from service.store.tables import ARTIFACTS, CONTROL, EVENTS, JOBS, POINTS, SWEEPS
 
 FAILURE = "ResultLost"
 REASON = "its registered result was lost or damaged"
+LOST = "lost"  # kind of the event that tells of a forgotten result
+MOST_AT_ONCE, AT_ONCE = 5, timedelta(minutes=1)  # results that may be forgotten within this time
+MOST_OF_ALL, LATELY = 0.01, timedelta(days=1)  # share of all registered ones; MOST_AT_ONCE at least
 
 # Their rows, as long as they have the results that were found to be lost.
 _FORGET = (
@@ -32,9 +38,10 @@ def forget_results(
     """Take lost results out of the rows, and queue their runs for those that wait for them.
 
     The publication of ``claim`` waits again. A sweep that was cancelled is published without them; so is
-    every other where a disk lost one result as often as a run may crash.
+    every other where a disk lost one result as often as a run may crash. Raises TooManyLost.
     """
     assert claim.sweep_id is not None
+    _check_limits(connection, moment, losses)
     ids = [one.run_id for one in losses]
     connection.execute(_FORGET, [{"run": one.run_id, "was": one.sha256} for one in losses])
     for batch in batches(ids):
@@ -51,7 +58,32 @@ def forget_results(
     turns.follow_urgency(connection, claim.sweep_id)
     release_publications(connection, moment, JOBS.c.id == claim.id)
     for id in ids:
-        log_event(connection, moment, "lost", job_id=id, reason=REASON)
+        log_event(connection, moment, LOST, job_id=id, reason=REASON)
+
+
+def _check_limits(connection: sa.Connection, moment: datetime, losses: Sequence[Loss]) -> None:
+    """Raise TooManyLost beyond the limits, unless people have allowed it."""
+    count = len(losses)
+    allow = CONTROL.update().where(CONTROL.c.forgettable >= count)
+    if connection.execute(allow.values(forgettable=CONTROL.c.forgettable - count)).rowcount:
+        return
+    is_registered = (JOBS.c.kind == Kind.RUN) & JOBS.c.path.is_not(None)
+    results = connection.execute(sa.select(sa.func.count()).where(is_registered)).scalar_one()
+    most_lately = max(MOST_AT_ONCE, int(MOST_OF_ALL * results))
+    at_once = count + _forgotten(connection, moment - AT_ONCE)
+    lately = count + _forgotten(connection, moment - LATELY)
+    if at_once > MOST_AT_ONCE or lately > most_lately:
+        raise TooManyLost(
+            f"{count} of {results} registered results are lost or damaged ({some(losses)}), and no more than "
+            f"{MOST_AT_ONCE} a minute and {most_lately} a day are forgotten; bring their files back, or let "
+            f"them be computed again: `whipple forget-lost {count}`"
+        )
+
+
+def _forgotten(connection: sa.Connection, since: datetime) -> int:
+    """Results that were forgotten since a moment."""
+    lost = sa.select(sa.func.count()).where(EVENTS.c.kind == LOST, EVENTS.c.time > since)
+    return connection.execute(lost).scalar_one()
 
 
 def _detach_from_cancelled(connection: sa.Connection, ids: Sequence[str]) -> None:

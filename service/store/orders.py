@@ -88,6 +88,11 @@ class Orders(Overview):
                 log_event(connection, now(), "resumed")
         return self.queue()
 
+    def allow_forgetting(self, results: int) -> None:
+        """Let so many lost results be forgotten beyond the limits, once: their runs are computed again."""
+        with self._ordering() as connection:
+            connection.execute(CONTROL.update().values(forgettable=results))
+
     # --- sweeps ----------------------------------------------------------------------------------
 
     def create_sweep(

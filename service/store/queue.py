@@ -69,10 +69,16 @@ class Queue(Part):
         with self._database.writing() as connection:
             return connection.execute(begin.returning(DISPATCHERS.c.epoch)).scalar_one()
 
-    def hinder(self, reason: str | None) -> None:
-        """Say why nothing is begun although there is work, or that nothing hinders any more."""
+    def hinder(self, reason: str | None, epoch: int | None = None) -> None:
+        """Say why nothing is begun although there is work, or that nothing hinders any more.
+
+        Without effect for an epoch that has ended; None: there is none yet.
+        """
+        say = CONTROL.update().values(hindrance=reason)
+        if epoch is not None:
+            say = say.where(sa.not_(sa.exists().where(DISPATCHERS.c.epoch > epoch)))
         with self._database.writing() as connection:
-            connection.execute(CONTROL.update().values(hindrance=reason))
+            connection.execute(say)
 
     # --- claims ----------------------------------------------------------------------------------
 
@@ -243,7 +249,10 @@ class Queue(Part):
         return outcome
 
     def lose_results(self, claim: Claim, losses: Sequence[Loss]) -> bool:
-        """End a publication that found results of its runs lost: it waits until they are computed again."""
+        """End a publication that found results of its runs lost: it waits until they are computed again.
+
+        Raises TooManyLost, and changes nothing, where these are more than a disk loses now and then.
+        """
         moment = now()
         wait = JOBS.update().where(is_held(claim)).values(state=State.WAITING, witness=sa.null())
         wait = wait.values(fraction=sa.null(), progress=sa.null(), seconds=sa.null())

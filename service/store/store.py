@@ -9,6 +9,7 @@ import sqlalchemy as sa
 from service.jobs import Schema
 from service.store.care import Care
 from service.store.connection import Database
+from service.store.identity import Identity
 from service.store.keys import Keys
 from service.store.orders import Orders
 from service.store.questions import Questions
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from studies.run import Run
 
 
-class Store(Orders, Questions, Keys, Queue, Care):
+class Store(Orders, Questions, Keys, Queue, Care, Identity):
     """Sweeps, runs, publications, their files and what happened to them."""
 
     @classmethod

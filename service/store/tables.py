@@ -150,6 +150,8 @@ CONTROL = sa.Table(
     sa.Column("paused", UtcTime),
     sa.Column("hindrance", sa.Text),
     sa.Column("revivals", sa.Integer, nullable=False),  # points that had ended, and no longer have
+    sa.Column("data_id", sa.String(32)),  # of the data directory that belongs to this database
+    sa.Column("forgettable", sa.Integer, nullable=False),  # lost results, beyond the limits
 )
 
 # How far the queue has come among the runs of one priority: the turn of the last one claimed.

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from service import backup as module
+from service import identity
 from service.artifacts import Artifacts
 from service.backup import back_up
 from service.directory import DataInUse, holding
@@ -163,6 +164,17 @@ def test_backup__that_is_killed_leaves_the_earlier_one_whole(
         "whipple.db",
         "whipple.lock",
     ]
+
+
+def test_backup__is_a_data_directory_that_belongs_to_its_database(
+    bench: Bench, tmp_path: Path
+) -> None:
+    identity.settle(bench.settings, bench.store)
+    back_up(bench.settings, tmp_path / "out", bench.store)
+    restored = settings_in(tmp_path / "out")
+    with closing(open_store(restored)) as store:
+        identity.settle(restored, store)
+        assert store.data_id() == bench.store.data_id()
 
 
 def test_backup__into_a_directory_where_a_service_works_is_refused(

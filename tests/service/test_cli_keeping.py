@@ -5,11 +5,14 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 
+from service import identity
 from service.directory import holding
 from service.jobs import Scope
 from service.settings import Settings
 from service.store import Store
+from service.store.tables import CONTROL
 from tests.service.command import run
 
 Capsys = pytest.CaptureFixture[str]
@@ -139,3 +142,25 @@ def test_remeasure__with_nothing_outdated_says_so(store: Store, capsys: Capsys) 
     assert run("remeasure") == 0
     assert capsys.readouterr().out == "nothing is to be read again\n"
     assert run("remeasure", "0" * 32) == 1
+
+
+# --- files that are away ---------------------------------------------------------------------------
+
+
+def test_adopt__lets_an_empty_directory_belong_to_the_database(
+    data: Path, store: Store, capsys: Capsys
+) -> None:
+    identity.settle(Settings(data=data), store)
+    (data / identity.FILE).unlink()
+    assert run("doctor") == 1
+    assert "has no id" in capsys.readouterr().out
+    assert run("adopt") == 0
+    assert str(store.data_id()) in capsys.readouterr().out
+    assert identity.read(data) == store.data_id()
+
+
+def test_forget_lost__allows_so_many(store: Store, capsys: Capsys) -> None:
+    assert run("forget-lost", "12") == 0
+    assert "12 lost results may be forgotten" in capsys.readouterr().out
+    with store._database.reading() as reading:
+        assert reading.execute(sa.select(CONTROL.c.forgettable)).scalar() == 12

@@ -159,6 +159,43 @@ def test_younger_epoch__what_is_under_way_goes_on(bench: Bench, usurped: Ticket)
     assert (bench.run().state, bench.run().attempt) == (State.SUCCEEDED, 1)
 
 
+def test_younger_epoch__what_hinders_the_earlier_one_is_not_said(bench: Bench) -> None:
+    bench.turn()
+    with closing(open_store(bench.settings)) as elsewhere:
+        elsewhere.begin_epoch("another")
+    bench.engine.free = 0
+    bench.turn()
+    assert bench.dispatcher.trouble() == NO_WORKER
+    assert bench.store.queue().hindrance is None
+
+
+def test_lead_lost_and_found__what_another_leader_said_is_said_no_longer(
+    bench: Bench, rivals: Rivals
+) -> None:
+    bench.turn()
+    rivals.lost, rivals.away = True, True
+    with pytest.raises(StoreUnavailable):
+        bench.turn()
+    bench.store.hinder("the other one has no worker")
+    rivals.away = False
+    bench.turn()
+    assert bench.store.queue().hindrance is None
+
+
+def test_lead_lost_while_the_engine_starts__begins_no_epoch(
+    bench: Bench, rivals: Rivals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def lose() -> StandStill:
+        rivals.lost, rivals.lead = True, False
+        return bench.engine
+
+    monkeypatch.setattr(bench.dispatcher, "_open_engine", lambda _inbox: lose())
+    bench.turn()
+    bench.turn()
+    assert bench.store.queue().epoch == 0
+    assert not bench.dispatcher.leads()
+
+
 def test_leader__of_postgresql_is_one_and_the_next_takes_over(
     tmp_path: Path, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

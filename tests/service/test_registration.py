@@ -8,10 +8,9 @@ import pytest
 
 from service import findings, reign, rests
 from service.artifacts import Artifacts
-from service.attempt import Ending, Ticket
+from service.attempt import Ending
 from service.findings import PASSING, Found
 from service.jobs import Cause, Claim, Kind, State, StoreUnavailable, SweepState
-from service.losses import Loss, ResultsLost, leave_list
 from service.registration import Registrar
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, runs_of, sweep_of
@@ -177,101 +176,6 @@ def test_damaged_result__is_computed_again(
     [again] = bench.turn()
     assert again.directory != ticket.directory
     assert bench.run().crashes == 1
-
-
-# --- results that are lost later -------------------------------------------------------------------
-
-
-def without_results(bench: Bench, ticket: Ticket, *numbers: int) -> None:
-    """The publication says that it could not read the results of these runs."""
-    Path(ticket.directory).mkdir(parents=True)
-    found = {one["run_id"]: one for one in ticket.spec["outcomes"]}
-    asked = [found[run_id(number)] for number in numbers]
-    losses = [Loss(one["run_id"], one["path"], one["sha256"]) for one in asked]
-    with pytest.raises(ResultsLost) as told:
-        leave_list(losses, Path(ticket.directory))
-    bench.end_badly(ticket, Cause.ERROR, failure="ResultsLost", reason=str(told.value))
-
-
-def computed(bench: Bench) -> None:
-    """Work through the runs that are queued."""
-    for ticket in bench.turn():
-        bench.end_well(ticket)
-
-
-def result_of(bench: Bench, number: int) -> Path:
-    return Artifacts(bench.settings.data).path(bench.store.run_file(run_id(number), "result.json"))
-
-
-@pytest.mark.parametrize("damage", ["{}", None])
-def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(
-    bench: Bench, damage: str | None
-) -> None:
-    bench.store.create_sweep(sweep_of(2))
-    computed(bench)
-    [publication] = bench.turn()
-    bench.end_well(publication)
-    bench.turn()
-    file = result_of(bench, 0)
-    file.unlink() if damage is None else file.write_text(damage)
-
-    row = bench.store.create_sweep(sweep_of(2))
-    assert row.new == 0
-    [publication] = bench.turn()
-    without_results(bench, publication, 0)
-    [again] = bench.turn()
-    assert bench.store.sweep(row.id).state is SweepState.RUNNING
-    bench.end_well(again)
-    [publication] = bench.turn()
-    bench.end_well(publication)
-    bench.turn()
-    assert bench.store.sweep(row.id).state is SweepState.SUCCEEDED
-    assert result_of(bench, 0).is_file()
-    assert [bench.run(number).attempt for number in (0, 1)] == [2, 1]
-
-
-def test_lost_result__that_is_there_for_the_service_costs_nothing(bench: Bench) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    computed(bench)
-    [publication] = bench.turn()
-    without_results(bench, publication, 0)
-    [again] = bench.turn()
-    assert again.kind is Kind.PUBLISH
-    assert bench.run().attempt == 1
-
-
-def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(bench: Bench) -> None:
-    row = bench.store.create_sweep(sweep_of(1))
-    for _ in range(3):
-        computed(bench)
-        [publication] = bench.turn()
-        result_of(bench, 0).unlink()
-        without_results(bench, publication, 0)
-    [publication] = bench.turn()
-    bench.end_well(publication)
-    bench.turn()
-    run = bench.run()
-    assert (run.state, run.cause) == (State.FAILED, Cause.ERROR)
-    assert "lost or damaged" in str(run.reason)
-    assert bench.store.sweep(row.id).state is SweepState.SUCCEEDED
-
-
-def test_lost_result__of_a_cancelled_sweep_is_not_computed(bench: Bench) -> None:
-    row = bench.store.create_sweep(sweep_of(2))
-    tickets = bench.turn()
-    bench.end_well(next(one for one in tickets if one.spec["id"] == run_id(0)))
-    bench.turn()
-    bench.store.cancel_sweep(row.id)
-    for ticket in tickets:
-        if ticket.spec["id"] == run_id(1):
-            bench.end_badly(ticket, Cause.LOST)
-    [publication] = [one for one in bench.turn() if one.kind is Kind.PUBLISH]
-    result_of(bench, 0).unlink()
-    without_results(bench, publication, 0)
-    [publication] = bench.turn()
-    bench.end_well(publication)
-    bench.turn()
-    assert bench.store.sweep(row.id).state is SweepState.CANCELLED
 
 
 def test_result_without_answer__is_computed_again(bench: Bench) -> None:

@@ -40,7 +40,7 @@ def test_postgresql__is_durable_and_waits_for_nothing_for_ever(postgresql_url: s
     assert settings == {
         "synchronous_commit": "on",
         "lock_timeout": "20s",
-        "idle_in_transaction_session_timeout": "1min",
+        "idle_in_transaction_session_timeout": "8s",
     }
 
 

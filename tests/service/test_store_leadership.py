@@ -1,5 +1,6 @@
 """One service leads: by a lock of the server that ends with its connection; no clock is asked."""
 
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 
@@ -7,7 +8,7 @@ import pytest
 import sqlalchemy as sa
 
 from service.jobs import StoreUnavailable
-from service.store import Store
+from service.store import Store, connection
 from tests.service.doubles import wait_until
 
 
@@ -56,6 +57,49 @@ def test_lead__ends_with_its_connection_and_does_not_come_back(
     following.close()
     assert not leading.holds()
     leading.close()
+
+
+def test_lead__of_a_silent_service_ends(
+    replicas: tuple[Store, Store], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("service.store.leadership.IDLE_SECONDS", 0.5)
+    monkeypatch.setattr("service.store.leadership.PING_SECONDS", 60.0)  # as if it were frozen
+    one, two = replicas
+    leading = one.lead("one:1")
+    assert leading is not None
+    following = wait_until(lambda: two.lead("two:2"), seconds=5)
+    assert not leading.holds()
+    leading.close()
+    following.close()
+
+
+def test_lead__of_a_service_whose_turn_takes_long_goes_on(
+    replicas: tuple[Store, Store], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("service.store.leadership.IDLE_SECONDS", 0.5)
+    monkeypatch.setattr("service.store.leadership.PING_SECONDS", 0.1)
+    one, two = replicas
+    leading = one.lead("one:1")
+    assert leading is not None
+    end = time.monotonic() + 1.5  # nobody asks whether it holds
+    wait_until(lambda: time.monotonic() > end)
+    assert two.lead("two:2") is None
+    assert leading.holds()
+    leading.close()
+
+
+def test_transaction__of_a_frozen_service_ends(
+    replicas: tuple[Store, Store], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    timeout = {"idle_in_transaction_session_timeout": "500ms"}
+    monkeypatch.setattr(connection, "POSTGRESQL", connection.POSTGRESQL | timeout)
+    url = replicas[0]._database.url.render_as_string(hide_password=False)
+    with closing(Store.open(url)) as frozen:
+        writing = frozen._database.writing()
+        writing.__enter__()
+        assert replicas[1].begin_epoch("two:2") == 1
+        with pytest.raises(StoreUnavailable):
+            writing.__exit__(None, None, None)
 
 
 def test_lead__nobody_does_at_first(replicas: tuple[Store, Store]) -> None:

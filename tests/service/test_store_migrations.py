@@ -75,9 +75,9 @@ def by_name(store: Store) -> dict[str, Any]:
 
 def test_schema__is_told_before_and_after(old_url: str) -> None:
     seen = Store.schema(old_url)
-    assert (seen.found, seen.newest) == ("0001", "0003")
+    assert (seen.found, seen.newest) == ("0001", "0004")
     Store.open(old_url).close()
-    assert Store.schema(old_url).found == "0003"
+    assert Store.schema(old_url).found == "0004"
 
 
 def test_schema__of_an_empty_database_is_none(tmp_path: Path) -> None:

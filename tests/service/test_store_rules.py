@@ -213,6 +213,7 @@ class Rules(RuleBasedStateMachine):
         if not losses:
             return
         counts = self.counts(claim)
+        self.store.allow_forgetting(len(losses))
         assert self.store.lose_results(claim, losses) == counts
         if counts:
             _, outcomes = self.store.question(claim.sweep_id)
