@@ -38,7 +38,7 @@ from solver.faces import (
 from solver.geometry import node_count
 from solver.jit import kernel
 from solver.problem import Problem, Scheme
-from solver.state import BLOCK, FORCE, MASS, NEW_X, NEW_Z, X, Z, Particles, empty_nodes, lines
+from solver.state import BLOCK, FORCE, NEW_X, NEW_Z, X, Z, Particles, empty_nodes, lines
 from solver.stress import Limits, update_particles
 from solver.threads import Team
 from solver.transfer import (
@@ -144,8 +144,7 @@ class Stepper:
             self._update_first(stage, tally, dt)
         energy, contact = self._move(stage, dt, impulse)
         if scheme == Scheme.USF:
-            staying = stage.table[MASS] > 0.0  # what has left the grid stands still
-            np.copyto(stage.table[X : Z + 1], stage.table[NEW_X : NEW_Z + 1], where=staying)
+            stage.table[X : Z + 1] = stage.table[NEW_X : NEW_Z + 1]
             _find_nowhere(stage.particles.position, tally)
             tally[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
         else:
