@@ -37,7 +37,10 @@ class Keeper:
         self.watch = watch
         self.checkpoint = checkpoint
         self.mark = fingerprint(
-            simulation.problem, interval=repr(interval), caller=checkpoint.caller
+            simulation.problem,
+            interval=repr(interval),
+            caller=checkpoint.caller,
+            shares=str(simulation.shares),
         )
         self.written = monotonic()
 

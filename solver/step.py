@@ -43,7 +43,6 @@ from solver.state import (
     BEFORE,
     BLOCK,
     FORCE,
-    MASS,
     NEW_X,
     NEW_Z,
     VELOCITY,
@@ -164,8 +163,7 @@ class Stepper:
             self._update_first(stage, tally, dt)
         energy, contact = self._move(stage, dt, impulse)
         if scheme == Scheme.USF:
-            staying = stage.table[MASS] > 0.0  # what has left the grid stands still
-            np.copyto(stage.table[X : Z + 1], stage.table[NEW_X : NEW_Z + 1], where=staying)
+            stage.table[X : Z + 1] = stage.table[NEW_X : NEW_Z + 1]
             _find_nowhere(stage.particles.position, tally)
             tally[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
         else:

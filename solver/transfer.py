@@ -208,6 +208,7 @@ def move_particles(
                 k = p - start
                 lanes = first_lanes(stop - p)
                 mass = load(table, MASS, p, lanes)
+                lanes = lanes & (mass > 0.0)  # what has left the grid stays as it was
                 density = load(table, DENSITY, p, lanes)
                 old = (
                     load(table, VX, p, lanes),

@@ -231,10 +231,15 @@ def test_restart__again_and_again_ends_with_the_same_bits(file: Path) -> None:
 
 def test_restart__with_other_threads_ends_with_the_same_bits(file: Path) -> None:
     problem = blocks("axisymmetric")
-    expected = Witness(file).run(problem)
-    stopped(problem, file, 30)
-    keep = Checkpointing(path=file)
-    outcome = simulate(problem, lambda _: None, interval=INTERVAL, threads=2, checkpoint=keep)
+
+    def run(threads: int, leave: Callable[[], bool] = lambda: False) -> Outcome:
+        keep = Checkpointing(path=file, leave=leave)
+        return simulate(problem, interval=INTERVAL, threads=threads, shares=3, checkpoint=keep)
+
+    expected = run(threads=1)
+    with pytest.raises(Interrupted):
+        run(threads=1, leave=Witness(file, leave_at=(30,)).leave)
+    outcome = run(threads=2)
     assert outcome.snapshot.step == expected.snapshot.step
     assert same_bits(outcome, expected)
 
@@ -304,6 +309,17 @@ def test_restart__refuses_another_problem(file: Path) -> None:
     stopped(blocks("axisymmetric"), file, 30)
     other = blocks("axisymmetric", courant=math.nextafter(0.4, 1.0))
     assert anew(other, file).endswith("another problem")
+
+
+def test_restart__refuses_another_number_of_shares(file: Path) -> None:
+    """Sums in another order have other bits."""
+    problem = blocks("axisymmetric")
+    stopped(problem, file, 30)
+    told: list[str] = []
+    keep = Checkpointing(path=file, tell=told.append)
+    outcome = simulate(problem, interval=INTERVAL, threads=1, shares=2, checkpoint=keep)
+    assert told[0].endswith("another shares")
+    assert same_bits(outcome, simulate(problem, interval=INTERVAL, threads=1, shares=2))
 
 
 def test_restart__refuses_what_another_caller_remembered(file: Path) -> None:

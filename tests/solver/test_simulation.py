@@ -240,6 +240,28 @@ def test_outflow__is_booked_in_the_step_in_which_it_leaves(
     assert simulation.ledger.particles == simulation.problem.bodies[1].mass.size
 
 
+@pytest.mark.parametrize("scheme", list(Scheme))
+def test_outflow__leaves_what_is_gone_as_it_was(scheme: Scheme) -> None:
+    """Until it is dropped it waits in a corner of the grid, and feels nothing of the matter there."""
+    geometry = box(6, 10)
+    bodies = (
+        block(geometry, (0.0, 0.0), (3.0, 2.0), name="corner"),
+        block(geometry, (1.0, 7.5), (4.0, 9.9), velocity=(0.0, 3000.0, 0.0), name="goes"),
+    )
+    problem = Problem(geometry, bodies, ABOUT_AXIS, end_time=1.0, scheme=scheme)
+    simulation = start(problem, threads=1)
+    simulation.particles.pressure[simulation.body == 0] = 1e9
+    seen = 0
+    for _ in range(SORT_INTERVAL - 1):
+        gone = simulation.particles.alive == 0
+        before = [field[gone].copy() for field in simulation.particles]
+        simulation.advance()
+        for one, field in zip(before, simulation.particles, strict=True):
+            assert np.array_equal(field[gone], one)
+        seen += int(gone.any())
+    assert seen > 5
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_outflow__leaves_body_by_layer(kind: str) -> None:
     """Half way out, half of the mass is booked, and no particle is lost or counted twice."""
