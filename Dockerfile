@@ -45,7 +45,7 @@ USER 10001
 WORKDIR /data
 # Kernels are compiled for the processor of the machine that builds. On another kind of processor they are
 # compiled once more, in the first run; mount a volume on /var/cache/whipple to keep those.
-RUN whipple warmup
+RUN whipple warm
 VOLUME /data
 EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=5s --start-period=30s \

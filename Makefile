@@ -15,14 +15,14 @@ TARGETS := help demo test claims soak bench clean
 .PHONY: $(TARGETS)
 
 help:
-	@echo "make demo               set up, compute the two example sweeps into $(OUT)/, print cold and warm time"
+	@echo "make demo               set up, compute the two example sweeps into $(OUT)/, print its time"
 	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
 	@echo "make bench              measure speed; never part of pass or fail"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
-# The demo computes everything itself the first time (cold: kernels are compiled too) and prints both of its times.
+# The demo computes everything itself; the first time it compiles the kernels too.
 demo: $(RUNTIME)
 	@$(BIN)/whipple demo --out $(OUT)
 	@echo "open $(OUT)/holes/report.html and $(OUT)/craters/report.html"

@@ -238,7 +238,7 @@ def kernels_are_compiled(_settings: Settings, _every: bool) -> Iterator[Check]:
     if compiled:
         yield Check("kernels", Verdict.FINE, f"{compiled} are compiled, in {folder}")
     else:
-        cure = "run `whipple warmup`; else the first run of each worker takes a minute more"
+        cure = "run `whipple warm`; else the first run of each worker takes a minute more"
         yield Check("kernels", Verdict.WARNING, f"none is compiled in {folder}", cure)
 
 

@@ -4,7 +4,7 @@ import json
 import math
 import platform
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -17,7 +17,6 @@ from solver import PHYSICS_VERSION
 from solver.checkpoint import Checkpointing
 from solver.errors import WhippleError
 from solver.jit import software
-from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from studies import measurements, scenarios
@@ -256,12 +255,6 @@ def setting_of(run: Run) -> Setting:
     return scenario.build(scenario.parameters(**run.parameters), materials_of(run))
 
 
-def compile_kernels() -> None:
-    """One step of every kind of problem in the shipped examples, so that the cache holds its kernels."""
-    for problem in _kinds_of_problem():
-        simulate(replace(problem, end_time=1e-15))
-
-
 def provenance() -> dict[str, str | float]:
     """What computed: versions and processor."""
     try:
@@ -360,37 +353,3 @@ def _save_state(directory: Path, outcome: Outcome) -> None:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-def _kinds_of_problem() -> Iterator[Problem]:
-    """One problem for each set of kernels in the shipped examples, by their own recipe and by that of the thesis."""
-    from studies import examples
-    from studies.sweep import Sweep
-    from studies.sweep_document import read_yaml
-
-    seen = set()
-    for example in examples.names():
-        document = read_yaml(examples.text(example), example)
-        for recipe in ({}, {"recipe": "thesis"}):
-            fixed = {**document.get("fixed", {}), **recipe}
-            for point in Sweep.parse({**document, "fixed": fixed}).runs():
-                kind = _kind(point.run)
-                if kind not in seen:
-                    seen.add(kind)
-                    yield setting_of(point.run).problem
-
-
-def _kind(run: Run) -> tuple[Any, ...]:
-    """What two runs share whose kernels are the same: scenario, choices, and the laws of their materials."""
-    choices = {
-        name: value
-        for name, value in run.parameters.items()
-        if isinstance(value, str) and name not in (*run.materials, "recipe")
-    }
-    laws = {
-        (role, section): part["kind"]
-        for role, plain in run.materials.items()
-        for section, part in plain.items()
-        if isinstance(part, Mapping) and "kind" in part
-    }
-    return run.scenario, tuple(sorted(choices.items())), tuple(sorted(laws.items()))

@@ -33,7 +33,6 @@ __all__ = [
     "estimate",
     "execute",
     "resolve",
-    "warm_up",
 ]
 
 # Cost of a particle-step on one core by geometry and shape, s: processor time of the problems of ``make bench``, copper
@@ -161,13 +160,6 @@ def execute(
         film=film,
         say=say,
     )
-
-
-def warm_up() -> None:
-    """Compile the kernels that the scenarios use into the cache."""
-    from studies.execution import compile_kernels
-
-    compile_kernels()
 
 
 def _canonical(content: Mapping[str, Any]) -> str:

@@ -300,7 +300,7 @@ def test_kernels__not_compiled_yet(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     found = ask("kernels", Settings())
     assert found.verdict is Verdict.WARNING
     assert str(tmp_path) in found.detail
-    assert "warmup" in found.cure
+    assert "whipple warm" in found.cure
 
 
 def test_kernels__a_solver_that_does_not_load(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,13 +11,11 @@ import pytest
 from solver.errors import Interrupted
 from solver.simulation import start
 from studies import materials, scenarios
-from studies.execution import Observer, _kinds_of_problem, compute, observer_of
+from studies.execution import Observer, compute, observer_of
 from studies.measurements import Reading
 from studies.parameters import declared
-from studies.recipes import RECIPES
 from studies.results import Progress, RunResult
 from studies.run import Run, materials_of, resolve
-from studies.scenarios._numerics import Numerics, numerics
 
 # Small runs, one of each family.
 RUNS: dict[str, dict[str, Any]] = {
@@ -340,10 +338,3 @@ def test_estimate__is_near_the_real_number_of_steps(
     chosen = scenarios.load(scenario)
     size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
     assert 0.5 < size.steps / results[scenario].numbers["steps"] < 2.0
-
-
-def test_kernels__are_compiled_for_every_shipped_example_and_the_recipe_of_the_thesis() -> None:
-    shapes = {type(problem.shape) for problem in _kinds_of_problem()}
-    geometries = {type(problem.geometry).__name__ for problem in _kinds_of_problem()}
-    assert shapes == {type(numerics(Numerics(recipe=name))["shape"]) for name in RECIPES}
-    assert geometries == {"Axisymmetric", "Cartesian3D"}

@@ -1,0 +1,25 @@
+"""Which kernels sweeps need: one kind for all runs that share them."""
+
+import pytest
+
+from studies import examples
+from studies.kernels import kinds_of
+from studies.run import Run
+from studies.sweep import Sweep
+from studies.sweep_document import read_yaml
+
+
+def runs_of(example: str, **fixed: str) -> list[Run]:
+    document = read_yaml(examples.text(example), example)
+    whole = {**document, "fixed": {**document.get("fixed", {}), **fixed}}
+    return [point.run for point in Sweep.parse(whole).runs()]
+
+
+@pytest.mark.parametrize(("example", "kinds"), [("holes", 1), ("craters", 1), ("taylor", 2)])
+def test_kinds__are_those_of_geometry_choices_and_laws(example: str, kinds: int) -> None:
+    assert len(kinds_of(runs_of(example))) == kinds
+
+
+def test_kinds__of_another_recipe_are_others() -> None:
+    both = runs_of("smoke") + runs_of("smoke", recipe="thesis")
+    assert [run.parameters["shape"] for run in kinds_of(both)] == ["quadratic-bspline", "linear"]
