@@ -74,7 +74,7 @@ def closed_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], clamp: Cla
     )
 
 
-_NO_LAYER = {
+_NO_LAYER: dict[str, np.ndarray] = {
     **dict.fromkeys(("axis", "side", "kind", "face", "ghost", "inner"), np.zeros(0, np.int64)),
     "sign": np.zeros((0, 3)),
     "closed": np.zeros(0, np.uint8),

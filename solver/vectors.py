@@ -326,7 +326,7 @@ def _is_number(kind: Any) -> bool:
 
 
 def _define(function: Any, choose: Any, emit: Any, *kinds: Any) -> None:
-    """Type a function by ``choose(*types)``, a signature or None, and make its code by ``emit`` for each of ``kinds``."""
+    """Type a function by ``choose(*types)``, a signature or None; ``emit`` makes its code for each of ``kinds``."""
 
     class Template(AbstractTemplate):
         key = function

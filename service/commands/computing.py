@@ -105,7 +105,7 @@ def _document(file: Path) -> Mapping[str, Any]:
     return Sweep.parse(read_sweep_file(file)).document()
 
 
-def _examples() -> list[Mapping[str, Any]]:
+def _examples() -> Sequence[Mapping[str, Any]]:
     from studies import examples
     from studies.sweep_document import read_yaml
 

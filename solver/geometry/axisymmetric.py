@@ -5,9 +5,7 @@ hoop stress pulls its nodes inwards by V sigma_theta N / r: Sulsky and Schreyer 
 Eng. 139, 409. Particles never sit on the axis (r = 0), whose nodes are held by the symmetric face.
 """
 
-from typing import NamedTuple
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from solver.geometry import (
     PACK,
@@ -35,10 +33,10 @@ from solver.vectors import element, line, mark, number, set_line, spread
 class Axisymmetric(NamedTuple):
     """A grid of square cells in the r-z half plane; the lower corner has r = 0."""
 
-    lower: np.ndarray  # (3,) m
+    lower: Any  # (3,) m; arrays, and tuples in inner loops
     spacing: float  # m
-    cells: np.ndarray  # (3,) int64, of the domain
-    nodes: np.ndarray  # (3,) int64, ghosts included
+    cells: Any  # (3,) int64, of the domain
+    nodes: Any  # (3,) int64, ghosts included
 
 
 @implements(unpacked, Axisymmetric)

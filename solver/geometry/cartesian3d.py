@@ -1,8 +1,6 @@
 """A box in space: coordinates x, y, z."""
 
-from typing import NamedTuple
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from solver.geometry import (
     PACK,
@@ -30,10 +28,10 @@ from solver.vectors import element, line, mark, number, set_line, spread
 class Cartesian3D(NamedTuple):
     """A grid of cubes."""
 
-    lower: np.ndarray  # (3,) m
+    lower: Any  # (3,) m; arrays, and tuples in inner loops
     spacing: float  # m
-    cells: np.ndarray  # (3,) int64, of the domain
-    nodes: np.ndarray  # (3,) int64, ghosts included
+    cells: Any  # (3,) int64, of the domain
+    nodes: Any  # (3,) int64, ghosts included
 
 
 @implements(unpacked, Cartesian3D)

@@ -123,7 +123,7 @@ def velocity_gradients(geometry: Any, shape: Any, particles: Particles, nodes: N
 
 @kernel
 def _gradients(geometry, shape, table, velocities, rows):
-    index, weight, slope, lines = new_pack(geometry)
+    index, weight, slope, lines = new_pack()
     count = table.shape[1]
     for start in range(0, count, PACK):
         stop = min(start + PACK, count)
