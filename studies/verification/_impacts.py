@@ -175,11 +175,13 @@ def _field(body: Any) -> "np.ndarray":
     return np.ones((body.mass.size, 1)) * body.velocity
 
 
-def advanced(problem: "Problem", steps: int = STEPS, *, threads: int = 1) -> "Simulation":
-    """The problem after some steps."""
+def advanced(
+    problem: "Problem", steps: int = STEPS, *, threads: int = 1, shares: int = 0
+) -> "Simulation":
+    """The problem after some steps; without ``shares`` its particles are cut as their number asks for."""
     from solver.simulation import start
 
-    simulation = start(problem, threads=threads)
+    simulation = start(problem, threads=threads, shares=shares)
     for _ in range(steps):
         simulation.advance()
     return simulation

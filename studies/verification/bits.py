@@ -19,8 +19,9 @@ STEPS = {"axisymmetric": 70, "quarter": 60}
 STOPPED_AFTER = 33
 # Tension comes late: the first particles fail after 120 steps, forty of them before the stop and a hundred after it.
 LATE_STEPS, LATE_STOPPED_AFTER = 160, 140
-# Across the diameter: with three particles per cell two threads share the particles of both bodies in the plane, those
-# of the plate in space, which has no use for more; and the slabs and nodes in both.
+# Of the particles of each body, one for each of two threads and one that has to wait.
+SHARES = 3
+# Across the diameter: the shares of each body and the nodes are work for two threads, and shares meet at nodes.
 CELLS = {"axisymmetric": 26.0, "quarter": 8.0}
 PARTICLES_PER_CELL = 3
 # Of a cell: GIMP particles whose edge lies on a node leave it a mass of round-off, with which USL cannot live.
@@ -80,12 +81,12 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         where = f"axisymmetric, {name}"
         problem = impact("axisymmetric", recipe, **addition.parameters)
         yield from _rows(where, problem, addition.steps, addition.stopped_after)
-        got = addition.shown(advanced(problem, addition.steps))
+        got = addition.shown(advanced(problem, addition.steps, shares=SHARES))
         yield at_least(f"{where}: {addition.sign}", limit=SOME, got=got)
 
 
 def impact(geometry: str, recipe: Recipe, **parameters: Any) -> "Problem":
-    """The impact of a geometry, large enough to be shared by two threads."""
+    """The impact of a geometry."""
     setting = impact_setting(
         replace(recipe, particles_per_cell=PARTICLES_PER_CELL),
         geometry=geometry,
@@ -98,7 +99,7 @@ def impact(geometry: str, recipe: Recipe, **parameters: Any) -> "Problem":
 
 
 def _rows(where: str, problem: "Problem", steps: int, stopped_after: int) -> Iterator[Row]:
-    one, two = (advanced(problem, steps, threads=threads) for threads in (1, 2))
+    one, two = (advanced(problem, steps, threads=threads, shares=SHARES) for threads in (1, 2))
     bits = differing_values(one.particles, two.particles) + (one.time != two.time)
     bits += (one.audit() != two.audit()) + (one.counters != two.counters)
     yield at_most(f"{where}: values that differ between one thread and two", limit=0, got=bits)
@@ -115,7 +116,7 @@ def _rows(where: str, problem: "Problem", steps: int, stopped_after: int) -> Ite
 def _through(problem: "Problem") -> "Outcome":
     from solver.simulation import simulate
 
-    return simulate(problem, threads=1)
+    return simulate(problem, threads=1, shares=SHARES)
 
 
 def _stopped_and_resumed(problem: "Problem", steps: int) -> "Outcome":
@@ -126,12 +127,12 @@ def _stopped_and_resumed(problem: "Problem", steps: int) -> "Outcome":
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "checkpoint"
         told: list[str] = []
+        leaving = Checkpointing(path=path, leave=_after(steps))
+        resuming = Checkpointing(path=path, tell=told.append)
         try:
-            simulate(problem, threads=1, checkpoint=Checkpointing(path=path, leave=_after(steps)))
+            simulate(problem, threads=1, shares=SHARES, checkpoint=leaving)
         except Interrupted:
-            outcome = simulate(
-                problem, threads=1, checkpoint=Checkpointing(path=path, tell=told.append)
-            )
+            outcome = simulate(problem, threads=1, shares=SHARES, checkpoint=resuming)
     if not told or not told[0].startswith("from the checkpoint"):
         raise AssertionError(f"the run did not go on from its checkpoint: {told}")
     return outcome

@@ -5,12 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.simulation import start
+from solver.simulation import MOST_SHARES, SHARE, shares_for, start
 from solver.state import Particles
+from solver.step import shares_of
 from solver.threads import Team
 from tests.solver.bodies import two_blocks
 
 STEPS = 60  # beyond the first reordering of the arrays
+SHARES = 4  # work for three threads
 
 
 @given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
@@ -70,6 +72,36 @@ def test_team__takes_its_size_from_the_environment(monkeypatch: pytest.MonkeyPat
     assert Team().threads == 1
 
 
+@given(st.lists(st.integers(0, 3000), min_size=1, max_size=4), st.integers(1, 9))
+def test_shares__cover_the_particles_of_every_body_once(sizes: list[int], shares: int) -> None:
+    """In their order, and by less than two particles more in one share than in another."""
+    edges = np.cumsum([0, *sizes])
+    ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(sizes))]
+    found = shares_of(ranges, shares)
+    assert found.shape == (shares, len(sizes), 2)
+    for body, (begin, end) in enumerate(ranges):
+        covered = [place for low, high in found[:, body] for place in range(low, high)]
+        assert covered == list(range(begin, end))
+        assert np.ptp(found[:, body, 1] - found[:, body, 0]) <= 1
+
+
+@given(st.integers(1, 10_000_000))
+def test_shares__depend_on_the_number_of_particles_alone(particles: int) -> None:
+    """Never fewer than for fewer particles, a power of two, and so many that none is small."""
+    shares = shares_for(particles)
+    assert shares in [2**power for power in range(shares.bit_length())]
+    assert 1 <= shares <= MOST_SHARES
+    assert shares == 1 or particles >= shares * SHARE
+    assert shares_for(particles + 1) >= shares
+
+
+def test_simulation__has_as_many_shares_as_its_particles_ask_for_or_as_it_is_told() -> None:
+    problem = two_blocks("cartesian")
+    count = sum(body.mass.size for body in problem.bodies)
+    assert start(problem, threads=2).shares == shares_for(count)
+    assert start(problem, threads=1, shares=5).shares == 5
+
+
 @pytest.mark.parametrize("kind", ["axisymmetric", "cartesian"])
 def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None:
     one, two, three = (_final(kind, threads) for threads in (1, 2, 3))
@@ -79,7 +111,7 @@ def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None
 
 
 def _final(kind: str, threads: int) -> Particles:
-    simulation = start(two_blocks(kind), threads=threads)
+    simulation = start(two_blocks(kind), threads=threads, shares=SHARES)
     for _ in range(STEPS):
         simulation.advance()
     return simulation.particles

@@ -3,38 +3,46 @@
 import pytest
 
 from solver.simulation import Simulation, start
-from solver.stress import CHUNK
 from studies.verification import DEFAULT, bits
 
 THREADS = 2
 
 
-def sorted_impact(geometry: str, **parameters: object) -> Simulation:
-    """The impact with its particles sorted into slabs, as at the beginning of a step."""
-    simulation = start(bits.impact(geometry, DEFAULT, **parameters), threads=THREADS)
-    simulation.stepper._sort(simulation.stage)
+def mapped_impact(geometry: str, **parameters: object) -> Simulation:
+    """The impact with its particles mapped to the nodes, as at the beginning of a step."""
+    problem = bits.impact(geometry, DEFAULT, **parameters)
+    simulation = start(problem, threads=THREADS, shares=bits.SHARES)
+    for field in simulation.stepper.fields:
+        simulation.stepper._scatter(field, simulation.stage)
     return simulation
 
 
 @pytest.mark.parametrize("geometry", bits.CELLS)
-def test_bits__has_particles_of_a_body_for_each_thread(geometry: str) -> None:
-    simulation = sorted_impact(geometry)
-    pieces = [
-        len(simulation.team.ranges(end - begin, CHUNK)) for begin, end in simulation.stage.ranges
-    ]
-    assert max(pieces) == THREADS
+def test_bits__has_particles_of_each_body_in_more_shares_than_threads(geometry: str) -> None:
+    shares = mapped_impact(geometry).stage.shares
+    assert len(shares) > THREADS
+    assert (shares[:, :, 1] > shares[:, :, 0]).all()
 
 
 @pytest.mark.parametrize("geometry", bits.CELLS)
-def test_bits__has_slabs_and_nodes_for_each_thread(geometry: str) -> None:
-    stepper = sorted_impact(geometry).stepper
-    assert len(stepper.node_ranges) == THREADS
-    for shares in stepper._shares(stepper.fields[0]):
-        assert len(shares) == THREADS
+def test_bits__has_nodes_for_each_thread(geometry: str) -> None:
+    simulation = mapped_impact(geometry)
+    (field,) = simulation.stepper.fields
+    assert len(simulation.team.ranges(field.blocks.size)) == THREADS
+
+
+@pytest.mark.parametrize("geometry", bits.CELLS)
+def test_bits__has_nodes_that_several_shares_add_to(geometry: str) -> None:
+    """There the order of the sums decides the bits."""
+    (field,) = mapped_impact(geometry).stepper.fields
+    assert (field.touched[1] & field.touched[2]).any()
 
 
 @pytest.mark.parametrize("name", bits.ADDITIONS)
-def test_bits__additions_have_slabs_for_each_thread_in_each_field(name: str) -> None:
-    stepper = sorted_impact("axisymmetric", **bits.ADDITIONS[name].parameters).stepper
-    for field in stepper.fields:
-        assert [len(shares) for shares in stepper._shares(field)] == [THREADS, THREADS]
+def test_bits__additions_have_work_for_each_thread_in_each_field(name: str) -> None:
+    simulation = mapped_impact("axisymmetric", **bits.ADDITIONS[name].parameters)
+    for field in simulation.stepper.fields:
+        shares = simulation.stage.shares[:, field.bodies]
+        assert (shares[:, :, 1] > shares[:, :, 0]).all()
+        assert len(simulation.team.ranges(field.blocks.size)) == THREADS
+        assert (field.touched[1] & field.touched[2]).any()
