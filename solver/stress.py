@@ -156,7 +156,7 @@ def update_particles(
     """
     geometry = unpacked(geometry)
     index, weight, slope, lines = (
-        bare(pack.index),
+        bare(pack.first),
         bare(pack.weight),
         bare(pack.slope),
         bare(pack.lines),

@@ -115,7 +115,7 @@ def scatter_state(geometry, shape, pack, table, ranges, nodes, touched):
     """
     geometry = unpacked(geometry)
     index, weight, slope, lines = (
-        bare(pack.index),
+        bare(pack.first),
         bare(pack.weight),
         bare(pack.slope),
         bare(pack.lines),
@@ -150,7 +150,7 @@ def scatter_surface(geometry, shape, pack, table, ranges, nodes, touched):
     """
     geometry = unpacked(geometry)
     index, weight, slope, lines = (
-        bare(pack.index),
+        bare(pack.first),
         bare(pack.weight),
         bare(pack.slope),
         bare(pack.lines),
@@ -186,7 +186,7 @@ def move_particles(
     """
     geometry = unpacked(geometry)
     index, weight, slope, lines = (
-        bare(pack.index),
+        bare(pack.first),
         bare(pack.weight),
         bare(pack.slope),
         bare(pack.lines),
@@ -269,7 +269,7 @@ def scatter_smoothed(geometry, shape, pack, table, ranges, motion, smoothed):
     """Momentum of particles that move with the nodes' velocities before the forces, onto the table ``smoothed``."""
     geometry = unpacked(geometry)
     index, weight, slope, lines = (
-        bare(pack.index),
+        bare(pack.first),
         bare(pack.weight),
         bare(pack.slope),
         bare(pack.lines),

@@ -35,7 +35,7 @@ WIDEST = 3  # nodes that any shape touches along an axis
 class Pack(NamedTuple):
     """Scratch of a pack of particles."""
 
-    index: np.ndarray  # (PACK,) of the first node of each
+    first: np.ndarray  # (PACK,) index of the first node of each
     weight: np.ndarray  # (3 WIDEST, PACK) along each axis
     slope: np.ndarray  # (3 WIDEST, PACK) 1/m
     lines: np.ndarray  # (4 PACK, 8) to and from nodes

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.geometry import dimensions, grid, hoop_factor, lattice_measure
+from solver.geometry import WIDEST, dimensions, grid, hoop_factor, lattice_measure
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Matter, Problem
@@ -83,11 +83,11 @@ def stencil(geometry: Any, shape: Any, place: np.ndarray) -> Stencil:
     """The nodes of a particle at a place (m)."""
     particles = empty_particles(1)
     particles.position[0] = place
-    index, weight, slope, _ = new_pack()
+    index, weight, slope, _, _ = new_pack()
     find_nodes(geometry, shape, tabulated(particles), 0, 1, index, weight, slope)
     axes, count = dimensions(geometry), width(shape)
     along = np.array(list(np.ndindex((count,) * axes)))  # (n, axes) which node along each axis
-    lines = len(weight) // axes * np.arange(axes) + along
+    lines = WIDEST * np.arange(axes) + along
     weights, slopes = weight[lines, 0], slope[lines, 0]
     strides = [math.prod(geometry.nodes[axis + 1 :]) for axis in range(axes)]
     gradient = np.zeros((len(along), 3))

@@ -70,7 +70,7 @@ def closed(
     field = Field(Problem(geometry, (body,), faces, end_time=1.0, shape=shape), slice(0, 1), 1)
     ranges = np.array([[0, particles.mass.size]])
     table, state = tabulated(particles), field.nodes.state
-    scatter_state(geometry, shape, table, ranges, state, field.touched[0])
+    scatter_state(geometry, shape, new_pack(), table, ranges, state, field.touched[0])
     field.close(1.0, np.zeros(3))
     return field
 
@@ -117,13 +117,13 @@ def expansion_error(kind: str, shape: Any = LINEAR) -> Expansion:
 def velocity_gradients(geometry: Any, shape: Any, particles: Particles, nodes: Nodes) -> np.ndarray:
     """The velocity gradient of each particle (n, 3, 3), found as the strain update finds it."""
     rows = np.zeros((9, particles.mass.size))
-    _gradients(geometry, shape, tabulated(particles), nodes.mapped, rows)
+    _gradients(geometry, shape, new_pack(), tabulated(particles), nodes.mapped, rows)
     return rows.T.reshape(-1, 3, 3)
 
 
 @kernel
-def _gradients(geometry, shape, table, velocities, rows):
-    index, weight, slope, lines = new_pack()
+def _gradients(geometry, shape, pack, table, velocities, rows):
+    index, weight, slope, lines, _ = pack
     count = table.shape[1]
     for start in range(0, count, PACK):
         stop = min(start + PACK, count)
