@@ -162,7 +162,9 @@ def test_place_that_is_no_number__is_found_before_usf_sorts_by_it(
         simulation.advance()
 
 
-@pytest.mark.parametrize(("rate", "share", "sound"), [(1e6, 1.0 + 1e-6, True), (-1e6, 1.0 - 1e-6, False)])
+@pytest.mark.parametrize(
+    ("rate", "share", "sound"), [(1e6, 1.0 + 1e-6, True), (-1e6, 1.0 - 1e-6, False)]
+)
 def test_limit__is_that_of_the_energy_which_the_particle_keeps(
     rate: float, share: float, sound: bool
 ) -> None:

@@ -142,7 +142,12 @@ def test_scheme__gives_the_same_numbers_with_any_number_of_shares(
     kind: str, name: str, scheme: Scheme
 ) -> None:
     """But for round-off: sums are taken in another order. A few particles a share, the last ones even none."""
-    changes = {"shape": SHAPES[name], "scheme": scheme, "damping": Damping(1e6, 2), "fixed_dt": 1e-8}
+    changes = {
+        "shape": SHAPES[name],
+        "scheme": scheme,
+        "damping": Damping(1e6, 2),
+        "fixed_dt": 1e-8,
+    }
     one, many = (after(kind, 5, shares=shares, **changes).particles for shares in (1, 13))
     for field in Particles._fields:
         expected, got = getattr(one, field), getattr(many, field)
