@@ -1,4 +1,4 @@
-"""The only file that imports numba: how physics becomes machine code.
+"""How physics becomes machine code; numba is imported here and in ``vectors.py`` alone.
 
 ``device``      a function of scalars and small arrays, callable from kernels and from plain Python alike
 ``generic``     a device function chosen by the *type* of its first argument, a parameter record

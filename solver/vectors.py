@@ -211,7 +211,8 @@ def log(value):
         * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01))
     )
     half = 0.5 * f * f
-    return power * _LN2_HIGH - ((half - (s * (half + (odd + even)) + power * _LN2_LOW)) - f)
+    found = power * _LN2_HIGH - ((half - (s * (half + (odd + even)) + power * _LN2_LOW)) - f)
+    return where(finite(value), found, value)
 
 
 @device
@@ -788,5 +789,10 @@ def _reduction(function: Any, combine: Any) -> None:
     )
 
 
-_reduction(largest, lambda b, x, y: b.select(b.fcmp_unordered(">", x, y), x, y))
+def _larger(builder: Any, one: Any, other: Any) -> Any:
+    function = _external(builder, "llvm.maxnum.v8f64", [_DOUBLES, _DOUBLES], _DOUBLES)
+    return builder.call(function, [one, other])
+
+
+_reduction(largest, _larger)
 _reduction(total, lambda b, x, y: b.fadd(x, y))

@@ -19,15 +19,17 @@ from studies.run import resolve
 
 WARM, STEPS, REPEATS = 60, 40, 7  # steps before, steps in a repetition, repetitions
 STAGES = (
-    "sort_into_slabs",
     "scatter_state",
-    "fold_state",
-    "hold_state",
+    "add_lines",
+    "close_nodes",
     "solve_momentum",
+    "mirror_nodes",
+    "book_ghosts",
     "move_particles",
+    "close_mapped",
     "take_mapped",
-    "clear_nodes",
-    "update_chunks",
+    "clear_lines",
+    "update_particles",
 )
 
 

@@ -12,7 +12,8 @@ ROOT = Path(__file__).parents[2]
 HEAVY = ("numba", "llvmlite", "xarray", "netCDF4", "scipy", "pandas", "plotly", "distributed")
 NEVER_IN_THE_API_PROCESS = ("numba", "llvmlite", "xarray", "netCDF4")
 SOLVER_MAY_IMPORT = {"numpy", "scipy", "solver"}
-JIT_MAY_IMPORT = {*SOLVER_MAY_IMPORT, "numba", "llvmlite"}
+COMPILING = {ROOT / "solver" / "jit.py", ROOT / "solver" / "vectors.py"}
+COMPILING_MAY_IMPORT = {*SOLVER_MAY_IMPORT, "numba", "llvmlite"}
 
 
 @pytest.mark.parametrize("module", ["solver", "studies", "service", "whipple"])
@@ -49,7 +50,7 @@ def test_catalogue__names_are_listed_without_the_solver(catalogue: str) -> None:
     "file", sorted((ROOT / "solver").rglob("*.py")), ids=lambda file: str(file.relative_to(ROOT))
 )
 def test_solver__imports_arrays_and_the_standard_library_only(file: Path) -> None:
-    allowed = JIT_MAY_IMPORT if file == ROOT / "solver" / "jit.py" else SOLVER_MAY_IMPORT
+    allowed = COMPILING_MAY_IMPORT if file in COMPILING else SOLVER_MAY_IMPORT
     assert _imported_by(file) - set(sys.stdlib_module_names) <= allowed
 
 
