@@ -13,7 +13,13 @@ from studies.errors import Finding
 from studies.scenarios import Setting, Size
 from studies.scenarios._fields import explained
 from studies.scenarios._lattice import body, line, points
-from studies.scenarios._numerics import Numerics, filled_numerics, numerics, particles_per_cell
+from studies.scenarios._numerics import (
+    Numerics,
+    filled_numerics,
+    mean_step,
+    numerics,
+    particles_per_cell,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -99,13 +105,12 @@ def assemble(
 def size(given: Bar, extent: Extent, sound_speed: float) -> Size:
     """Particles from the volume, and steps from the stable step of the undisturbed state."""
     given = filled_numerics(given)
-    assert given.courant is not None
     step = extent.cell / particles_per_cell(given)
     if given.geometry == "axisymmetric":
         particles = 0.5 * extent.diameter * extent.length / step**2
     else:
         particles = math.pi / 16.0 * extent.diameter**2 * extent.length / step**3
-    dt = given.fixed_dt or given.courant * extent.cell / (sound_speed + extent.speed)
+    dt = mean_step(given, extent.cell, sound=sound_speed, speed=extent.speed)
     return Size(particles=round(particles), steps=math.ceil(extent.end_time / dt))
 
 

@@ -22,6 +22,7 @@ from studies.scenarios._numerics import (
     Numerics,
     check_numerics,
     filled_numerics,
+    mean_step,
     numerics,
     particles_per_cell,
 )
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 
     from solver.problem import Absorber, Body, Clamp, Face, Matter
     from studies.materials import Material
+
+SOUND = 5000.0  # m/s, in the estimate of the number of steps
 
 UPRANGE, DOWNRANGE = 2.5, 5.0  # grid in front of and behind the target, in projectile diameters
 BEYOND_EDGE = 0.5  # grid outside a free edge, in projectile diameters
@@ -186,7 +189,6 @@ def _check_projectile(given: Impact) -> list[Finding]:
 def size(given: Impact, *, thickness: float, radius: float) -> Size:
     """Particles from volumes, and steps from the stable step of the undisturbed state."""
     given = filled_numerics(given)
-    assert given.courant is not None
     lattice = spacing(given) / particles_per_cell(given)
     length = given.projectile_length or 2.0 / 3.0 * given.projectile_diameter
     round_area = math.pi / 4.0 * given.projectile_diameter**2
@@ -199,7 +201,7 @@ def size(given: Impact, *, thickness: float, radius: float) -> Size:
         parts = 4 if given.geometry == "quarter" else 2
         particles = ((2.0 * radius) ** 2 * thickness + round_area * length) / parts / lattice**3
     # Half of the impact speed on top of 5 km/s of sound: the mean over runs of copper at 2 to 7 km/s.
-    step = given.fixed_dt or given.courant * spacing(given) / (5000.0 + 0.5 * given.speed)
+    step = mean_step(given, spacing(given), sound=SOUND, speed=0.5 * given.speed)
     return Size(particles=round(particles), steps=round(end_time(given) / step))
 
 

@@ -105,6 +105,18 @@ def particles_per_cell(given: Numerics) -> int:
     return count
 
 
+def mean_step(given: Numerics, cell: float, *, sound: float, speed: float) -> float:
+    """A run's time step, about, for cells of a size (m), from its mean signal speed and that of its particles, s."""
+    given = filled_numerics(given)
+    assert given.courant is not None
+    assert given.travel is not None
+    if given.fixed_dt:
+        return given.fixed_dt
+    if given.step_rule == "convective":
+        return given.courant * cell / (sound + speed)
+    return cell * min(given.courant / sound, given.travel / speed)
+
+
 def numerics(given: Numerics) -> dict[str, Any]:
     """What ``Problem`` takes besides geometry, bodies, faces and time."""
     from solver.problem import ArtificialViscosity, Damping, Scheme, StepRule

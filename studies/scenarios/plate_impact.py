@@ -21,6 +21,7 @@ from studies.scenarios._numerics import (
     Numerics,
     check_numerics,
     filled_numerics,
+    mean_step,
     numerics,
     particles_per_cell,
 )
@@ -265,12 +266,11 @@ def _matter(given: PlateImpact, material: "Material") -> "Matter":
 
 def _size(given: PlateImpact, materials: Materials) -> Size:
     given = filled_numerics(given)
-    assert given.courant is not None
     layers = sum(_thicknesses(given)) / _cell(given) * particles_per_cell(given)
     across = given.cells_across * particles_per_cell(given)
     flat = given.geometry == "axisymmetric"
     behind = max(shocks(materials["flyer"], materials["target"], given.speed).speeds)
-    step = given.fixed_dt or given.courant * _cell(given) / (behind + given.speed)
+    step = mean_step(given, _cell(given), sound=behind, speed=given.speed)
     return Size(
         particles=round(layers * (across if flat else across**2)),
         steps=math.ceil(_end_time(given, materials) / step),

@@ -12,7 +12,7 @@ from solver.geometry import dimensions, node_count, node_positions
 from solver.registry import entries
 from solver.shapes import weights, width
 from solver.state import BLOCK, empty_nodes, empty_particles, tabulated
-from solver.transfer import scatter_state
+from solver.transfer import new_pack, scatter_state
 from solver.vectors import LANES
 from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil
 from tests.verification.fields import velocity_gradients
@@ -152,7 +152,7 @@ def test_scatter__gives_each_node_its_share_of_every_particle(kind: str, name: s
     got, expected = empty_nodes(node_count(geometry)), empty_nodes(node_count(geometry))
     touched = np.zeros(got.mass.size // BLOCK, np.uint8)
     ranges = np.array([[0, particles.mass.size]])
-    scatter_state(geometry, shape, tabulated(particles), ranges, got.state, touched)
+    scatter_state(geometry, shape, new_pack(), tabulated(particles), ranges, got.state, touched)
     blocks = set()
     for p in range(particles.mass.size):
         found = stencil(geometry, shape, particles.position[p])

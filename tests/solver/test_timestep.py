@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.problem import ArtificialViscosity, Body, Problem
+from solver.problem import ArtificialViscosity, Body, Problem, StepRule
 from solver.simulation import Simulation, start
 from solver.stress import SOUND_SPEED_FLOOR, Tally, empty_tally
 from solver.timestep import FIRST_STEP, GROWTH, VOLUME_CHANGE, first_step, stable_step
@@ -22,31 +22,55 @@ from tests.solver.bodies import (
     two_blocks,
 )
 
-COURANT = 0.4
+COURANT, TRAVEL = 0.4, 0.5
 ROUND_OFF = 1e-12
 signals = st.floats(10.0, 1e6)
 volume_rates = st.floats(0.0, 1e12)
 
 
-def tally(*signals_and_rates: tuple[float, float]) -> Tally:
-    """What shares reported."""
+def tally(*signals_and_rates: tuple[float, float], speed: float = 0.0) -> Tally:
+    """What shares reported, of particles that fly at a speed."""
     reported, _ = empty_tally(len(signals_and_rates))
     for row, (signal, rate) in enumerate(signals_and_rates):
         reported.signal[row], reported.volume_rate[row] = signal, rate
+        reported.convected[row], reported.speed[row] = signal + speed, speed
     return reported
 
 
-def step(reported: Tally, previous: float = 1.0) -> float:
-    return stable_step(reported, courant=COURANT, spacing=SPACING, previous=previous)
+def step(
+    reported: Tally,
+    previous: float = 1.0,
+    rule: StepRule = StepRule.CONVECTIVE,
+    travel: float = TRAVEL,
+) -> float:
+    return stable_step(
+        reported, courant=COURANT, spacing=SPACING, previous=previous, rule=rule, travel=travel
+    )
 
 
-@given(signals, volume_rates, st.floats(1e-12, 1e-3))
+@given(signals, signals, volume_rates, st.floats(1e-12, 1e-3))
 def test_step__lets_no_signal_cross_more_than_its_part_of_a_cell(
-    signal: float, rate: float, previous: float
+    signal: float, speed: float, rate: float, previous: float
 ) -> None:
-    dt = step(tally((signal, rate)), previous)
-    assert dt > 0.0
-    assert dt * signal <= COURANT * SPACING * (1.0 + ROUND_OFF)
+    reported = tally((signal, rate), speed=speed)
+    for rule, fastest in ((StepRule.ACOUSTIC, signal), (StepRule.CONVECTIVE, signal + speed)):
+        dt = step(reported, previous, rule)
+        assert dt > 0.0
+        assert dt * fastest <= COURANT * SPACING * (1.0 + ROUND_OFF)
+
+
+@given(signals, signals, st.sampled_from(StepRule))
+def test_step__lets_no_particle_move_more_than_its_part_of_a_cell(
+    signal: float, speed: float, rule: StepRule
+) -> None:
+    dt = step(tally((signal, 0.0), speed=speed), rule=rule)
+    assert dt * speed <= TRAVEL * SPACING * (1.0 + ROUND_OFF)
+
+
+def test_acoustic_step__does_not_fall_with_a_speed_that_travel_allows() -> None:
+    slow, fast = (tally((6e3, 0.0), speed=speed) for speed in (0.0, 6e3))
+    assert step(fast, rule=StepRule.ACOUSTIC) == step(slow, rule=StepRule.ACOUSTIC)
+    assert step(fast) == pytest.approx(0.5 * step(slow))
 
 
 @given(signals, volume_rates, st.floats(1e-12, 1e-3))
@@ -91,12 +115,15 @@ def lone(body: Body, viscosity: ArtificialViscosity | None = None) -> Simulation
 
 
 @pytest.mark.parametrize("speed", [0.0, 6000.0])
-def test_signal__is_sound_plus_particle_speed(speed: float) -> None:
+def test_signal__is_sound_and_beside_it_the_particle_speed_on_top(speed: float) -> None:
     geometry = box(6, 6, 6)
     body = block(geometry, (2.0, 2.0, 2.0), (4.0, 4.0, 4.0), velocity=(0.0, 0.0, speed))
     simulation = lone(body, viscosity=ArtificialViscosity(0.0, 0.0))
     simulation.advance()
-    assert simulation.tally.signal.max() == pytest.approx(longitudinal_speed() + speed, rel=1e-9)
+    found = simulation.tally
+    assert found.signal.max() == pytest.approx(longitudinal_speed(), rel=1e-9)
+    assert found.convected.max() == pytest.approx(longitudinal_speed() + speed, rel=1e-9)
+    assert found.speed.max() == pytest.approx(speed, rel=1e-9)
 
 
 def test_signal__of_thin_matter_is_floored() -> None:
