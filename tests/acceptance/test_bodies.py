@@ -32,15 +32,15 @@ def service() -> Iterator[Service]:
 
 
 def test_bad_body__is_refused_cheaply(service: Service) -> None:
-    holds(bodies.refused(service, COSTLY))
+    holds(bodies.refused(service, COSTLY, bodies.BUSY))
 
 
 def test_head__that_never_ends_is_closed_and_others_are_served(service: Service) -> None:
-    holds(bodies.closed(service, HEADER, HALVES, hasty.HEAD_SECONDS))
+    holds(bodies.closed(service, HEADER, HALVES, hasty.HEAD_SECONDS, bodies.BUSY))
 
 
 def test_body__in_chunks_of_one_byte_holds_nobody_up(service: Service) -> None:
-    holds(bodies.chunked(service))
+    holds(bodies.chunked(service, bodies.BUSY))
 
 
 def test_body__that_comes_byte_by_byte_is_closed(service: Service) -> None:
