@@ -98,14 +98,15 @@ def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> np.
     columns = []
     for state, row in zip(states.T, gradients.T, strict=True):
         gradient = row.reshape(3, 3)
-        old = Point(*state[:4], tuple(state[4:10]), *state[10:])
+        density, energy, pressure, viscosity, *stress = state[:10]
+        strain, kelvin, damage = state[10:]
+        deviator = (stress[0], stress[1], stress[2], stress[3], stress[4], stress[5])
+        old = Point(density, energy, pressure, viscosity, deviator, strain, kelvin, damage)
         new, present, acts = advance(matter, VISCOSITY, SPACING, DT, gradient, old)
         rate = np.trace(gradient)
         beyond = outside_range(matter.eos, new.density), below_range(matter.eos, new.density)
         signal = signal_speed(matter, VISCOSITY, SPACING, rate, new)
-        columns.append(
-            (*new[:4], *new.deviator, *new[5:], present, *acts, *beyond, *signal)  # type: ignore[misc]
-        )
+        columns.append((*new[:4], *new.deviator, *new[5:], present, *acts, *beyond, *signal))
     return np.array(columns, float).T
 
 
