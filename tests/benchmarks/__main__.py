@@ -99,7 +99,8 @@ def main() -> None:
             one = simulation(geometry, cells, shape, threads=1)
             cost = nanoseconds(one)
             particles = one.particles.mass.size
-            print(f"{geometry}, {shape}, {particles} particles: {cost:.0f} ns per particle-step")
+            size = f"{particles} particles in {one.shares} shares"
+            print(f"{geometry}, {shape}, {size}: {cost:.0f} ns per particle-step")
             for name, part in split(one).items():
                 print(f"    {name:16} {part:6.1f} ns  {part / cost:5.0%}")
             two = nanoseconds(simulation(geometry, cells, shape, threads=2))
