@@ -33,6 +33,9 @@ class Ticket:
     spec: Mapping[str, Any]  # a run as JSON; or document and outcomes of a sweep
     seconds_limit: float  # wall clock
     targets: str | None  # a module in place of ``worker.TARGETS``
+    run: str | None = (
+        None  # id of the run as it was submitted; another version may call it otherwise
+    )
     keep: Keep = Keep.FINAL  # what a run leaves behind
     checkpoint: str | None = None  # file that a run goes on from, and writes as it goes
     memory_limit: int | None = None  # bytes of data that its process may hold

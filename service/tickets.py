@@ -33,6 +33,7 @@ class Tickets:
             spec=claim.spec if is_run else self._publication(claim),
             seconds_limit=self._settings.run_seconds_limit,
             targets=self._settings.targets_module,
+            run=claim.id if is_run else None,
             keep=claim.keep,
             checkpoint=str(self._artifacts.checkpoint(claim.id)) if is_run else None,
             memory_limit=self._memory_limit,

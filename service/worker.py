@@ -106,8 +106,12 @@ def perform(
             answers |= read_again(spec, directory)
         target.publish(spec["document"], answers, directory)
         return
+    run = target.Run.from_json(spec)
+    if order["run"] not in (None, run.id):
+        target.refuse(order["run"], directory)
+        return
     target.execute(
-        target.Run.from_json(spec),
+        run,
         directory,
         lambda told: tell({"progress": _finite(asdict(told))}),
         checkpoint=Path(order["checkpoint"]) if order["checkpoint"] else None,

@@ -15,7 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from solver import PHYSICS_VERSION
 from studies import scenarios
+from studies.atomic import write_atomically
 from studies.errors import Finding, InvalidInput
+from studies.files import ANSWER
 from studies.materials import Material, simulated
 from studies.parameters import parse_parameters
 from studies.results import Measured, Progress, RunResult
@@ -32,6 +34,7 @@ __all__ = [
     "RunResult",
     "estimate",
     "execute",
+    "refuse",
     "resolve",
 ]
 
@@ -160,6 +163,21 @@ def execute(
         film=film,
         say=say,
     )
+
+
+def refuse(run_id: str, directory: Path) -> None:
+    """Leave the result of a run that was submitted under another physics, or under other defaults: failed, with why.
+
+    Its number is that of what was asked then; computed now, other numbers would stand under it.
+    """
+    directory.mkdir(parents=True, exist_ok=True)
+    reason = (
+        "this run was submitted to another version of whipple, and this one (physics "
+        f"{PHYSICS_VERSION}) would not give its numbers; submit the sweep again"
+    )
+    result = RunResult(run_id, "failed", reason=reason, failure="OtherPhysics")
+    text = json.dumps(result.as_json(), allow_nan=False, indent=1)
+    write_atomically(directory / ANSWER, lambda file: Path(file).write_text(text))
 
 
 def _canonical(content: Mapping[str, Any]) -> str:

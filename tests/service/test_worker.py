@@ -17,6 +17,8 @@ from service import supervisor, warm, worker
 from service.attempt import Ticket
 from service.jobs import Cause
 from service.supervisor import supervise
+from studies.files import ANSWER
+from studies.run import resolve
 from tests.service.attempts import (
     LIMIT,
     nobody,
@@ -126,6 +128,20 @@ def test_log__that_cannot_be_written_hides_no_error(tmp_path: Path) -> None:
     (tmp_path / "a1-token").mkdir()
     (tmp_path / "a1-token" / "log.txt").symlink_to("/dev/full")
     assert supervise(order, nobody).failure == "RuntimeError"
+
+
+def test_run__that_another_version_was_asked_for_fails_and_says_how_to_go_on(
+    tmp_path: Path,
+) -> None:
+    """The content of a run gives another id under another physics, or under other defaults."""
+    spec = resolve("elastic_bar", {}, {}).as_json()
+    order = replace(ticket(tmp_path), targets=None, spec=spec, run="0" * 32)
+    ending = supervise(order, nobody)
+    assert ending.cause is None
+    result = json.loads((Path(order.directory) / ANSWER).read_text())
+    assert (result["run_id"], result["state"]) == ("0" * 32, "failed")
+    assert result["failure"] == "OtherPhysics"
+    assert "submit the sweep again" in result["reason"]
 
 
 def test_idle_process__holds_no_folder(tmp_path: Path) -> None:
