@@ -219,8 +219,8 @@ def _share_of_nominal(
 ) -> np.ndarray:
     """Weight within a window about each centre, over the undisturbed one; nothing counts below the last centre."""
     low, high = np.maximum(centre - 0.5 * window, centre[-1]), centre + 0.5 * window
-    filled = cumulated(place, weight, width, high) - cumulated(place, weight, width, low)
-    share: np.ndarray = filled / nominal(low, high)
+    below = cumulated(place, weight, width, np.concatenate([low, high]))
+    share: np.ndarray = (below[low.size :] - below[: low.size]) / nominal(low, high)
     return share
 
 
@@ -282,7 +282,7 @@ def radii_by_sector(
     """
     radii = np.empty(seen.sectors)
     for sector in range(seen.sectors):
-        mine = keep & (seen.sector == sector)
+        mine = keep & (weight > 0.0) & (seen.sector == sector)
         radii[sector] = edge(
             seen.radius[mine],
             weight[mine],
