@@ -70,7 +70,7 @@ class Counters:
                 setattr(self, name, getattr(self, name) + int(count))
 
 
-# What each chunk of particles counts for itself.
+# What each share of the particles counts for itself.
 COUNTED = [one.name for one in fields(Counters) if one.name in Tally._fields]
 
 

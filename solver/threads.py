@@ -11,8 +11,6 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import Any
 
-import numpy as np
-
 
 class Team:
     """A fixed number of threads that run shares of the same kernel."""
@@ -35,15 +33,3 @@ class Team:
         pieces = max(1, min(self.threads, count // grain))
         edges = [round(piece * count / pieces / grain) * grain for piece in range(pieces)] + [count]
         return list(pairwise(edges))
-
-    def balanced(self, load: np.ndarray, index: np.ndarray) -> list[np.ndarray]:
-        """The places in ``index`` dealt out so that each thread has about the same sum of ``load``."""
-        if self.threads == 1:
-            return [index]
-        shares: list[list[int]] = [[] for _ in range(self.threads)]
-        sums = [0] * self.threads
-        for place in index[np.argsort(-load[index], kind="stable")]:
-            lightest = sums.index(min(sums))
-            shares[lightest].append(int(place))
-            sums[lightest] += int(load[place])
-        return [np.array(share, dtype=np.int64) for share in shares if share]

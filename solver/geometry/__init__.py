@@ -135,12 +135,6 @@ def set_columns(lines, row, a, b, c, d, e, f, g, h):
 
 
 @device
-def position_in_cells(geometry, position, p, axis):
-    """Coordinate of particle ``p`` along an axis, counted in cells from the first node, which is a ghost."""
-    return (position[p, axis] - geometry.lower[axis]) / geometry.spacing + MARGIN
-
-
-@device
 def exit_face(geometry, position, p):
     """The face through which particle ``p`` of ``position`` (n, 3) lies outside the grid, as 2 axis + side, or -1."""
     inverse = 1.0 / geometry.spacing

@@ -29,27 +29,6 @@ def test_ranges__begin_at_multiples_of_the_grain(count: int, threads: int, grain
     assert all(begin % grain == 0 for begin, _ in ranges)
 
 
-loads = st.lists(st.integers(0, 1000), min_size=1, max_size=40)
-
-
-@given(loads, st.integers(1, 4))
-def test_balanced__deals_out_every_place_once(load: list[int], threads: int) -> None:
-    index = np.arange(0, len(load), 2)
-    shares = Team(threads).balanced(np.array(load), index)
-    dealt = np.concatenate(shares) if shares else np.empty(0)
-    assert sorted(dealt.tolist()) == index.tolist()
-
-
-@given(loads, st.integers(2, 4))
-def test_balanced__differ_by_one_place_at_most(load: list[int], threads: int) -> None:
-    """The heaviest share exceeds the lightest by no more than the heaviest place: longest first."""
-    index = np.arange(len(load))
-    shares = Team(threads).balanced(np.array(load), index)
-    sums = [sum(load[place] for place in share) for share in shares]
-    sums += [0] * (threads - len(sums))
-    assert max(sums) - min(sums) <= max(load)
-
-
 def test_team__runs_every_share() -> None:
     for threads in (1, 3):
         done: list[int] = []
