@@ -19,7 +19,7 @@ help:
 	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
-	@echo "make bench              measure speed; never part of pass or fail"
+	@echo "make bench [JSON=file]  measure speed; never part of pass or fail"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
 # The demo computes everything itself; the first time it compiles the kernels too.
@@ -48,7 +48,7 @@ soak: $(DEVELOPMENT)
 	@WHIPPLE_SEED=$${SEED:-$$RANDOM} $(BIN)/python -m tests.claims queue
 
 bench: $(DEVELOPMENT)
-	@$(BIN)/python -m tests.benchmarks
+	@$(BIN)/python -m tests.benchmarks $(if $(JSON),--json $(JSON))
 	@$(BIN)/python -m tests.benchmarks.queue
 
 clean:

@@ -1,23 +1,23 @@
-"""``make bench``: nanoseconds per particle-step by shape, their split over the stages, the worth of a second thread.
+"""``make bench``: what a particle-step costs, by shape, in stages, in threads and beside the step that it replaced.
 
 ``SECONDS_PER_PARTICLE_STEP`` in studies/run.py has its figures from here. Machines are noisy: what counts are ratios
-within one run, with nothing else at work. Each figure is the median over repetitions of the same steps.
+within one run, with nothing else at work. ``make bench JSON=file`` writes the figures flat.
 """
 
-import statistics
+import argparse
+import json
 import time
 from collections import defaultdict
-from collections.abc import Callable
-from typing import Any, get_args
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
 from solver import step
-from solver.simulation import Simulation, start
-from studies.execution import setting_of
-from studies.materials import load
-from studies.recipes import Shape
-from studies.run import resolve
+from solver.simulation import Simulation
+from tests.benchmarks import baseline
+from tests.benchmarks.measure import simulation
 
-WARM, STEPS, REPEATS = 60, 40, 7  # steps before, steps in a repetition, repetitions
+STEPS, REPEATS = 40, 7  # in a repetition
 STAGES = (
     "scatter_state",
     "add_lines",
@@ -33,38 +33,15 @@ STAGES = (
 )
 
 
-def simulation(geometry: str, cells: int, shape: str, threads: int) -> Simulation:
-    """A copper perforation at 4 km/s in the thesis' numerics but for the shape, warmed until the shock is inside."""
-    copper = load("copper-ofhc")
-    materials = {"projectile": copper, "target": copper}
-    parameters = {
-        "speed": 4e3,
-        "projectile_diameter": 8e-3,
-        "plate_thickness": 2e-3,
-        "projectile": "copper-ofhc",
-        "target": "copper-ofhc",
-        "geometry": geometry,
-        "cells_per_diameter": float(cells),
-        "recipe": "thesis",
-        "shape": shape,
-    }
-    run = resolve("thin_plate", parameters, materials)
-    made = start(setting_of(run).problem, threads=threads)
-    for _ in range(WARM):
-        made.advance()
-    return made
-
-
-def nanoseconds(made: Simulation) -> float:
-    """Median cost of a particle-step, ns."""
+def fastest(made: Simulation) -> float:
+    """Wall time of the fastest of some repetitions, ns per particle-step."""
     costs = []
     for _ in range(REPEATS):
-        particles = made.particles.mass.size
         begin = time.perf_counter()
         for _ in range(STEPS):
             made.advance()
-        costs.append((time.perf_counter() - begin) / STEPS / particles * 1e9)
-    return statistics.median(costs)
+        costs.append((time.perf_counter() - begin) / STEPS / made.particles.mass.size * 1e9)
+    return min(costs)
 
 
 def split(made: Simulation) -> dict[str, float]:
@@ -92,19 +69,40 @@ def split(made: Simulation) -> dict[str, float]:
     return {name: spent[name] / STEPS / made.particles.mass.size * 1e9 for name in STAGES}
 
 
+def figures() -> Iterator[tuple[str, float]]:
+    """The figures by name, printed as they come."""
+    before = json.loads(baseline.FILE.read_text())
+    print(f"the step before: {before['commit']}, {before['processor']}, {before['date']}")
+    for name, figure in baseline.cost_of(baseline.ROOT).items():
+        speedup = before["figures"][name]["ratio"] / figure["ratio"]
+        print(
+            f"{name}, {figure['particles']} particles: {figure['ns']:.0f} ns per particle-step, "
+            f"{figure['ratio']:.1f} times the reference; {speedup:.1f} times as fast as before"
+        )
+        yield f"{name}_speedup", speedup
+        yield f"{name}_ns", figure["ns"]
+        yield "reference_ns", figure["reference_ns"]
+    for name in ("axisymmetric_default", "3d_linear"):
+        print(f"{name} by stage")
+        for stage, cost in split(simulation(name)).items():
+            print(f"    {stage:16} {cost:6.1f} ns")
+    yield "two_threads_3d_linear", _worth_of_a_thread("3d_linear")
+
+
+def _worth_of_a_thread(name: str) -> float:
+    one, two = (fastest(simulation(name, threads)) for threads in (1, 2))
+    print(f"{name}, two threads: {two:.0f} ns, {one / two:.2f} times as fast as one")
+    return one / two
+
+
 def main() -> None:
-    """Print the figures."""
-    for geometry, cells in (("axisymmetric", 32), ("quarter", 16)):
-        for shape in get_args(Shape):
-            one = simulation(geometry, cells, shape, threads=1)
-            cost = nanoseconds(one)
-            particles = one.particles.mass.size
-            size = f"{particles} particles in {one.shares} shares"
-            print(f"{geometry}, {shape}, {size}: {cost:.0f} ns per particle-step")
-            for name, part in split(one).items():
-                print(f"    {name:16} {part:6.1f} ns  {part / cost:5.0%}")
-            two = nanoseconds(simulation(geometry, cells, shape, threads=2))
-            print(f"    two threads: {two:.0f} ns, {cost / two:.2f} times as fast")
+    """Print the figures, and write them to a file where one is named."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures there too")
+    file = parser.parse_args().json
+    found = dict(figures())
+    if file:
+        file.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
