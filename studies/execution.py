@@ -107,16 +107,16 @@ class Observer:
         return {name: self.measured_as(name) for name in self.scenario.measurements}
 
     def growth(self, name: str) -> float:
-        """Range of a measurement within the last window; NaN before one has passed, and where a value is missing in it.
+        """Range of a measurement within the last window; NaN before one has passed, and without a present value.
 
-        What has to settle, as a hole, has grown from nothing where it was not there yet.
+        A length that was not there yet, as a hole, has grown from nothing.
         """
         begin = self.times[-1] - self.pace.window * (1.0 - 1e-9)
         earlier = [index for index, at in enumerate(self.times) if at <= begin]
         if not earlier:
             return math.nan
         values = np.array([reading[name].value for reading in self.readings[earlier[-1] :]])
-        if name in self.scenario.settles:
+        if self._is_judged(name):
             values[:-1] = np.nan_to_num(values[:-1])
         return float(np.ptp(values))
 
@@ -126,6 +126,11 @@ class Observer:
             for name in measurement.follows
         }
         return measurement.read(History(np.array(self.times), values))
+
+    def _is_judged(self, name: str) -> bool:
+        """Whether it is said of a measurement that it still grows: of lengths, and of what a run waits for."""
+        waited = name in self.scenario.settles
+        return waited or (measurements.load(name).unit == "m" and math.isfinite(self.pace.window))
 
     def _settled(self, name: str) -> bool:
         """Two windows at least, and a range within the last one below a share of the value or a quarter of a cell."""
@@ -144,7 +149,7 @@ class Observer:
             parts["growth"] = growth
         known = math.isfinite(reading.value)
         flags = reading.flags
-        if known and name in self.scenario.settles and not self._settled(name):
+        if known and self._is_judged(name) and not self._settled(name):
             flags = (*flags, "still_growing")
         uncertainty = math.hypot(*parts.values()) if known and parts else None
         if uncertainty and uncertainty > measurements.load(name).widest * abs(reading.value):

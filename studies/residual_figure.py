@@ -15,7 +15,7 @@ BAND = "value and error bar"  # the label that it has in the figure of convergen
 def residuals(view: View, name: str) -> Figure:
     """Law minus simulation, over the simulation."""
     words = name.replace("_", " ")
-    values, bars = view.succeeded(name), judging(view, name)
+    values, bars = view.compared(name), judging(view, name)
     sized = np.where(values == 0.0, np.nan, values)  # nothing is relative to zero
     panels = tuple(
         _panel(view, name, piece, sized / view.norm(name), bars / np.abs(sized))

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from studies.places import Place, axes_of, places_of
-from studies.points import UNSETTLED, simulated
+from studies.points import UNSETTLED, comparable, simulated
 from studies.quantities import readable
 from studies.variables import VERDICT_WORDS
 
@@ -57,6 +57,10 @@ class View:
     def succeeded(self, name: str) -> np.ndarray:
         """Measured values of each run; NaN where the run did not succeed."""
         return simulated(self.dataset, name).values.ravel()
+
+    def compared(self, name: str) -> np.ndarray:
+        """Measured values of each run with which laws are compared; NaN elsewhere."""
+        return comparable(self.dataset, name).values.ravel()
 
     @property
     def refined(self) -> bool:

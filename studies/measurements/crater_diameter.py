@@ -25,7 +25,7 @@ DEEPEST = (
 
 
 def _read(seen: View) -> Reading:
-    """Where walls begin on the way out from the axis, in three layers, on a straight line to the original surface."""
+    """Where walls begin on the way out from the axis, in three layers, continued to the original surface."""
     depth = load("crater_depth").read(seen).value
     if depth < seen.cell:
         return Reading(math.nan, flags=("no_crater",))
@@ -37,7 +37,9 @@ def _read(seen: View) -> Reading:
         return Reading(math.nan, flags=("no_crater",))
     if not contained(seen, walls):
         return Reading(math.nan, flags=("not_contained",))
-    _, radii = np.polyfit(CENTRES, walls, 1)
+    # Squares of the radii: linear in the depth for a paraboloid, and but for the square of the depth for a sphere.
+    _, squares = np.polyfit(CENTRES, walls**2, 1)
+    radii = np.sqrt(np.maximum(squares, 0.0))
     return Reading(
         equal_area_diameter(radii),
         {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
@@ -63,8 +65,8 @@ MEASUREMENT = Measurement(
     unit="m",
     meaning="equal-area diameter at the original surface: the radius at which matter connected to the target, by its "
     "undisturbed volume, first fills half of a window of two cells on the way out from the axis, in three layers of "
-    "two cells, one cell apart below the surface, continued to it by the straight line through them; in a crater of "
-    "less than eight cells the layers are thinner, so that they end above half of its depth",
+    "two cells, one cell apart below the surface, continued to it by the straight line through its squares; in a "
+    "crater of less than eight cells the layers are thinner, so that they end above half of its depth",
     version=3,
     read=_read,
 )

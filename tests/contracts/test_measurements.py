@@ -634,6 +634,17 @@ def test_crater_diameter__is_that_of_the_wall_at_the_surface_to_a_tenth_of_a_cel
     assert abs(diameter - 2.0 * CRATER) < 2.0 * TENTH
 
 
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.8])  # depth over radius
+def test_crater_diameter__of_a_spherical_cap_is_that_at_the_surface(share: float) -> None:
+    depth = share * CRATER
+    sphere = (CRATER**2 + depth**2) / (2.0 * depth)
+
+    def wall(z: float) -> float:
+        return math.sqrt(sphere**2 - (z + sphere - depth) ** 2)
+
+    assert abs(value("crater_diameter", cratered(wall, depth)) - 2.0 * CRATER) < 2.0 * TENTH
+
+
 @pytest.mark.parametrize("cells", [3.0, 5.0, 7.0])
 def test_crater_diameter__of_a_shallow_crater_does_not_see_its_floor(cells: float) -> None:
     shallow = cratered(WALLS["cylinder"], cells * CELL)

@@ -196,6 +196,15 @@ def test_growth__of_a_hole_that_was_not_there_yet_is_the_whole_of_it() -> None:
     assert watched([math.nan] * 10 + [4.0]).growth("hole_diameter") == pytest.approx(4e-3)
 
 
+def test_companion_of_a_hole__that_has_just_come_or_moves_is_still_growing() -> None:
+    name = "hole_diameter_clear"
+    for history in ([math.nan] * 10 + [15.0], [15.0] * 10 + [13.0, 15.0]):
+        clear = watched(history, name).measured_as(name)
+        assert "still_growing" in clear.flags
+        assert clear.uncertainty is not None
+        assert clear.uncertainty > 1.9e-3
+
+
 def test_growth__is_the_range_within_the_last_window_and_a_part_of_the_uncertainty() -> None:
     """A dent in the history counts although both of its ends are level."""
     observer = watched([*STEADY, 15.0, 15.3, 15.0, 15.0])
