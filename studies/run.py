@@ -39,10 +39,10 @@ __all__ = [
 ]
 
 # Cost of a particle-step on one core by geometry and shape, s: processor time of the problems of ``make bench``, copper
-# with Johnson-Cook, 2026-11-21. A particle in three dimensions reaches 27 nodes with a wide shape, 8 with a linear one.
+# with Johnson-Cook, 2026-11-22. A particle in three dimensions reaches 27 nodes with a wide shape, 8 with a linear one.
 SECONDS_PER_PARTICLE_STEP = {
-    "axisymmetric": {"linear": 0.45e-6, "gimp": 0.65e-6, "quadratic-bspline": 0.56e-6},
-    "cartesian": {"linear": 0.53e-6, "gimp": 1.1e-6, "quadratic-bspline": 1.0e-6},
+    "axisymmetric": {"linear": 0.094e-6, "gimp": 0.122e-6, "quadratic-bspline": 0.106e-6},
+    "cartesian": {"linear": 0.204e-6, "gimp": 0.269e-6, "quadratic-bspline": 0.237e-6},
 }
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 
