@@ -69,9 +69,7 @@ class Stage(NamedTuple):
 
     table: np.ndarray  # (ROWS, n)
     particles: Particles  # views of it
-    shares: (
-        np.ndarray
-    )  # (s, bodies, 2) where the particles of each body begin and end in each share
+    shares: np.ndarray  # (s, bodies, 2) where each body's particles begin and end in each share
 
 
 class Booked(NamedTuple):
@@ -294,36 +292,44 @@ class Stepper:
         mirror_vectors(field.closed, smoothed, VELOCITY)
 
     def _update(self, stage: Stage, tally: np.ndarray, dt: float, *, keep: int) -> None:
+        """Each share's bodies one after another, because they have its pack in common."""
+        bodies = range(len(self.problem.bodies))
+        pairs = [(field, body) for field in self.fields for body in bodies[field.bodies]]
+
+        def update(share: int) -> None:
+            for field, body in pairs:
+                self._update_body(field, body, share, stage, tally, dt, keep)
+
+        self.team.run(update, range(len(self.packs)))
+
+    def _update_body(
+        self,
+        field: Field,
+        body: int,
+        share: int,
+        stage: Stage,
+        tally: np.ndarray,
+        dt: float,
+        keep: int,
+    ) -> None:
         problem = self.problem
-
-        def update(work: tuple[int, int, int, Field]) -> None:
-            row, body, share, field = work
-            begin, end = stage.shares[share, body].tolist()
-            update_particles(
-                problem.geometry,
-                problem.shape,
-                self.packs[share],
-                problem.bodies[body].matter,
-                problem.viscosity,
-                self.limits,
-                stage.table,
-                begin,
-                end,
-                field.nodes.mapped,
-                tally,
-                row,
-                dt,
-                keep,
-            )
-
-        shares, bodies = stage.shares.shape[:2]
-        works = [
-            (share * bodies + body, body, share, field)
-            for field in self.fields
-            for body in range(bodies)[field.bodies]
-            for share in range(shares)
-        ]
-        self.team.run(update, works)
+        begin, end = stage.shares[share, body].tolist()
+        update_particles(
+            problem.geometry,
+            problem.shape,
+            self.packs[share],
+            problem.bodies[body].matter,
+            problem.viscosity,
+            self.limits,
+            stage.table,
+            begin,
+            end,
+            field.nodes.mapped,
+            tally,
+            share * len(problem.bodies) + body,
+            dt,
+            keep,
+        )
 
     def _over_shares(self, field: Field, stage: Stage, call: Any) -> None:
         """A kernel over each share of the particles of a field."""

@@ -19,9 +19,8 @@ from studies.measurements._view import (
 # end of it: layers are two cells high, and matter is looked for in windows two cells wide.
 LAYER = 2.0  # cells
 CENTRES = np.array([1.0, 2.0, 3.0])  # of the layers below the original surface, in cells
-DEEPEST = (
-    0.5  # of the crater's depth, where the lowest layer ends at the latest: the floor is no wall
-)
+# Of the crater's depth, where the lowest layer ends at the latest: the floor is no wall.
+DEEPEST = 0.5
 
 
 def _read(seen: View) -> Reading:
