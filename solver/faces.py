@@ -301,9 +301,9 @@ def cross_faces(geometry, faces, clamp, particles, impulse):
     A fixed face is free beyond the clamp. At a symmetric face, the axis too, a particle changes places
     with its image in the mirrored body. At a fixed face and at a wall it is no image: its stress stays.
 
-    Returns how many were put back; adds what they were given to ``impulse`` (3,).
+    Returns how many died and how many were put back; adds what these were given to ``impulse`` (3,).
     """
-    reflected = 0
+    gone, reflected = 0, 0
     for p in range(particles.mass.size):
         face = exit_face(geometry, particles.position, p)
         while face >= 0 and particles.alive[p]:
@@ -314,6 +314,7 @@ def cross_faces(geometry, faces, clamp, particles, impulse):
                 kind == _FIXED and not _clamped(clamp, particles.position, p, axis)
             ):
                 particles.alive[p] = 0
+                gone += 1
             else:
                 _put_back(geometry, particles, p, axis, side)
                 if kind == _SYMMETRIC:
@@ -322,7 +323,7 @@ def cross_faces(geometry, faces, clamp, particles, impulse):
                     impulse[axis] += _turn_round(particles, p, axis, side)
                 reflected += 1
             face = exit_face(geometry, particles.position, p)
-    return reflected
+    return gone, reflected
 
 
 @device

@@ -15,7 +15,7 @@ from solver.keeper import Keeper, Watch
 from solver.problem import Body, Problem
 from solver.state import MASS, Particles, Snapshot, empty_particles, joined, tabulated, views
 from solver.step import Stage, Stepper, shares_of
-from solver.stress import QUANTITIES, Limits, Tally, empty_tally, find_fault
+from solver.stress import QUANTITIES, Limits, Tally, find_fault
 from solver.threads import Team
 from solver.timestep import first_step, stable_step
 from solver.vectors import LANES
@@ -65,7 +65,7 @@ class Counters:
     def add(self, tally: Tally) -> None:
         """Take over one step's tallies."""
         for name in COUNTED:
-            count = getattr(tally, name).sum()
+            count = getattr(tally, name)
             if count:
                 setattr(self, name, getattr(self, name) + int(count))
 
@@ -172,7 +172,8 @@ class Simulation:
         if self.step and self.step % SORT_INTERVAL == 0:
             self._arrange()
         dt = self.dt
-        booked = self.stepper.advance(self.stage, self.tallies, dt)
+        booked = self.stepper.advance(self.stage, dt)
+        self.tally = booked.tally
         self.impulse += booked.impulse
         self.taken += booked.energy + booked.contact
         self.taken_by_contact += booked.contact
@@ -181,7 +182,7 @@ class Simulation:
         self.step += 1
         self.particle_steps += self.particles.mass.size
         self.smallest_step = min(self.smallest_step, dt)
-        self._book()
+        self._book(booked.gone)
         if self.problem.fixed_dt is None:
             self.dt = stable_step(
                 self.tally,
@@ -192,22 +193,19 @@ class Simulation:
                 travel=self.problem.travel,
             )
 
-    def _book(self) -> None:
+    def _book(self, gone: int) -> None:
         """Counters, ledger and faults of the step that was just taken."""
-        tally = self.tally
-        self.counters.add(tally)
-        faults = np.flatnonzero(tally.fault)
-        if faults.size:
-            self._raise(int(faults[0]))
-        if tally.outside.any():
-            gone = np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0))
-            self.ledger = self.ledger.with_particles(self.particles, gone)
-            self._blank(gone)
+        self.counters.add(self.tally)
+        if self.tally.fault:
+            self._raise(int(self.tally.culprit))
+        if gone:
+            dead = np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0))
+            self.ledger = self.ledger.with_particles(self.particles, dead)
+            self._blank(dead)
             if self.ledger.particles and not self.particles.alive.any():
                 raise ProblemError("every particle has left the grid; enlarge it or end earlier")
 
-    def _raise(self, row: int) -> None:
-        first = int(self.tally.culprit[row])
+    def _raise(self, first: int) -> None:
         found = [
             (
                 p,
@@ -252,7 +250,6 @@ class Simulation:
         self.particles = views(self.table, number, alive)
         edges = np.searchsorted(self.body, np.arange(len(self.problem.bodies) + 1))
         ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(edges) - 1)]
-        self.tally, self.tallies = empty_tally(self.shares * len(ranges))
         self.stage = Stage(self.table, self.particles, shares_of(ranges, self.shares))
 
     def _blank(self, gone: np.ndarray) -> None:

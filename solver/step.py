@@ -18,6 +18,7 @@ velocities that the particles end with, so that their sums drift, and the audit 
 """
 
 import itertools
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -36,7 +37,7 @@ from solver.faces import (
     mirror_vectors,
 )
 from solver.geometry import node_count
-from solver.jit import kernel
+from solver.jit import Bound, kernel
 from solver.problem import Problem, Scheme
 from solver.state import (
     ACCELERATION,
@@ -52,7 +53,16 @@ from solver.state import (
     empty_nodes,
     lines,
 )
-from solver.stress import Limits, Tally, update_particles
+from solver.stress import (
+    CULPRIT,
+    FAULT,
+    OUTSIDE,
+    Limits,
+    Tally,
+    empty_tallies,
+    summarise,
+    update_particles,
+)
 from solver.threads import Team
 from solver.transfer import (
     move_particles,
@@ -80,7 +90,27 @@ class Booked(NamedTuple):
     )  # (3,) given by faces and absorbers, to nodes or in what damping does next to them, N s
     energy: float  # taken by damping, walls and absorbers, J
     contact: float  # taken by contact between bodies, J
+    gone: int  # particles that died at free faces
     reflected: int  # particles put back at closed faces
+    tally: Tally
+
+
+class Code:
+    """The kernels of each step, bound to the types of one problem."""
+
+    def __init__(self, bodies: int):
+        self.scatter_state = Bound(scatter_state)
+        self.add_lines = Bound(add_lines)
+        self.close_nodes = Bound(close_nodes)
+        self.solve_momentum = Bound(solve_momentum)
+        self.mirror_nodes = Bound(mirror_nodes)
+        self.book_ghosts = Bound(book_ghosts)
+        self.move_particles = Bound(move_particles)
+        self.close_mapped = Bound(close_mapped)
+        self.take_mapped = Bound(take_mapped)
+        self.clear_lines = Bound(clear_lines)
+        self.update_particles = [Bound(update_particles) for _ in range(bodies)]
+        self.summarise = Bound(summarise)
 
 
 class Field:
@@ -89,7 +119,8 @@ class Field:
     Each share of the particles adds to a table of its own; the first is that of the nodes.
     """
 
-    def __init__(self, problem: Problem, bodies: slice, shares: int):
+    def __init__(self, problem: Problem, bodies: slice, shares: int, code: "Code | None" = None):
+        self.code = code or Code(len(problem.bodies))
         count = node_count(problem.geometry)
         self.nodes = empty_nodes(
             count, smooth=problem.damping.order > 1, surface=problem.contact is not None
@@ -107,15 +138,13 @@ class Field:
         ]
 
     def gathered(self, team: Team) -> None:
-        """Sum the tables of the shares in the first one, in their order, and find the blocks that they touched."""
+        """Sum the tables of the shares in the first one, in their order."""
         for table, touched in zip(self.tables[1:], self.touched[1:], strict=True):
-            _over_blocks(team, add_lines, np.flatnonzero(touched), self.nodes.state, table)
-            self.touched[0] |= touched
-        self.blocks = np.flatnonzero(self.touched[0])
+            _over_blocks(team, self.code.add_lines, touched.nonzero()[0], self.nodes.state, table)
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces."""
-        close_nodes(self.closed, self.touched[0], self.nodes.state, dt, impulse)
+        self.code.close_nodes(self.closed, self.touched[0], self.nodes.state, dt, impulse)
 
     def absorb(self, dt: float, impulse: np.ndarray) -> None:
         """Forces of the absorbing surfaces."""
@@ -124,14 +153,14 @@ class Field:
 
     def close_mapped(self) -> float:
         """The same for the momentum mapped back; returns the energy that walls and absorbers took, J."""
-        energy: float = close_mapped(self.closed, self.touched[0], self.nodes.state)
+        energy: float = self.code.close_mapped(self.closed, self.touched[0], self.nodes.state)
         for surface in self.dashpots:
             energy += energy_absorbed(surface, self.nodes)
         return energy
 
     def mirror(self) -> None:
         """Velocities of the ghosts."""
-        mirror_nodes(self.closed, self.touched[0], self.nodes.motion, self.nodes.mapped)
+        self.code.mirror_nodes(self.closed, self.touched[0], self.nodes.motion, self.nodes.mapped)
 
 
 class Stepper:
@@ -141,12 +170,17 @@ class Stepper:
         self.problem = problem
         self.limits = limits
         self.team = team
+        self.code = Code(len(problem.bodies))
         self.packs = [new_pack() for _ in range(shares)]
+        self.tallies = empty_tallies(shares * len(problem.bodies))
+        self.summary = np.zeros(len(Tally._fields))
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
         bodies = len(problem.bodies)
         apart = bodies if problem.contact else 1  # contact asks for a field a body
         self.fields = [
-            Field(problem, slice(i, i + 1) if problem.contact else slice(0, bodies), shares)
+            Field(
+                problem, slice(i, i + 1) if problem.contact else slice(0, bodies), shares, self.code
+            )
             for i in range(apart)
         ]
         self.pairs = [
@@ -154,26 +188,28 @@ class Stepper:
             for first, second in itertools.combinations(range(apart), 2)
         ]
 
-    def advance(self, stage: Stage, tally: np.ndarray, dt: float) -> Booked:
-        """Take the particles from n to n+1; ``tally`` (shares times bodies, columns) is written."""
+    def advance(self, stage: Stage, dt: float) -> Booked:
+        """Take the particles from n to n+1."""
         scheme, impulse = self.problem.scheme, np.zeros(3)
         if scheme == Scheme.USF:
-            self._update_first(stage, tally, dt)
+            self._update_first(stage, dt)
         energy, contact = self._move(stage, dt, impulse)
         if scheme == Scheme.USF:
             stage.table[X : Z + 1] = stage.table[NEW_X : NEW_Z + 1]
-            _find_nowhere(stage.particles.position, tally)
-            tally[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
+            self._find_nowhere(stage.particles.position)
+            self.tallies[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
         else:
-            self._update(stage, tally, dt, keep=0)  # sigma at n+1
-        reflected = 0
-        if tally[:, OUTSIDE].any():
-            reflected = cross_faces(
+            self._update(stage, dt, keep=0)  # sigma at n+1
+        self.code.summarise(self.tallies, self.summary)
+        tally = Tally(*self.summary.tolist())
+        gone, reflected = 0, 0
+        if tally.outside:
+            gone, reflected = cross_faces(
                 self.problem.geometry, self.faces, self.problem.clamp, stage.particles, impulse
             )
-        return Booked(impulse, energy, contact, reflected)
+        return Booked(impulse, energy, contact, gone, reflected, tally)
 
-    def _update_first(self, stage: Stage, tally: np.ndarray, dt: float) -> None:
+    def _update_first(self, stage: Stage, dt: float) -> None:
         """Stress at n+1 from the nodal velocities at n; the nodes are clear again."""
         for field in self.fields:
             self._scatter(field, stage)
@@ -182,7 +218,7 @@ class Stepper:
             field.mirror()
             self._clear(field)
         stage.table[NEW_X : NEW_Z + 1] = stage.table[X : Z + 1]
-        self._update(stage, tally, dt, keep=1)
+        self._update(stage, dt, keep=1)
 
     def _move(self, stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
         """x, v at n+1, and the nodal velocities that the strain takes.
@@ -190,8 +226,7 @@ class Stepper:
         Returns the energy that damping, walls and absorbers took, and what contact took.
         """
         problem, energy, contact = self.problem, 0.0, 0.0
-        part = -np.expm1(-problem.damping.rate * dt)
-        damping = (float(part), float(problem.damping.order))
+        damping = (-math.expm1(-problem.damping.rate * dt), float(problem.damping.order))
         halves = 0.0 if problem.scheme == Scheme.USF else 0.5
         work = (halves, float(problem.viscosity.heating))
         for field in self.fields:
@@ -202,15 +237,14 @@ class Stepper:
         for field in self.fields:
             self._solve(field, dt)  # v at n+1
             field.mirror()
-            book_ghosts(field.closed, field.touched[0], field.nodes.motion, dt, impulse)
+            self.code.book_ghosts(field.closed, field.touched[0], field.nodes.motion, dt, impulse)
             if damping[0] > 0.0 and damping[1] > 1.0:
                 self._smooth(field, stage)
         for field in self.fields:
-            field.lost[:] = 0.0
             self._over_shares(
                 field,
                 stage,
-                lambda field, share, ranges: move_particles(
+                lambda field, share, ranges: self.code.move_particles(
                     problem.geometry,
                     problem.shape,
                     self.packs[share],
@@ -226,12 +260,16 @@ class Stepper:
                 ),
             )
             field.gathered(self.team)
-            impulse -= field.lost[:, :3].sum(axis=0)
-            energy += float(field.lost[:, 3].sum())
+            if damping[0] > 0.0:
+                impulse -= field.lost[:, :3].sum(axis=0)
+                energy += float(field.lost[:, 3].sum())
+                field.lost[:] = 0.0
             energy += field.close_mapped()
             if problem.scheme == Scheme.MUSL:
                 nodes = field.nodes
-                _over_blocks(self.team, take_mapped, field.blocks, nodes.state, nodes.mapped)
+                _over_blocks(
+                    self.team, self.code.take_mapped, field.blocks, nodes.state, nodes.mapped
+                )
                 field.mirror()
         for first, second, meeting in self.pairs:
             contact += energy_taken(self.fields[first].nodes, self.fields[second].nodes, meeting)
@@ -266,7 +304,7 @@ class Stepper:
         self._over_shares(
             field,
             stage,
-            lambda field, share, ranges: scatter_state(
+            lambda field, share, ranges: self.code.scatter_state(
                 self.problem.geometry,
                 self.problem.shape,
                 self.packs[share],
@@ -277,6 +315,9 @@ class Stepper:
             ),
         )
         field.gathered(self.team)
+        if len(field.tables) > 1:
+            np.logical_or.reduce(field.touched, axis=0, out=field.touched[0])
+        field.blocks = field.touched[0].nonzero()[0]
 
     def _smooth(self, field: Field, stage: Stage) -> None:
         """The nodal velocities seen through the particles once more."""
@@ -291,14 +332,20 @@ class Stepper:
         _over_blocks(self.team, divide_smooth, field.blocks, field.nodes.state, smoothed)
         mirror_vectors(field.closed, smoothed, VELOCITY)
 
-    def _update(self, stage: Stage, tally: np.ndarray, dt: float, *, keep: int) -> None:
+    def _find_nowhere(self, position: np.ndarray) -> None:
+        """Report a place that is no number: with USF particles move after all else has been looked at."""
+        nowhere = np.flatnonzero(~np.isfinite(position).all(axis=1))
+        if nowhere.size and not self.tallies[:, FAULT].any():
+            self.tallies[0, FAULT], self.tallies[0, CULPRIT] = 1.0, nowhere[0]
+
+    def _update(self, stage: Stage, dt: float, *, keep: int) -> None:
         """Each share's bodies one after another, because they have its pack in common."""
         bodies = range(len(self.problem.bodies))
         pairs = [(field, body) for field in self.fields for body in bodies[field.bodies]]
 
         def update(share: int) -> None:
             for field, body in pairs:
-                self._update_body(field, body, share, stage, tally, dt, keep)
+                self._update_body(field, body, share, stage, dt, keep)
 
         self.team.run(update, range(len(self.packs)))
 
@@ -308,13 +355,12 @@ class Stepper:
         body: int,
         share: int,
         stage: Stage,
-        tally: np.ndarray,
         dt: float,
         keep: int,
     ) -> None:
         problem = self.problem
         begin, end = stage.shares[share, body].tolist()
-        update_particles(
+        self.code.update_particles[body](
             problem.geometry,
             problem.shape,
             self.packs[share],
@@ -325,7 +371,7 @@ class Stepper:
             begin,
             end,
             field.nodes.mapped,
-            tally,
+            self.tallies,
             share * len(problem.bodies) + body,
             dt,
             keep,
@@ -339,27 +385,20 @@ class Stepper:
     def _solve(self, field: Field, dt: float) -> None:
         nodes = field.nodes
         tables = nodes.state, nodes.motion, nodes.mapped
-        _over_blocks(self.team, solve_momentum, field.blocks, *tables, dt)
+        _over_blocks(self.team, self.code.solve_momentum, field.blocks, *tables, dt)
 
     def _clear(self, field: Field) -> None:
-        _over_blocks(self.team, clear_lines, field.blocks, field.nodes.state)
+        _over_blocks(self.team, self.code.clear_lines, field.blocks, field.nodes.state)
         field.touched[:] = 0
-
-
-OUTSIDE, FAULT, CULPRIT = map(Tally._fields.index, ("outside", "fault", "culprit"))
 
 
 def _over_blocks(team: Team, work: Any, blocks: np.ndarray, *arguments: Any) -> None:
     """A kernel over blocks of nodes, cut into one range a thread."""
+    if team.threads == 1:
+        work(blocks, *arguments)
+        return
     shares = [blocks[begin:end] for begin, end in team.ranges(blocks.size)]
     team.run(lambda share: work(share, *arguments), shares)
-
-
-def _find_nowhere(position: np.ndarray, tally: np.ndarray) -> None:
-    """Report a place that is no number: with USF particles move after all else has been looked at."""
-    nowhere = np.flatnonzero(~np.isfinite(position).all(axis=1))
-    if nowhere.size and not tally[:, FAULT].any():
-        tally[0, FAULT], tally[0, CULPRIT] = 1.0, nowhere[0]
 
 
 def shares_of(ranges: Sequence[tuple[int, int]], shares: int) -> np.ndarray:

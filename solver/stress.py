@@ -50,10 +50,9 @@ from solver.tensor import (
     deviator,
     equivalent_strain,
     equivalent_stress,
-    rotated,
     scaled,
-    spin_increment,
     strain_increment,
+    turned,
     volume_ratio,
 )
 from solver.transfer import find_nodes
@@ -63,6 +62,7 @@ from solver.vectors import (
     alike,
     anywhere,
     bare,
+    counted,
     finite,
     first_lanes,
     largest,
@@ -72,13 +72,14 @@ from solver.vectors import (
     spread,
     sqrt,
     store,
-    total,
     where,
 )
 
-# Of the trial stress: the relative error of the plastic strain increment. The stress itself is on the surface exactly.
-RETURN_TOLERANCE = 1e-9
-SECANTS, HALVINGS = 30, 60  # tries of each rule; the second leaves 1e-18 of the elastic strain
+RETURN_TOLERANCE = 1e-12  # distance of the stress from the yield surface, over the trial stress
+NEWTONS, NEWTON_BACK = (
+    40,
+    1e-9,
+)  # steps of the rule, and what is left at least of an increment that was too long
 
 # Of c0, in the time step only: an expanded solid has no sound to speak of, and steps without bound would follow.
 SOUND_SPEED_FLOOR = 0.2
@@ -98,23 +99,27 @@ class Limits(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """What the shares of the bodies report of one step; each array has one number a share."""
+    """What a step reports of all particles; kernels write one row of such numbers for each body in each share."""
 
-    signal: np.ndarray  # largest signal speed, m/s
-    convected: np.ndarray  # largest signal speed + particle speed, m/s
-    speed: np.ndarray  # largest particle speed, m/s
-    volume_rate: np.ndarray  # largest |tr D|, 1/s
-    tension_floors: np.ndarray  # particles whose pressure was lifted to the tensile floor
-    beyond_hugoniot: np.ndarray  # particles denser than the range of the equation of state
-    below_expansion: np.ndarray  # particles thinner than the range of the equation of state
-    below_zero_kelvin: np.ndarray  # particles whose temperature was lifted to 0 K
-    molten: np.ndarray  # particles whose homologous temperature was held at 1
-    sound_floors: np.ndarray  # particles whose signal speed rests on the floor of the sound speed
-    unstable: np.ndarray  # particles whose negative c^2 counted as zero for the viscosity
-    failed: np.ndarray  # particles that failed in this step
-    outside: np.ndarray  # particles now outside the grid, for ``faces.cross_faces``
-    fault: np.ndarray  # 1 where a state is unphysical
-    culprit: np.ndarray  # the first particle of the first eight among which one is
+    signal: float  # largest signal speed, m/s
+    convected: float  # largest signal speed + particle speed, m/s
+    speed: float  # largest particle speed, m/s
+    volume_rate: float  # largest |tr D|, 1/s
+    tension_floors: float  # particles whose pressure was lifted to the tensile floor
+    beyond_hugoniot: float  # particles denser than the range of the equation of state
+    below_expansion: float  # particles thinner than the range of the equation of state
+    below_zero_kelvin: float  # particles whose temperature was lifted to 0 K
+    molten: float  # particles whose homologous temperature was held at 1
+    sound_floors: float  # particles whose signal speed rests on the floor of the sound speed
+    unstable: float  # particles whose negative c^2 counted as zero for the viscosity
+    failed: float  # particles that failed in this step
+    outside: float  # particles now outside the grid, for ``faces.cross_faces``
+    fault: float  # 1 where a state is unphysical
+    culprit: float  # the first particle of the first eight among which one is
+
+
+MAXIMA = 4  # of the columns, from the first on; the counts follow
+OUTSIDE, FAULT, CULPRIT = map(Tally._fields.index, ("outside", "fault", "culprit"))
 
 
 class Point(NamedTuple):
@@ -138,19 +143,44 @@ class Acts(NamedTuple):
     unstable: bool
 
 
-def empty_tally(shares):
-    """A tally for a number of shares, and the table (shares, columns) that kernels write it to."""
-    table = np.zeros((shares, len(Tally._fields)))
-    return Tally(*table.T), table
+def empty_tallies(rows):
+    """The table (rows, columns) of tallies that kernels write to."""
+    return np.zeros((rows, len(Tally._fields)))
+
+
+@kernel
+def summarise(tallies, summary):
+    """The tally of all rows, into ``summary`` (columns,): the largest speeds and rates, all counts, the first fault."""
+    summary[:] = 0.0
+    for row in range(tallies.shape[0]):
+        for column in range(MAXIMA):
+            summary[column] = max(summary[column], tallies[row, column])
+        for column in range(MAXIMA, OUTSIDE + 1):
+            summary[column] += tallies[row, column]
+        if tallies[row, FAULT] > 0.0 and summary[FAULT] == 0.0:
+            summary[FAULT], summary[CULPRIT] = 1.0, tallies[row, CULPRIT]
 
 
 @kernel
 def update_particles(
-    geometry, shape, pack, matter, viscosity, limits, table, begin, end, nodes, tally, row, dt, keep
+    geometry,
+    shape,
+    pack,
+    matter,
+    viscosity,
+    limits,
+    table,
+    begin,
+    end,
+    nodes,
+    tallies,
+    row,
+    dt,
+    keep,
 ):
     """Advance stress, density, energy and position of the particles begin..end of one body.
 
-    ``nodes`` is the table of the mapped velocities; the tally goes to one row of its table. ``keep`` 1 stores
+    ``nodes`` is the table of the mapped velocities; the tally goes to one row of ``tallies``. ``keep`` 1 stores
     the energy with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that
     follow.
     """
@@ -164,7 +194,7 @@ def update_particles(
     table, nodes = bare(table), bare(nodes)
     none = spread(0.0)
     signal = convected = moving = fastest = none
-    floors = beyond = below = cold = molten = slow = unstable = failed = outside = none
+    floors = beyond = below = cold = molten = slow = unstable = failed = outside = 0
     fault, culprit = 0.0, 0.0
     inverse = 1.0 / geometry.spacing
     for start in range(begin, end, PACK):
@@ -227,28 +257,25 @@ def update_particles(
             convected = maximum(convected, where(lanes, speed + own, 0.0))
             moving = maximum(moving, where(lanes, speed, 0.0))
             fastest = maximum(fastest, where(lanes, absolute(rate), 0.0))
-            floors = floors + where(lanes & acts.tension_floor, 1.0, 0.0)
-            molten = molten + where(lanes & acts.molten, 1.0, 0.0)
-            unstable = unstable + where(lanes & acts.unstable, 1.0, 0.0)
-            slow = slow + where(lanes & floored, 1.0, 0.0)
-            beyond = beyond + where(lanes & outside_range(matter.eos, new.density), 1.0, 0.0)
-            below = below + where(lanes & below_range(matter.eos, new.density), 1.0, 0.0)
-            cold = cold + where(lanes & (new.temperature < 0.0), 1.0, 0.0)
+            floors += counted(lanes & acts.tension_floor)
+            molten += counted(lanes & acts.molten)
+            unstable += counted(lanes & acts.unstable)
+            slow += counted(lanes & floored)
+            beyond += counted(lanes & outside_range(matter.eos, new.density))
+            below += counted(lanes & below_range(matter.eos, new.density))
+            cold += counted(lanes & (new.temperature < 0.0))
             broken = (new.damage >= 1.0) & ~(old.damage >= 1.0)
-            failed = failed + where(lanes & broken, 1.0, 0.0)
-            outside = outside + where(lanes & past, 1.0, 0.0)
+            failed += counted(lanes & broken)
+            outside += counted(lanes & past)
             physical = is_physical(matter, limits, new, energy, speed, place)
             if fault == 0.0 and anywhere(lanes & ~physical):
                 fault, culprit = 1.0, float(p)
-    tally[row, 0], tally[row, 1], tally[row, 2] = (
-        largest(signal),
-        largest(convected),
-        largest(moving),
-    )
-    tally[row, 3], tally[row, 4], tally[row, 5] = largest(fastest), total(floors), total(beyond)
-    tally[row, 6], tally[row, 7], tally[row, 8] = total(below), total(cold), total(molten)
-    tally[row, 9], tally[row, 10], tally[row, 11] = total(slow), total(unstable), total(failed)
-    tally[row, 12], tally[row, 13], tally[row, 14] = total(outside), fault, culprit
+    tally = tallies[row]
+    tally[0], tally[1], tally[2] = largest(signal), largest(convected), largest(moving)
+    tally[3], tally[4], tally[5] = largest(fastest), floors, beyond
+    tally[6], tally[7], tally[8], tally[9] = below, cold, molten, slow
+    tally[10], tally[11], tally[OUTSIDE] = unstable, failed, outside
+    tally[FAULT], tally[CULPRIT] = fault, culprit
 
 
 @device
@@ -266,11 +293,10 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     compression = old.density * (1.0 / reference_density(matter.eos))
     homologous = homologous_temperature(matter, old.temperature, compression)
 
-    turned = rotated(old.deviator, spin_increment(gradient, dt))
     shape_change = deviator(strain, trace)
     stiff = relative_stiffness(matter, density, old.pressure, old.temperature)
     modulus = matter.shear_modulus * stiff
-    trial = added(turned, shape_change, 2.0 * modulus)
+    trial = added(turned(gradient, old.deviator, dt), shape_change, 2.0 * modulus)
     rate = equivalent_strain(shape_change) * per_time
     factor = rate_and_heat(matter.strength, rate, homologous, stiff)
     new_deviator, slip = return_to_yield(
@@ -352,40 +378,33 @@ def artificial_viscosity(viscosity, density, sound_speed, spacing, rate):
 def return_to_yield(strength, trial, modulus, plastic_strain, factor):
     """Radial return of a trial deviator; gives the deviator on the surface and the plastic strain increment.
 
-    Solves trial - 3 G d = sigma_y(eps_p + d) by the secant rule; the left side falls and the right one does not, so the
-    two starting points enclose the answer. Where hardening begins as steep as a small power of a strain of zero the
-    secants do not arrive, and halving does. The rate in ``factor`` (of the hardening) is that of the total deviatoric
-    strain, whose elastic part is of the order of sigma_y / G and does not matter where strain is large.
+    Solves trial - 3 G d = sigma_y(eps_p + d) by Newton's rule. The left side falls and the slope of the right one does
+    not grow, so that the answer is approached from below. From a strain of zero, where the slope may be infinite, the
+    first step is too long and the next ones go back, never to zero. Of a step d at most half d^2 / eps_p times the
+    slope is left, as in a power law, and decides whether another one is needed. The rate in ``factor`` (of the
+    hardening) is that of the total deviatoric strain, whose elastic part is of the order of sigma_y / G and does not
+    matter where strain is large.
     """
     size = equivalent_stress(trial)
-    limit = alike(hardening(strength, plastic_strain) * factor, size)
-    yielding = ~(size <= limit)  # NaN yields, and so stays visible
+    limit, slope = hardening(strength, plastic_strain)
+    excess = size - alike(limit * factor, size)
+    yielding = ~(excess <= 0.0)  # NaN yields, and so stays visible
     slip = alike(0.0, size)
     if not anywhere(yielding):
         return trial, slip
     steep = alike(3.0 * modulus, size)
-    low, excess_low = slip, size - limit
-    slip = where(yielding, excess_low / steep, 0.0)
     seeking = yielding
-    for _ in range(SECANTS):
-        present = alike(hardening(strength, plastic_strain + slip) * factor, size)
-        limit = where(seeking, present, limit)
-        excess = size - steep * slip - limit
-        seeking = seeking & (absolute(excess) > RETURN_TOLERANCE * size)
+    for _ in range(NEWTONS):
+        stiff = alike(slope * factor, size)
+        step = excess / (steep + stiff)
+        tolerated = RETURN_TOLERANCE * size * (plastic_strain + slip)
+        slip = where(seeking, maximum(slip + step, NEWTON_BACK * slip), slip)
+        seeking = seeking & (0.5 * stiff * step * step >= tolerated)
         if not anywhere(seeking):
             break
-        step = excess * (slip - low) / (excess_low - excess)
-        low, excess_low = where(seeking, slip, low), where(seeking, excess, excess_low)
-        slip = where(seeking, maximum(slip + step, 0.0), slip)
-    if anywhere(seeking):
-        low, high = where(seeking, 0.0, slip), where(seeking, size / steep, slip)
-        for _ in range(HALVINGS):
-            slip = 0.5 * (low + high)
-            present = alike(hardening(strength, plastic_strain + slip) * factor, size)
-            limit = where(seeking, present, limit)
-            beyond = size - steep * slip > limit
-            low, high = where(beyond, slip, low), where(beyond, high, slip)
-    return scaled(trial, where(yielding, limit / size, 1.0)), slip
+        limit, slope = hardening(strength, plastic_strain + slip)
+        excess = size - steep * slip - alike(limit * factor, size)
+    return scaled(trial, where(yielding, 1.0 - steep * slip / size, 1.0)), slip
 
 
 @device

@@ -1,12 +1,23 @@
 """Symmetric tensors of second order as six components: 11, 22, 33, 12, 23, 31.
 
 Stress deviators and strain increments are tuples of six numbers, or vectors, inside kernels and rows of (n, 6) arrays
-outside. A velocity gradient is three rows of three, v_j,k at [j][k].
+outside. A velocity gradient is three rows of three, v_j,k at [j][k]; that of a plane or of a body of revolution, which
+neither shears nor turns out of the plane 1-2, is of a type of its own, because that saves a tenth of a step.
 Shear components are tensor components, not engineering strains.
 """
 
-from solver.jit import device
+from typing import Any, NamedTuple
+
+from solver.jit import device, generic, implements
 from solver.vectors import sqrt
+
+
+class PlaneGradient(NamedTuple):
+    """The rows of a velocity gradient whose components 13, 23, 31 and 32 are zero; 1/s."""
+
+    first: tuple[Any, Any, Any]
+    second: tuple[Any, Any, Any]
+    third: tuple[Any, Any, Any]
 
 
 @device
@@ -53,9 +64,13 @@ def added(a, b, factor):
     )
 
 
-@device
+@generic
 def symmetric(gradient):
     """Symmetric part of a velocity gradient."""
+
+
+@implements(symmetric, object)
+def _(gradient):
     return (
         gradient[0][0],
         gradient[1][1],
@@ -66,6 +81,13 @@ def symmetric(gradient):
     )
 
 
+@implements(symmetric, PlaneGradient)
+def _(gradient):
+    none = gradient[1][2]
+    shear = 0.5 * (gradient[0][1] + gradient[1][0])
+    return (gradient[0][0], gradient[1][1], gradient[2][2], shear, none, none)
+
+
 @device
 def strain_increment(gradient, dt):
     """Symmetric part of a velocity gradient times dt, and its trace."""
@@ -73,13 +95,24 @@ def strain_increment(gradient, dt):
     return strain, strain[0] + strain[1] + strain[2]
 
 
-@device
+@generic
 def volume_ratio(gradient, dt):
     """det(I + L dt): what the step x + v dt does to a volume, exactly."""
+
+
+@implements(volume_ratio, object)
+def _(gradient, dt):
     a, b, c = 1.0 + gradient[0][0] * dt, gradient[0][1] * dt, gradient[0][2] * dt
     d, e, f = gradient[1][0] * dt, 1.0 + gradient[1][1] * dt, gradient[1][2] * dt
     g, h, i = gradient[2][0] * dt, gradient[2][1] * dt, 1.0 + gradient[2][2] * dt
     return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+
+
+@implements(volume_ratio, PlaneGradient)
+def _(gradient, dt):
+    a, b = 1.0 + gradient[0][0] * dt, gradient[0][1] * dt
+    d, e = gradient[1][0] * dt, 1.0 + gradient[1][1] * dt
+    return (a * e - b * d) * (1.0 + gradient[2][2] * dt)
 
 
 @device
@@ -97,6 +130,29 @@ def spin_increment(gradient, dt):
         0.5 * dt * (gradient[0][2] - gradient[2][0]),
         0.5 * dt * (gradient[1][0] - gradient[0][1]),
     )
+
+
+@generic
+def turned(gradient, a, dt):
+    """A tensor after the spin of a velocity gradient has turned it for a time dt: see ``rotated``."""
+
+
+@implements(turned, object)
+def _(gradient, a, dt):
+    return rotated(a, spin_increment(gradient, dt))
+
+
+@implements(turned, PlaneGradient)
+def _(gradient, a, dt):
+    # A turn by the angle phi with tan(phi / 2) = half: half the difference of 11 and 22, and 12, turn by 2 phi.
+    half = 0.25 * dt * (gradient[1][0] - gradient[0][1])
+    square = half * half
+    inverse = 1.0 / (1.0 + square)
+    cos, sin = (1.0 - square) * inverse, 2.0 * half * inverse
+    cos2, sin2 = cos * cos - sin * sin, 2.0 * sin * cos
+    mean, part = 0.5 * (a[0] + a[1]), 0.5 * (a[0] - a[1])
+    swing = part * cos2 - a[3] * sin2
+    return (mean + swing, mean - swing, a[2], part * sin2 + a[3] * cos2, a[4], a[5])
 
 
 @device

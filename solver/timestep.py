@@ -34,10 +34,9 @@ def stable_step(
     Steps grow slowly.
     """
     signal = tally.convected if rule == StepRule.CONVECTIVE else tally.signal
-    acoustic = courant * spacing / float(signal.max())
-    moved = travel * spacing / max(float(tally.speed.max()), 1e-300)
-    fastest = float(tally.volume_rate.max())
-    volumetric = VOLUME_CHANGE / fastest if fastest > 0.0 else acoustic
+    acoustic = courant * spacing / signal
+    moved = travel * spacing / max(tally.speed, 1e-300)
+    volumetric = VOLUME_CHANGE / tally.volume_rate if tally.volume_rate > 0.0 else acoustic
     return min(acoustic, moved, volumetric, GROWTH * previous)
 
 

@@ -93,6 +93,11 @@ def anywhere(condition):
     return bool(np.any(condition))
 
 
+def counted(condition):
+    """For how many of the numbers a condition holds."""
+    return int(np.sum(condition))
+
+
 def finite(value):
     """Whether a value is a number and not infinite."""
     return np.isfinite(value)
@@ -183,7 +188,7 @@ def total(vector):
 
 _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _LOG2_E = 1.44269504088896338700
-_SMALLEST = 2.2250738585072014e-308  # normal number
+SMALLEST = 2.2250738585072014e-308  # normal number
 _LOWEST, _HIGHEST = -708.0, 709.0  # exponents of e whose powers are normal numbers
 
 
@@ -244,7 +249,7 @@ def power(base, exponent):
 
     Zero to a power above zero is zero. Relative error: 1e-16 times the logarithm of the answer.
     """
-    raised = exp(exponent * log(maximum(base, _SMALLEST)))
+    raised = exp(exponent * log(maximum(base, SMALLEST)))
     return where(base > 0.0, raised, where(exponent > 0.0, 0.0, 1.0) + 0.0 * base)
 
 
@@ -540,6 +545,19 @@ _define(
     _emit_anywhere,
     (_MaskType,),
     (types.Boolean,),
+)
+
+
+def _emit_counted(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    bits = builder.bitcast(arguments[0], ir.IntType(LANES))
+    return builder.zext(builder.ctpop(bits), ir.IntType(64))
+
+
+_define(
+    counted,
+    lambda kind: signature(types.int64, MASK) if kind is MASK else None,
+    _emit_counted,
+    (_MaskType,),
 )
 
 

@@ -27,6 +27,7 @@ from solver.geometry import (
 from solver.jit import implements
 from solver.shapes import width
 from solver.state import BLOCK
+from solver.tensor import PlaneGradient
 from solver.vectors import element, line, mark, number, set_line, spread
 
 
@@ -129,7 +130,7 @@ def _(geometry, shape, k, index, weight, slope, table, lines):
 def _(geometry, lines, k, hoop):
     none = spread(0.0)
     whole, along, across = columns(lines, k), columns(lines, PACK + k), columns(lines, 2 * PACK + k)
-    return (
+    return PlaneGradient(
         (along[1], across[1], none),
         (along[2], across[2], none),
         (none, none, whole[1] * hoop),

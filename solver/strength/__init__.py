@@ -2,10 +2,10 @@
 
 A file adds one: a parameter record under ``STRENGTH`` and, for its type, the two factors of the yield stress,
 ``hardening`` and ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*, G / G0). Two factors, because
-the return to the yield surface (written once, in ``stress.py``) iterates on the first and needs the logarithm and the
-power of the second only once. A form that knows how the shear modulus and the melting point follow the state says so
-in ``stiffness`` and ``melting``; the others leave them out. ``tests/contracts/test_strength.py`` asks each member never
-to be negative, to return to its surface, to dissipate and to be objective.
+the return to the yield surface (written once, in ``stress.py``) iterates on the first, with its slope, and needs the
+logarithm and the power of the second only once. A form that knows how the shear modulus and the melting point follow
+the state says so in ``stiffness`` and ``melting``; the others leave them out. ``tests/contracts/test_strength.py`` asks
+each member never to be negative, to return to its surface, to dissipate and to be objective.
 """
 
 from typing import NamedTuple
@@ -23,7 +23,10 @@ class StrengthEntry(NamedTuple):
 
 @generic
 def hardening(strength, plastic_strain):
-    """Yield stress in Pa at the reference rate, room temperature and rest; must not fall with plastic strain."""
+    """Yield stress at the reference rate, room temperature and rest, and its slope over plastic strain; both in Pa.
+
+    The stress must not fall with plastic strain, and the slope must not grow; one that is infinite counts as zero.
+    """
 
 
 @generic
@@ -59,9 +62,8 @@ def _(strength, compression):
 @device
 def yield_stress(strength, plastic_strain, strain_rate, homologous, stiff=1.0):
     """Yield stress in Pa."""
-    return hardening(strength, plastic_strain) * rate_and_heat(
-        strength, strain_rate, homologous, stiff
-    )
+    stress, _ = hardening(strength, plastic_strain)
+    return stress * rate_and_heat(strength, strain_rate, homologous, stiff)
 
 
 @device

@@ -17,7 +17,7 @@ STRENGTH = StrengthEntry("elastic", Elastic)
 
 @implements(hardening, Elastic)
 def _(strength, plastic_strain):
-    return strength.limit
+    return strength.limit, 0.0
 
 
 @implements(rate_and_heat, Elastic)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, rate_and_heat
-from solver.vectors import log, maximum, power, where
+from solver.vectors import SMALLEST, log, maximum, power, where
 
 
 class JohnsonCook(NamedTuple):
@@ -27,7 +27,9 @@ STRENGTH = StrengthEntry("johnson_cook", JohnsonCook)
 
 @implements(hardening, JohnsonCook)
 def _(strength, plastic_strain):
-    return strength.A + strength.B * power(plastic_strain, strength.n)
+    hardened = strength.B * power(plastic_strain, strength.n)
+    slope = strength.n * hardened / maximum(plastic_strain, SMALLEST)
+    return strength.A + hardened, slope
 
 
 @implements(rate_and_heat, JohnsonCook)

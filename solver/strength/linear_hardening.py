@@ -18,7 +18,8 @@ STRENGTH = StrengthEntry("linear_hardening", LinearHardening)
 
 @implements(hardening, LinearHardening)
 def _(strength, plastic_strain):
-    return strength.yield_stress + strength.hardening_modulus * plastic_strain
+    stress = strength.yield_stress + strength.hardening_modulus * plastic_strain
+    return stress, strength.hardening_modulus
 
 
 @implements(rate_and_heat, LinearHardening)

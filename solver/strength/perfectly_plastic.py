@@ -17,7 +17,7 @@ STRENGTH = StrengthEntry("perfectly_plastic", PerfectlyPlastic)
 
 @implements(hardening, PerfectlyPlastic)
 def _(strength, plastic_strain):
-    return strength.yield_stress
+    return strength.yield_stress, 0.0
 
 
 @implements(rate_and_heat, PerfectlyPlastic)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, melting, rate_and_heat, solid, stiffness
-from solver.vectors import exp, maximum, minimum, power
+from solver.vectors import exp, maximum, minimum, power, where
 
 COLD = 300.0  # K, the temperature of G0
 
@@ -44,8 +44,10 @@ STRENGTH = StrengthEntry("steinberg_guinan", SteinbergGuinan)
 
 @implements(hardening, SteinbergGuinan)
 def _(strength, plastic_strain):
-    worked = power(1.0 + strength.beta * plastic_strain, strength.n)
-    return minimum(strength.Y0 * worked, strength.Y_max)
+    strained = 1.0 + strength.beta * plastic_strain
+    stress = strength.Y0 * power(strained, strength.n)
+    slope = strength.n * strength.beta * stress / strained
+    return minimum(stress, strength.Y_max), where(stress < strength.Y_max, slope, 0.0)
 
 
 @implements(rate_and_heat, SteinbergGuinan)

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.tensor import (
+    PlaneGradient,
     added,
     contract,
     deviator,
@@ -17,6 +18,8 @@ from solver.tensor import (
     scaled,
     spin_increment,
     strain_increment,
+    symmetric,
+    turned,
     volume_ratio,
 )
 
@@ -116,6 +119,22 @@ def test_rotated__is_the_cayley_transform(a: tuple[float, ...], spin: tuple[floa
 @given(tensors)
 def test_rotated__leaves_a_stress_without_spin_alone(a: tuple[float, ...]) -> None:
     assert rotated(a, (0.0, 0.0, 0.0)) == a
+
+
+@given(tensors, gradients)
+def test_plane_gradient__does_what_the_same_rows_do(
+    a: tuple[float, ...], gradient: np.ndarray
+) -> None:
+    dt = 1e-6
+    for j, k in ((0, 2), (1, 2), (2, 0), (2, 1)):
+        gradient[j, k] = 0.0
+    a = (*a[:4], 0.0, 0.0)
+    plane = PlaneGradient(*map(tuple, gradient.tolist()))
+    assert symmetric(plane) == symmetric(gradient)
+    assert math.isclose(volume_ratio(plane, dt), volume_ratio(gradient, dt), abs_tol=ROUND_OFF)
+    expected = rotated(a, spin_increment(gradient, dt))
+    assert np.allclose(turned(plane, a, dt), expected, rtol=0.0, atol=norm(a) * ROUND_OFF)
+    assert np.allclose(turned(gradient, a, dt), expected, rtol=0.0, atol=0.0)
 
 
 @pytest.mark.parametrize("size", [1e-2, 1e-3, 1e-4])
