@@ -19,7 +19,15 @@ from solver.eos import (
     temperature,
 )
 from solver.failure import floor_until_failure, grown_damage
-from solver.geometry import PACK, dimensions, gather, hoop_factor, unpacked, velocity_gradient
+from solver.geometry import (
+    PACK,
+    dimensions,
+    gather,
+    hoop_factor,
+    opened,
+    unpacked,
+    velocity_gradient,
+)
 from solver.jit import device, kernel
 from solver.state import (
     DAMAGE,
@@ -185,12 +193,7 @@ def update_particles(
     follow.
     """
     geometry = unpacked(geometry)
-    index, weight, slope, lines = (
-        bare(pack.first),
-        bare(pack.weight),
-        bare(pack.slope),
-        bare(pack.lines),
-    )
+    pack = opened(pack)
     table, nodes = bare(table), bare(nodes)
     none = spread(0.0)
     signal = convected = moving = fastest = none
@@ -199,14 +202,14 @@ def update_particles(
     inverse = 1.0 / geometry.spacing
     for start in range(begin, end, PACK):
         stop = min(start + PACK, end)
-        find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+        find_nodes(geometry, shape, table, start, stop, pack)
         for k in range(stop - start):
-            gather(geometry, shape, k, index, weight, slope, nodes, lines)
+            gather(geometry, shape, k, pack, nodes, pack.lines)
         for p in range(start, stop, LANES):
             within = first_lanes(stop - p)
             lanes = within & (load(table, MASS, p, within) > 0.0)  # what has left the grid has none
             hoop = hoop_factor(geometry, load(table, X, p, lanes))
-            gradient = velocity_gradient(geometry, lines, p - start, hoop)
+            gradient = velocity_gradient(geometry, pack.lines, p - start, hoop)
             old = Point(
                 load(table, DENSITY, p, lanes),
                 load(table, ENERGY, p, lanes),

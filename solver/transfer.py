@@ -16,6 +16,7 @@ from solver.geometry import (
     dimensions,
     gather,
     hoop_factor,
+    opened,
     scatter,
     scatter_weighted,
     set_columns,
@@ -74,7 +75,7 @@ def new_pack():
 
 
 @device
-def find_nodes(geometry, shape, table, start, stop, index, weight, slope):
+def find_nodes(geometry, shape, table, start, stop, pack):
     """First node, weights and slopes of the particles start..stop of a table, eight at a time."""
     inverse = 1.0 / geometry.spacing
     lanes = first_lanes(LANES)
@@ -88,9 +89,9 @@ def find_nodes(geometry, shape, table, start, stop, index, weight, slope):
             first, values, slopes = weights(shape, place + MARGIN)
             node = node * geometry.nodes[axis] + first
             for a in range(width(shape)):
-                store(weight, axis * WIDEST + a, k, values[a], lanes)
-                store(slope, axis * WIDEST + a, k, slopes[a] * inverse, lanes)
-        store_whole(index, k, node)
+                store(pack.weight, axis * WIDEST + a, k, values[a], lanes)
+                store(pack.slope, axis * WIDEST + a, k, slopes[a] * inverse, lanes)
+        store_whole(pack.first, k, node)
 
 
 @device
@@ -114,18 +115,13 @@ def scatter_state(geometry, shape, pack, table, ranges, nodes, touched):
     ``ranges`` (b, 2) are the places of the particles of each body; ``touched`` notes the blocks of nodes.
     """
     geometry = unpacked(geometry)
-    index, weight, slope, lines = (
-        bare(pack.first),
-        bare(pack.weight),
-        bare(pack.slope),
-        bare(pack.lines),
-    )
+    pack = opened(pack)
     table, nodes, touched = bare(table), bare(nodes), bare(touched)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]
         for start in range(begin, end, PACK):
             stop = min(start + PACK, end)
-            find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+            find_nodes(geometry, shape, table, start, stop, pack)
             for p in range(start, stop, LANES):
                 lanes = first_lanes(stop - p)
                 mass = load(table, MASS, p, lanes)
@@ -137,9 +133,9 @@ def scatter_state(geometry, shape, pack, table, ranges, nodes, touched):
                 )
                 force = scaled(stress_of(table, p, lanes, 1.0), -volume)
                 hoop = hoop_factor(geometry, load(table, X, p, lanes))
-                set_sources(geometry, lines, p - start, mass, momentum, force, hoop)
+                set_sources(geometry, pack.lines, p - start, mass, momentum, force, hoop)
             for k in range(stop - start):
-                scatter(geometry, shape, k, index, weight, slope, lines, nodes, touched)
+                scatter(geometry, shape, k, pack, nodes, touched)
 
 
 @kernel
@@ -149,28 +145,23 @@ def scatter_surface(geometry, shape, pack, table, ranges, nodes, touched):
     It is the force of a unit tension turned round, and so vanishes inside a body in either geometry.
     """
     geometry = unpacked(geometry)
-    index, weight, slope, lines = (
-        bare(pack.first),
-        bare(pack.weight),
-        bare(pack.slope),
-        bare(pack.lines),
-    )
+    pack = opened(pack)
     table, nodes, touched = bare(table), bare(nodes), bare(touched)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]
         for start in range(begin, end, PACK):
             stop = min(start + PACK, end)
-            find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+            find_nodes(geometry, shape, table, start, stop, pack)
             for p in range(start, stop, LANES):
                 lanes = first_lanes(stop - p)
                 mass = load(table, MASS, p, lanes)
                 volume = mass / load(table, DENSITY, p, lanes)
                 hoop = hoop_factor(geometry, load(table, X, p, lanes))
                 unit = (volume, volume, volume, none, none, none)
-                set_sources(geometry, lines, p - start, mass, (none, none, none), unit, hoop)
+                set_sources(geometry, pack.lines, p - start, mass, (none, none, none), unit, hoop)
             for k in range(stop - start):
-                scatter(geometry, shape, k, index, weight, slope, lines, nodes, touched)
+                scatter(geometry, shape, k, pack, nodes, touched)
 
 
 @kernel
@@ -185,25 +176,20 @@ def move_particles(
     momentum and, last, the energy that it took. The momentum goes to the table ``mapped``.
     """
     geometry = unpacked(geometry)
-    index, weight, slope, lines = (
-        bare(pack.first),
-        bare(pack.weight),
-        bare(pack.slope),
-        bare(pack.lines),
-    )
+    pack = opened(pack)
     table, motion, mapped = bare(table), bare(motion), bare(mapped)
-    smoothed, smooth = bare(smoothed), bare(pack.smooth)
+    smoothed = bare(smoothed)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]
         for start in range(begin, end, PACK):
             stop = min(start + PACK, end)
-            find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+            find_nodes(geometry, shape, table, start, stop, pack)
             for k in range(stop - start):
-                gather(geometry, shape, k, index, weight, slope, motion, lines)
+                gather(geometry, shape, k, pack, motion, pack.lines)
             if damping[0] > 0.0 and damping[1] > 1.0:
                 for k in range(stop - start):
-                    gather(geometry, shape, k, index, weight, slope, smoothed, smooth)
+                    gather(geometry, shape, k, pack, smoothed, pack.smooth)
             for p in range(start, stop, LANES):
                 k = p - start
                 lanes = first_lanes(stop - p)
@@ -216,8 +202,8 @@ def move_particles(
                     load(table, VZ, p, lanes),
                 )
                 x = load(table, X, p, lanes)
-                seen = columns(lines, k)
-                gradient = velocity_gradient(geometry, lines, k, hoop_factor(geometry, x))
+                seen = columns(pack.lines, k)
+                gradient = velocity_gradient(geometry, pack.lines, k, hoop_factor(geometry, x))
                 stress = stress_of(table, p, lanes, work[1])
                 power = contract(stress, symmetric(gradient))
                 energy = load(table, ENERGY, p, lanes) + work[0] * power * dt / density
@@ -225,7 +211,7 @@ def move_particles(
                 kick = (seen[4] * dt, seen[5] * dt, seen[6] * dt)
                 change = (none, none, none)
                 if damping[0] > 0.0:
-                    change = damped(old, seen, columns(smooth, k), damping)
+                    change = damped(old, seen, columns(pack.smooth, k), damping)
                     for axis in range(3):
                         taken = where(lanes, -mass * change[axis], 0.0)
                         mean = old[axis] + 0.5 * (kick[axis] + change[axis])
@@ -244,9 +230,9 @@ def move_particles(
                 store(table, NEW_Y, p, y + (seen[2] + kick[1]) * dt, lanes)
                 store(table, NEW_Z, p, z + (seen[3] + kick[2]) * dt, lanes)
                 momentum = mass * new[0], mass * new[1], mass * new[2]
-                set_columns(lines, k, none, *momentum, none, none, none, none)
+                set_columns(pack.lines, k, none, *momentum, none, none, none, none)
             for k in range(stop - start):
-                scatter_weighted(geometry, shape, k, index, weight, lines, mapped)
+                scatter_weighted(geometry, shape, k, pack, mapped)
 
 
 @device
@@ -268,26 +254,21 @@ def damped(velocity, seen, smooth, damping):
 def scatter_smoothed(geometry, shape, pack, table, ranges, motion, smoothed):
     """Momentum of particles that move with the nodes' velocities before the forces, onto the table ``smoothed``."""
     geometry = unpacked(geometry)
-    index, weight, slope, lines = (
-        bare(pack.first),
-        bare(pack.weight),
-        bare(pack.slope),
-        bare(pack.lines),
-    )
+    pack = opened(pack)
     table, motion, smoothed = bare(table), bare(motion), bare(smoothed)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
         begin, end = ranges[body, 0], ranges[body, 1]
         for start in range(begin, end, PACK):
             stop = min(start + PACK, end)
-            find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+            find_nodes(geometry, shape, table, start, stop, pack)
             for k in range(stop - start):
-                gather(geometry, shape, k, index, weight, slope, motion, lines)
+                gather(geometry, shape, k, pack, motion, pack.lines)
             for p in range(start, stop, LANES):
                 k = p - start
                 mass = load(table, MASS, p, first_lanes(stop - p))
-                seen = columns(lines, k)
+                seen = columns(pack.lines, k)
                 momentum = mass * seen[1], mass * seen[2], mass * seen[3]
-                set_columns(lines, k, none, *momentum, none, none, none, none)
+                set_columns(pack.lines, k, none, *momentum, none, none, none, none)
             for k in range(stop - start):
-                scatter_weighted(geometry, shape, k, index, weight, lines, smoothed)
+                scatter_weighted(geometry, shape, k, pack, smoothed)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.jit import device, generic
-from solver.vectors import line, set_line, transposed
+from solver.vectors import bare, line, set_line, transposed
 
 AXES = 3
 MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reaches
@@ -40,6 +40,18 @@ class Pack(NamedTuple):
     slope: np.ndarray  # (3 WIDEST, PACK) 1/m
     lines: np.ndarray  # (4 PACK, 8) to and from nodes
     smooth: np.ndarray  # (4 PACK, 8) from nodes, with damping of second order
+
+
+@device
+def opened(pack):
+    """The same scratch for inner loops: without reference counts."""
+    return Pack(
+        bare(pack.first),
+        bare(pack.weight),
+        bare(pack.slope),
+        bare(pack.lines),
+        bare(pack.smooth),
+    )
 
 
 @generic
@@ -68,18 +80,18 @@ def set_sources(geometry, lines, k, mass, momentum, force, hoop):
 
 
 @generic
-def scatter(geometry, shape, k, index, weight, slope, lines, table, touched):
+def scatter(geometry, shape, k, pack, table, touched):
     """Add the lines of particle ``k`` of a pack to its nodes in a table, and note the blocks that it touched."""
 
 
 @generic
-def scatter_weighted(geometry, shape, k, index, weight, lines, table):
+def scatter_weighted(geometry, shape, k, pack, table):
     """Add the first line of particle ``k`` of a pack, times the weight of each node, to its nodes in a table."""
 
 
 @generic
-def gather(geometry, shape, k, index, weight, slope, table, lines):
-    """Sums of the lines of the nodes of particle ``k``: times their weights, and times their slopes along each axis."""
+def gather(geometry, shape, k, pack, table, lines):
+    """Write sums over the nodes of particle ``k`` to ``lines``: times weights, and times slopes along each axis."""
 
 
 @generic

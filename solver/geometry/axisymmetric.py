@@ -81,9 +81,14 @@ def _(geometry, lines, k, mass, momentum, force, hoop):
 
 
 @implements(scatter, Axisymmetric)
-def _(geometry, shape, k, index, weight, slope, lines, table, touched):
-    whole, along, across = line(lines, k), line(lines, PACK + k), line(lines, 2 * PACK + k)
-    row = element(index, k)
+def _(geometry, shape, k, pack, table, touched):
+    weight, slope = pack.weight, pack.slope
+    whole, along, across = (
+        line(pack.lines, k),
+        line(pack.lines, PACK + k),
+        line(pack.lines, 2 * PACK + k),
+    )
+    row = element(pack.first, k)
     for a in range(width(shape)):
         valued = number(weight, a, k) * whole + number(slope, a, k) * along
         sloped = number(weight, a, k) * across
@@ -96,9 +101,10 @@ def _(geometry, shape, k, index, weight, slope, lines, table, touched):
 
 
 @implements(scatter_weighted, Axisymmetric)
-def _(geometry, shape, k, index, weight, lines, table):
-    whole = line(lines, k)
-    row = element(index, k)
+def _(geometry, shape, k, pack, table):
+    weight = pack.weight
+    whole = line(pack.lines, k)
+    row = element(pack.first, k)
     for a in range(width(shape)):
         valued = number(weight, a, k) * whole
         for b in range(width(shape)):
@@ -108,9 +114,10 @@ def _(geometry, shape, k, index, weight, lines, table):
 
 
 @implements(gather, Axisymmetric)
-def _(geometry, shape, k, index, weight, slope, table, lines):
+def _(geometry, shape, k, pack, table, lines):
+    weight, slope = pack.weight, pack.slope
     whole = along = across = spread(0.0)
-    row = element(index, k)
+    row = element(pack.first, k)
     for a in range(width(shape)):
         valued = sloped = spread(0.0)
         for b in range(width(shape)):

@@ -65,10 +65,11 @@ def _(geometry, lines, k, mass, momentum, force, hoop):
 
 
 @implements(scatter, Cartesian3D)
-def _(geometry, shape, k, index, weight, slope, lines, table, touched):
-    whole, first = line(lines, k), line(lines, PACK + k)
-    second, third = line(lines, 2 * PACK + k), line(lines, 3 * PACK + k)
-    plane = element(index, k)
+def _(geometry, shape, k, pack, table, touched):
+    weight, slope = pack.weight, pack.slope
+    whole, first = line(pack.lines, k), line(pack.lines, PACK + k)
+    second, third = line(pack.lines, 2 * PACK + k), line(pack.lines, 3 * PACK + k)
+    plane = element(pack.first, k)
     for a in range(width(shape)):
         flat = number(weight, a, k) * whole + number(slope, a, k) * first
         flat2, flat3 = number(weight, a, k) * second, number(weight, a, k) * third
@@ -87,9 +88,10 @@ def _(geometry, shape, k, index, weight, slope, lines, table, touched):
 
 
 @implements(scatter_weighted, Cartesian3D)
-def _(geometry, shape, k, index, weight, lines, table):
-    whole = line(lines, k)
-    plane = element(index, k)
+def _(geometry, shape, k, pack, table):
+    weight = pack.weight
+    whole = line(pack.lines, k)
+    plane = element(pack.first, k)
     for a in range(width(shape)):
         flat = number(weight, a, k) * whole
         row = plane
@@ -103,9 +105,10 @@ def _(geometry, shape, k, index, weight, lines, table):
 
 
 @implements(gather, Cartesian3D)
-def _(geometry, shape, k, index, weight, slope, table, lines):
+def _(geometry, shape, k, pack, table, lines):
+    weight, slope = pack.weight, pack.slope
     whole = first = second = third = spread(0.0)
-    plane = element(index, k)
+    plane = element(pack.first, k)
     for a in range(width(shape)):
         flat = flat2 = flat3 = spread(0.0)
         row = plane

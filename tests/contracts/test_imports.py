@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[2]
 HEAVY = ("numba", "llvmlite", "xarray", "netCDF4", "scipy", "pandas", "plotly", "distributed")
 NEVER_IN_THE_API_PROCESS = ("numba", "llvmlite", "xarray", "netCDF4")
 SOLVER_MAY_IMPORT = {"numpy", "scipy", "solver"}
-COMPILING = {ROOT / "solver" / "jit.py", ROOT / "solver" / "vectors.py"}
+COMPILING = {ROOT / "solver" / "jit.py", *(ROOT / "solver" / "vectors").glob("*.py")}
 COMPILING_MAY_IMPORT = {*SOLVER_MAY_IMPORT, "numba", "llvmlite"}
 
 

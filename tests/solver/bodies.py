@@ -83,8 +83,9 @@ def stencil(geometry: Any, shape: Any, place: np.ndarray) -> Stencil:
     """The nodes of a particle at a place (m)."""
     particles = empty_particles(1)
     particles.position[0] = place
-    index, weight, slope, _, _ = new_pack()
-    find_nodes(geometry, shape, tabulated(particles), 0, 1, index, weight, slope)
+    pack = new_pack()
+    find_nodes(geometry, shape, tabulated(particles), 0, 1, pack)
+    index, weight, slope = pack.first, pack.weight, pack.slope
     axes, count = dimensions(geometry), width(shape)
     along = np.array(list(np.ndindex((count,) * axes)))  # (n, axes) which node along each axis
     lines = WIDEST * np.arange(axes) + along

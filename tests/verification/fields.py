@@ -123,17 +123,16 @@ def velocity_gradients(geometry: Any, shape: Any, particles: Particles, nodes: N
 
 @kernel
 def _gradients(geometry, shape, pack, table, velocities, rows):
-    index, weight, slope, lines, _ = pack
     count = table.shape[1]
     for start in range(0, count, PACK):
         stop = min(start + PACK, count)
-        find_nodes(geometry, shape, table, start, stop, index, weight, slope)
+        find_nodes(geometry, shape, table, start, stop, pack)
         for k in range(stop - start):
-            gather(geometry, shape, k, index, weight, slope, velocities, lines)
+            gather(geometry, shape, k, pack, velocities, pack.lines)
         for p in range(start, stop, LANES):
             lanes = first_lanes(stop - p)
             hoop = hoop_factor(geometry, load(table, X, p, lanes))
-            gradient = velocity_gradient(geometry, lines, p - start, hoop)
+            gradient = velocity_gradient(geometry, pack.lines, p - start, hoop)
             for j in range(3):
                 for k in range(3):
                     store(rows, 3 * j + k, p, gradient[j][k], lanes)
