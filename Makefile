@@ -11,7 +11,7 @@ PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check --constraint
 RUNTIME := $(VENV)/runtime.stamp
 DEVELOPMENT := $(VENV)/development.stamp
 
-TARGETS := help demo test claims soak bench clean
+TARGETS := help demo test claims soak bench map clean
 .PHONY: $(TARGETS)
 
 help:
@@ -20,6 +20,7 @@ help:
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
 	@echo "make bench [JSON=file]  measure speed; never part of pass or fail"
+	@echo "make map                print rooms, arrows, floors, circles and lines of each package, and draw them"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
 # The demo computes everything itself; the first time it compiles the kernels too.
@@ -50,6 +51,9 @@ soak: $(DEVELOPMENT)
 bench: $(DEVELOPMENT)
 	@$(BIN)/python -m tests.benchmarks $(if $(JSON),--json $(JSON))
 	@$(BIN)/python -m tests.benchmarks.queue
+
+map: $(DEVELOPMENT)
+	@$(BIN)/python -m tests.house
 
 clean:
 	@rm -rf $(VENV) .cache build *.egg-info $(OUT)
