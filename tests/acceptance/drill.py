@@ -198,15 +198,16 @@ def drill(
     seed: int = 0,
     database_url: str | None = None,
     external: bool = False,
+    settings: Mapping[str, str] | None = None,
     **more: Any,
 ) -> Iterator[Drill]:
     """A service that can be drilled, on SQLite or a database, with workers of its own or a cluster's.
 
-    ``more`` words for the service: see ``serving.Service``.
+    ``settings`` of the service, ``WHIPPLE_...``; ``more`` words for it: see ``serving.Service``.
     """
     with ExitStack() as ends:
         herd = ends.enter_context(herded())
-        environment = work.environment()
+        environment = {**work.environment(), **(settings or {})}
         cluster = None
         if database_url is not None:
             environment["WHIPPLE_DATABASE_URL"] = database_url

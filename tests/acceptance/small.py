@@ -1,11 +1,9 @@
 """A service without interface and without Dask: real store, real dispatcher, and runs computed in between.
 
-``python -m tests.acceptance.small DATA RUNS`` submits a sweep, with one key each time, and works until it is done.
-Starts in a second, for tests that let it die at every point.
+It submits a sweep, with one key each time, and works until it is done: for tests that let it die at every point.
 """
 
 import os
-import sys
 from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
@@ -48,17 +46,13 @@ def _nobody(_words: object) -> None:
     """Nobody listens."""
 
 
-def main() -> None:
+def live(data: Path, runs_asked: int, environment: Mapping[str, str]) -> None:
     """Until the sweep is done, or until we die."""
-    os.environ["NUMBA_NUM_THREADS"] = "1"
-    settings = settings_in(Path(sys.argv[1]), disk_reserve=0)
-    runs = [Run(f"{number:032x}", {"seconds": 0.01}) for number in range(int(sys.argv[2]))]
+    os.environ |= {**environment, "NUMBA_NUM_THREADS": "1"}
+    settings = settings_in(data, disk_reserve=0)
+    runs = [Run(f"{number:032x}", {"seconds": 0.01}) for number in range(runs_asked)]
     with holding(settings), closing(open_store(settings)) as store:
         accepted = store.create_sweep(sweep_of(runs), idempotency=KEY)
         dispatcher = Dispatcher(settings, store, open_engine=Inline)
         while not store.sweep(accepted.id).is_terminal:
             dispatcher.turn()
-
-
-if __name__ == "__main__":
-    main()

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import psutil
@@ -65,42 +66,23 @@ def test_main_job__goes_from_submission_to_cube_and_report(tmp_path: Path) -> No
     assert not [library for library in NEVER_MAPPED if library in maps]
 
 
-def test_killed_service__finishes_what_it_accepted(tmp_path: Path) -> None:
-    axes = {"speed": {"start": "3 km/s", "stop": "6 km/s", "step": "0.5 km/s"}}
-    slow = {**FAKE, "WHIPPLE_TEST_SECONDS": "0.5"}
-    with serving(tmp_path / "data", **slow) as service, service.client() as client:
-        id = client.submit({**SMOKE, "axes": axes}).id
-        until(lambda: client.sweep(id).status().counts["succeeded"] > 0, seconds=START_SECONDS)
-        started = family(service)
-        service.kill()
-    until(lambda: all(map(is_gone, started)), seconds=LEAVE_SECONDS)
-    with serving(tmp_path / "data", **slow) as service, service.client() as client:
-        status = client.sweep(id).wait(timeout=SWEEP_SECONDS)
-        assert (status.state, status.counts["succeeded"]) == ("succeeded", 7)
-        client.sweep(id).fetch(tmp_path / "out")
+@pytest.fixture(scope="module")
+def busy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """A service whose runs take a minute."""
+    data = tmp_path_factory.mktemp("busy") / "data"
+    with serving(data, **FAKE, WHIPPLE_TEST_SECONDS="60") as service:
+        yield service
 
 
-def test_sigterm__ends_the_service_in_time_and_leaves_no_process(tmp_path: Path) -> None:
-    slow = {**FAKE, "WHIPPLE_TEST_SECONDS": "60"}
-    with serving(tmp_path / "data", **slow) as service, service.client() as client:
-        id = client.submit(SMOKE).id
-        until(lambda: client.sweep(id).status().counts["running"] > 0, seconds=START_SECONDS)
-        started = family(service)
-        assert service.leave() == 0  # in half of the time that the run takes, or it raises
-    until(lambda: all(map(is_gone, started)), seconds=LEAVE_SECONDS)
+def test_second_service__on_the_same_data_refuses_in_one_sentence(busy: Service) -> None:
+    second = whipple("serve", "--port", "0", "--data", busy.data, **FAKE)
+    assert second.returncode == 1
+    assert str(family(busy)[0].pid) in second.stderr
+    assert "Traceback" not in second.stderr
 
 
-def test_second_service__on_the_same_data_refuses_in_one_sentence(tmp_path: Path) -> None:
-    with serving(tmp_path / "data", **FAKE) as service:
-        second = whipple("serve", "--port", "0", "--data", tmp_path / "data", **FAKE)
-        assert second.returncode == 1
-        assert str(family(service)[0].pid) in second.stderr
-        assert "Traceback" not in second.stderr
-
-
-def test_cancel__ends_the_runs_and_publishes_what_there_is(tmp_path: Path) -> None:
-    slow = {**FAKE, "WHIPPLE_TEST_SECONDS": "60"}
-    with serving(tmp_path / "data", **slow) as service, service.client() as client:
+def test_cancel__ends_the_runs_and_publishes_what_there_is(busy: Service) -> None:
+    with busy.client() as client:
         handle = client.submit(SMOKE)
         until(lambda: handle.status().counts["running"] > 0, seconds=START_SECONDS)
         handle.cancel()
@@ -108,12 +90,10 @@ def test_cancel__ends_the_runs_and_publishes_what_there_is(tmp_path: Path) -> No
         assert (status.state, status.counts["cancelled"]) == ("cancelled", 2)
 
 
-def test_sweep_without_service__resumes_where_it_was(tmp_path: Path) -> None:
-    file, out = tmp_path / "smoke.yaml", tmp_path / "out"
-    file.write_text(examples.text("smoke"))
-    first = whipple("sweep", file, "--out", out, **FAKE)
-    assert first.returncode == 0, first.stderr
-    assert {"cube.nc", "report.html", "report.json"} <= {one.name for one in out.iterdir()}
-    again = whipple("sweep", file, "--out", out, **FAKE, WHIPPLE_TEST_SECONDS="600")
-    assert again.returncode == 0, again.stderr
-    assert "2 succeeded" in again.stdout
+def test_sigterm__ends_the_service_in_time_and_leaves_no_process(busy: Service) -> None:
+    with busy.client() as client:
+        id = client.submit(SMOKE).id
+        until(lambda: client.sweep(id).status().counts["running"] > 0, seconds=START_SECONDS)
+    started = family(busy)
+    assert busy.leave() == 0  # in half of the time that the run takes, or it raises
+    until(lambda: all(map(is_gone, started)), seconds=LEAVE_SECONDS)

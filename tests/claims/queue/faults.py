@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, suppress
 from dataclasses import dataclass, field
+from multiprocessing import get_context
 from pathlib import Path
 from signal import SIGKILL
 from typing import Protocol
@@ -19,7 +20,7 @@ from service.faults import POINTS, VARIABLE
 from service.jobs import Kind, State, SweepRow, SweepState
 from service.store import Store
 from studies.files import ANSWER
-from tests.acceptance import inspection
+from tests.acceptance import inspection, small
 from tests.acceptance.drill import Drill, Work, drill
 from tests.acceptance.herd import herded
 from tests.acceptance.serving import ROOT, START_SECONDS
@@ -27,7 +28,7 @@ from tests.claims import Row, claim
 from tests.claims.queue._common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
 from tests.service.databases import postgresql_server
 
-WORK = Work(speeds=3, sweeps=1, run_seconds=0.1)
+WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
 KEY = {"Idempotency-Key": "the-only-one"}
 COPY = "copy-halfway"
 OF_A_SERVICE = POINTS[: POINTS.index(COPY)]
@@ -117,7 +118,7 @@ def _live_until(here: Drill, point: str) -> None:
 
 @dataclass
 class Small:
-    """A service that starts in a second; see ``tests.acceptance.small``."""
+    """A service that is a fork of a process which has loaded it; see ``tests.acceptance.small``."""
 
     store: Store
     artifacts: Artifacts
@@ -125,9 +126,13 @@ class Small:
     def live_until(self, point: str) -> None:
         assert self.live(**{VARIABLE: point}) == -SIGKILL
 
-    def live(self, **more: str) -> int:
-        words = ["-m", "tests.acceptance.small", str(self.artifacts.root), str(WORK.runs)]
-        return _run(words, **more)
+    def live(self, **more: str) -> int | None:
+        forks = get_context("forkserver")
+        forks.set_forkserver_preload([small.__name__])
+        life = forks.Process(target=small.live, args=(self.artifacts.root, WORK.runs, more))
+        life.start()
+        life.join(START_SECONDS)
+        return life.exitcode
 
 
 def _submit(here: Drill) -> str:

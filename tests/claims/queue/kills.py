@@ -38,11 +38,11 @@ def full(**victims: int) -> Mapping[Victim, int]:
 
 
 FULL_WORK = Work(speeds=10, sweeps=19, targets=SOLVER)
-SHORT_WORK = Work(speeds=10, sweeps=2)
+SHORT_WORK = Work(speeds=5, sweeps=2)
 FULL = Plan(FULL_WORK, full(run=16, worker=12, service=12))
 FULL_EXTERNAL = Plan(FULL_WORK, full(run=12, worker=10, scheduler=8, service=10), external=True)
-SHORT = Plan(SHORT_WORK, full(run=2, worker=1, service=2))
-SHORT_EXTERNAL = Plan(SHORT_WORK, full(run=1, worker=1, scheduler=1, service=2), external=True)
+SHORT = Plan(SHORT_WORK, full(run=1, worker=1, service=1))
+SHORT_EXTERNAL = Plan(SHORT_WORK, full(run=1, scheduler=1, service=1), external=True)
 
 
 @claim(

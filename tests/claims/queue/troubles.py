@@ -29,11 +29,11 @@ from tests.claims.queue._common import (
 )
 from tests.service.doubles import wait_until
 
-WORK = Work(speeds=6, sweeps=1, run_seconds=1.0)
+WORK = Work(speeds=6, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.
 LONG = replace(WORK, run_seconds=3.0)
 TROUBLED = replace(WORK, targets="tests.acceptance.troubled", run_seconds=0.2)
-LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "30"}
+LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "10"}
 CAUSES = {3000.0: Cause.MEMORY_LIMIT, 3100.0: Cause.TIME_LIMIT, 3200.0: Cause.CRASH}  # by speed
 DISK, RESERVE = 128 << 20, 32 << 20  # bytes of a file system of its own, and what is to stay free
 LOOKS = 5  # turns of the dispatcher
@@ -48,8 +48,7 @@ PATIENCE = 120.0  # s
 )
 def troubles_of_runs() -> Iterator[Row]:
     [quiet] = undisturbed(WORK)
-    with folder() as place, drill(TROUBLED, place) as here:
-        restart(here, LIMITS)
+    with folder() as place, drill(TROUBLED, place, settings=LIMITS) as here:
         ids = here.submit()
         here.wait_for_the_end(ids)
         points = here.store.sweep_runs(ids[0]).items
@@ -118,8 +117,12 @@ def trouble_disk() -> Iterator[Row]:
 
 def full(**more: Any) -> Iterator[Row]:
     """The rows of it; ``more`` words for the service."""
-    with folder() as place, _small_disk(place / "data"), drill(LONG, place, **more) as here:
-        restart(here, {"WHIPPLE_DISK_RESERVE": str(RESERVE)})
+    settings = {"WHIPPLE_DISK_RESERVE": str(RESERVE)}
+    with (
+        folder() as place,
+        _small_disk(place / "data"),
+        drill(LONG, place, settings=settings, **more) as here,
+    ):
         ids = here.submit()
         wait_until(lambda: here.field.targets(Moment.COMPUTING), seconds=PATIENCE)
         filler = here.artifacts.root / "filler"
@@ -207,13 +210,6 @@ def clock_set() -> Iterator[Row]:
 
 
 # --- what all of them do -------------------------------------------------------------------------
-
-
-def restart(here: Drill, environment: Mapping[str, str]) -> None:
-    """Start the service with other settings."""
-    here.service.kill()
-    here.service.start(**environment)
-    here.service.wait_until_listening()
 
 
 def another(work: Work) -> dict[str, object]:
