@@ -54,7 +54,8 @@ def whipple(*words: object, **environment: str) -> "subprocess.CompletedProcess[
 def test_main_job__goes_from_submission_to_cube_and_report(tmp_path: Path) -> None:
     import xarray
 
-    with serving(tmp_path / "data") as service, service.client() as client:
+    # One worker: two would compile the same kernels at the same time.
+    with serving(tmp_path / "data", WHIPPLE_WORKERS="1") as service, service.client() as client:
         handle = client.submit(SMOKE)
         status = handle.wait(timeout=SWEEP_SECONDS)
         assert (status.state, status.counts["succeeded"]) == ("succeeded", 2)

@@ -1,6 +1,6 @@
 """The command that recomputes claims::
 
-python -m tests.claims [NAME ...] [--quick] [--side-by-side] [--json FILE] [--list]
+python -m tests.claims [NAME ...] [--quick] [--json FILE] [--list]
 """
 
 import argparse
@@ -28,14 +28,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if asked.list:
         print(_listing(claims))
         return ALL_FINE
-    return judge(claims, json_file=asked.json, side_by_side=asked.side_by_side)
+    return judge(claims, json_file=asked.json)
 
 
-def judge(
-    claims: Iterable[Claim], *, json_file: Path | None = None, side_by_side: bool = False
-) -> int:
+def judge(claims: Iterable[Claim], *, json_file: Path | None = None) -> int:
     """Run claims, say what came out, and return the exit status."""
-    verdicts = framework.side_by_side(claims) if side_by_side else framework.one_by_one(claims)
+    verdicts = framework.one_by_one(claims)
     if json_file:
         framework.write_json(verdicts, json_file)
     print(framework.table(verdicts))
@@ -64,8 +62,6 @@ def _parser() -> argparse.ArgumentParser:
         "names", nargs="*", metavar="NAME", help="a claim, or a set of them; all without one"
     )
     parser.add_argument("--quick", action="store_true", help="those of a few seconds only")
-    words = "each set in a process of its own"
-    parser.add_argument("--side-by-side", action="store_true", help=words)
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the verdicts there too")
     parser.add_argument("--list", action="store_true", help="name the claims and run none")
     return parser

@@ -7,12 +7,9 @@ import pkgutil
 import sys
 import time
 import traceback
-from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -205,19 +202,6 @@ def one_by_one(claims: Iterable[Claim]) -> list[Verdict]:
             verdicts.append(verdict)
             print(verdict.trace, end="", file=sys.stderr, flush=True)
     return verdicts
-
-
-def side_by_side(claims: Iterable[Claim]) -> list[Verdict]:
-    """Each set in a process of its own: its claims share what one of them computed."""
-    names = defaultdict(list)
-    for one in claims:
-        names[one.set].append(one.name)
-    with ProcessPoolExecutor(max(len(names), 1), mp_context=get_context("spawn")) as pool:
-        return [verdict for part in pool.map(_of_names, names.values()) for verdict in part]
-
-
-def _of_names(names: Sequence[str]) -> list[Verdict]:
-    return one_by_one(select(names))
 
 
 def write_json(verdicts: Sequence[Verdict], file: Path) -> None:

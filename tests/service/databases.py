@@ -33,7 +33,8 @@ class Postgresql:
         self._engine = sa.create_engine(
             self._address, isolation_level="AUTOCOMMIT", pool_pre_ping=True
         )
-        self._say("ALTER SYSTEM SET fsync = off")  # a test does not outlive a power cut
+        for durability in ("fsync", "full_page_writes"):  # a test does not outlive a power cut
+            self._say(f"ALTER SYSTEM SET {durability} = off")
         self._say("SELECT pg_reload_conf()")
         self._say(f"CREATE DATABASE {TEMPLATE}")
         template = Database(self._url(TEMPLATE))
@@ -44,7 +45,8 @@ class Postgresql:
     def database(self, *, like: str = TEMPLATE) -> Iterator[str]:
         """The URL of a new database, empty but for its tables; with ``template0`` without them."""
         name = f"test_{uuid.uuid4().hex}"
-        self._say(f"CREATE DATABASE {name} TEMPLATE {like}")
+        # Copied as files: 50 ms instead of 200 ms with its DROP (PostgreSQL 18, November 2026).
+        self._say(f"CREATE DATABASE {name} TEMPLATE {like} STRATEGY FILE_COPY")
         try:
             yield self._url(name)
         finally:

@@ -13,9 +13,8 @@ import pytest
 from service import local
 from service.commands import computing
 from service.jobs import RUN_STATES, Keep, SweepRow, SweepState
-from studies import examples
+from studies import examples, verification
 from studies.recipes import ACCURACY
-from studies.verification import johnson_cook
 from tests.service.api import FILES, Api, open_api, served
 from tests.service.command import run
 
@@ -252,25 +251,39 @@ def test_warm__that_fails_says_why(
     assert "no compiler" in capsys.readouterr().err
 
 
+def verified(monkeypatch: pytest.MonkeyPatch, *figures: float) -> None:
+    """Let a verification case give these figures where 1 within 0.5 is expected."""
+    rows = [
+        verification.relative("pressure (GPa)", expected=1.0, got=figure, within=0.5)
+        for figure in figures
+    ]
+    answers = [verification.Verified("similarity", row, 0.1) for row in rows]
+    monkeypatch.setattr(verification, "verify", lambda _names: answers)
+
+
 def test_validate__of_a_case_prints_its_rows_and_writes_them(
-    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    whipple: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    verified(monkeypatch, 1.0, 1.1)
     file = tmp_path / "rows.json"
-    assert whipple("validate", "--verification", "johnson-cook", "--json", file) == 0
+    assert whipple("validate", "--verification", "similarity", "--json", file) == 0
     *lines, last = capsys.readouterr().out.splitlines()
     rows = json.loads(file.read_text())["verification"]
     assert {row["verdict"] for row in rows} == {"PASS"}
     assert last == f"{len(rows)} passed, 0 failed, 0 reported"
     for line, row in zip(lines, rows, strict=True):
-        assert line.startswith("johnson-cook | PASS")
+        assert line.startswith("similarity | PASS")
         assert row["claim"] in line
 
 
 def test_validate__ends_with_1_when_a_row_fails(
     whipple: Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(johnson_cook, "PRINTED", 2.0 * johnson_cook.PRINTED)
-    assert whipple("validate", "--verification", "johnson-cook") == 1
+    verified(monkeypatch, 1.0, 2.0)
+    assert whipple("validate", "--verification", "similarity") == 1
     assert ", 1 failed, 0 reported" in capsys.readouterr().out
 
 

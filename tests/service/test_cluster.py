@@ -108,7 +108,7 @@ def test_scheduler__is_said_to_be_away_until_it_answers(service: Service) -> Non
 def test_killed__is_heard_and_the_neighbour_goes_on(
     service: Service, tmp_path: Path, victim: str
 ) -> None:
-    one, other = ticket(tmp_path, 1, seconds=20.0), ticket(tmp_path, 2, seconds=4.0)
+    one, other = ticket(tmp_path, 1, seconds=20.0), ticket(tmp_path, 2, seconds=2.0)
     for order in (one, other):
         service.engine.submit(order)
     pid = pid_of(one)
@@ -185,7 +185,7 @@ def start_service(cluster: Cluster, orders: list[Ticket]) -> "subprocess.Popen[b
 
 
 def test_service_killed__the_next_one_adopts_its_attempts(cluster: Cluster, tmp_path: Path) -> None:
-    short, long = ticket(tmp_path, 1), ticket(tmp_path, 2, seconds=15.0)
+    short, long = ticket(tmp_path, 1), ticket(tmp_path, 2, seconds=6.0)
     with start_service(cluster, [short, long]) as process:
         try:
             assert process.stdout is not None
@@ -235,7 +235,7 @@ def test_connection_cut__attempts_go_on_and_are_found_again(
     cluster: Cluster, tmp_path: Path
 ) -> None:
     line = Line(cluster.port)
-    long, short = ticket(tmp_path, 1, seconds=8.0), ticket(tmp_path, 2, seconds=0.5)
+    long, short = ticket(tmp_path, 1, seconds=5.0), ticket(tmp_path, 2, seconds=0.5)
     try:
         with serving(cluster.remote(line.port)) as service:
             service.wait_for_slots(WORKERS)

@@ -33,8 +33,8 @@ from tests.service.api import Api, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
-EXAMPLES = int(os.environ.get("WHIPPLE_EXAMPLES", "12"))  # of each operation
-SEQUENCES = int(os.environ.get("WHIPPLE_SEQUENCES", "15"))  # of operations, one after the other
+EXAMPLES = int(os.environ.get("WHIPPLE_EXAMPLES", "6"))  # of each operation
+SEQUENCES = int(os.environ.get("WHIPPLE_SEQUENCES", "8"))  # of operations, one after the other
 STEPS = 10  # of a sequence
 ENDLESS = "/v1/queue/events"  # an answer that does not end; test_live.py listens to it
 ENDED = 4  # sweeps that have ended when the tests begin

@@ -19,8 +19,8 @@ from tests.claims.queue._common import folder
 from tests.service.databases import postgresql_server
 from tests.service.doubles import wait_until
 
-WORK = Work(speeds=5, sweeps=1, targets="tests.service.targets", run_seconds=0.0)  # ten runs
-SLOW = replace(WORK, speeds=2, run_seconds=1.0)  # some are under way when the leader is frozen
+WORK = Work(speeds=2, sweeps=1, targets="tests.service.targets", run_seconds=0.0)  # four runs
+SLOW = replace(WORK, run_seconds=1.0)  # some are under way when the leader is frozen
 NOT_THERE = "the data directory is not there"
 PATIENCE = 60.0  # s
 REPLACED_SECONDS = 15.0  # from the freeze to a run that another service has computed
@@ -155,7 +155,7 @@ def _services(place: Path, url: str, work: Work, count: int) -> Iterator[Service
     """Services that listen."""
     with ExitStack() as ends:
         ends.enter_context(herded())
-        environment = {**work.environment(), "WHIPPLE_DATABASE_URL": url}
+        environment = {**work.environment(), "WHIPPLE_DATABASE_URL": url, "WHIPPLE_WORKERS": "1"}
         services = [Service(place / "data", environment, name=f"{n}") for n in range(count)]
         for one in services:
             ends.callback(one.kill)
