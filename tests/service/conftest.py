@@ -43,7 +43,7 @@ def postgresql() -> Iterator[Postgresql]:
 @pytest.fixture
 def postgresql_url(postgresql: Postgresql) -> Iterator[str]:
     """A database of PostgreSQL with the tables of a store."""
-    with postgresql.database() as url:
+    with postgresql.emptied() as url:
         yield url
 
 

@@ -39,21 +39,54 @@ class Postgresql:
         self._say(f"CREATE DATABASE {TEMPLATE}")
         template = Database(self._url(TEMPLATE))
         template.migrate()
+        tables = sa.MetaData()
+        with template.reading() as connection:
+            tables.reflect(connection)
+            self._first = {
+                table: [dict(row) for row in connection.execute(table.select()).mappings()]
+                for table in tables.sorted_tables
+            }
         template.close()
+        self._reused: str | None = None
+        self._ends = ExitStack()
 
     @contextmanager
     def database(self, *, like: str = TEMPLATE) -> Iterator[str]:
         """The URL of a new database, empty but for its tables; with ``template0`` without them."""
         name = f"test_{uuid.uuid4().hex}"
-        # Copied as files: 50 ms instead of 200 ms with its DROP (PostgreSQL 18, November 2026).
-        self._say(f"CREATE DATABASE {name} TEMPLATE {like} STRATEGY FILE_COPY")
+        self._say(f"CREATE DATABASE {name} TEMPLATE {like}")
         try:
             yield self._url(name)
         finally:
             self._say(f"DROP DATABASE {name} WITH (FORCE)")
 
+    @contextmanager
+    def emptied(self) -> Iterator[str]:
+        """The URL of a database that is used again and again, as empty as a new one, which takes four times as long."""
+        if self._reused is None:
+            self._reused = self._ends.enter_context(self.database())
+        try:
+            yield self._reused
+        finally:
+            self._empty(self._reused)
+
+    def _empty(self, url: str) -> None:
+        """End every connection to a database, and bring its tables back to the rows of the template."""
+        name = sa.make_url(url).database
+        self._say(
+            f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{name}'"
+        )
+        engine = sa.create_engine(url, poolclass=sa.NullPool)
+        with engine.begin() as connection:
+            tables = ", ".join(f'"{table.name}"' for table in self._first)
+            connection.exec_driver_sql(f"TRUNCATE {tables} RESTART IDENTITY")
+            for table, rows in self._first.items():
+                if rows:
+                    connection.execute(table.insert(), rows)
+
     def close(self) -> None:
         """Leave the server."""
+        self._ends.close()
         self._engine.dispose()
 
     def _url(self, name: str) -> str:
