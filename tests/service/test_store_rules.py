@@ -321,5 +321,5 @@ class Rules(RuleBasedStateMachine):
             return list(reading.execute(query).scalars())
 
 
-Rules.TestCase.settings = settings(max_examples=25, stateful_step_count=30)
+Rules.TestCase.settings = settings(max_examples=12, stateful_step_count=30)
 TestRules = Rules.TestCase
