@@ -23,7 +23,7 @@ from solver.faces import Closed, fold_vectors
 from solver.geometry import node_count, node_positions
 from solver.jit import device, kernel
 from solver.problem import Absorber, Face, Matter, Problem
-from solver.state import FORCE, empty_nodes, empty_particles, tabulated
+from solver.state import FORCE, empty_nodes, empty_table, views
 from solver.transfer import new_pack, scatter_surface
 
 REACH = 1.5  # cells: nodes nearer to a surface than this may have area there, for any shape
@@ -61,12 +61,12 @@ def dashpots(problem: Problem, absorber: Absorber, closed: Closed) -> Dashpots:
     """The nodes of an absorber between the closed faces of its grid; raises ProblemError where there is no surface."""
     body = problem.bodies[absorber.body]
     found = empty_nodes(node_count(problem.geometry))
-    particles = empty_particles(body.mass.size)
+    table = empty_table(body.mass.size)
+    particles = views(table)
     particles.position[:], particles.mass[:] = body.position, body.mass
     particles.density[:] = body.density
     ranges = np.array([[0, body.mass.size]])
     touched = np.zeros(found.mass.size, np.uint8)
-    table = tabulated(particles)
     pack = new_pack()
     scatter_surface(problem.geometry, problem.shape, pack, table, ranges, found.state, touched)
     full, area = found.mass, found.force

@@ -12,7 +12,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from solver import PHYSICS_VERSION
 from solver.jit import compiler
 
 MINUTE = 60.0  # s
+MEBIBYTE = 1 << 20
 DIGEST_SIZE = hashlib.sha256().digest_size
 
 Fingerprint = Mapping[str, str]
@@ -107,23 +108,31 @@ def write_checkpoint(path: Path, mark: Fingerprint, carried: Carried) -> None:
 
 def read_checkpoint(path: Path, mark: Fingerprint) -> Carried:
     """The content of a checkpoint of the same fingerprint; raises Refused, and OSError where there is no file."""
-    whole = path.read_bytes()
-    content = memoryview(whole)[: max(0, len(whole) - DIGEST_SIZE)]
-    if hashlib.sha256(content).digest() != whole[len(content) :]:
-        raise Refused("the file is damaged")
-    begin = whole.index(b"\n") + 1
-    header = json.loads(whole[:begin])
-    found = header["fingerprint"]
-    changed = [name for name in sorted({*mark, *found}) if mark.get(name) != found.get(name)]
-    if changed:
-        raise Refused("not of this run and machine: another " + ", ".join(changed))
-    arrays = {}
-    for name, kind, shape in header["arrays"]:
-        array = np.empty(shape, kind)
-        array.reshape(-1).view(np.uint8)[:] = content[begin : begin + array.nbytes]
-        arrays[name] = array
-        begin += array.nbytes
+    with path.open("rb") as file:
+        if not _is_whole(file):
+            raise Refused("the file is damaged")
+        file.seek(0)
+        header = json.loads(file.readline())
+        found = header["fingerprint"]
+        changed = [name for name in sorted({*mark, *found}) if mark.get(name) != found.get(name)]
+        if changed:
+            raise Refused("not of this run and machine: another " + ", ".join(changed))
+        arrays = {}
+        for name, kind, shape in header["arrays"]:
+            arrays[name] = np.empty(shape, kind)
+            file.readinto(_bytes(arrays[name]))
     return Carried(header["numbers"], arrays)
+
+
+def _is_whole(file: BinaryIO) -> bool:
+    """Whether a file ends with the digest of what stands before."""
+    left = os.fstat(file.fileno()).st_size - DIGEST_SIZE
+    digest = hashlib.sha256()
+    while left > 0:
+        piece = file.read(min(left, MEBIBYTE))
+        digest.update(piece)
+        left -= len(piece)
+    return digest.digest() == file.read()
 
 
 def _content(mark: Fingerprint, carried: Carried) -> Iterator[bytes | memoryview]:

@@ -13,7 +13,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
 from solver.keeper import Keeper, Watch
 from solver.problem import Body, Problem
-from solver.state import MASS, Particles, Snapshot, empty_particles, joined, tabulated, views
+from solver.state import MASS, Particles, Snapshot, empty_table, reordered, views
 from solver.step import Stage, Stepper, shares_of
 from solver.stress import QUANTITIES, Limits, Tally, find_fault
 from solver.threads import Team
@@ -92,8 +92,8 @@ class Simulation:
     """The moving parts of one simulation."""
 
     problem: Problem
-    particles: Particles
-    body: np.ndarray
+    table: np.ndarray  # (ROWS, n) the particles, body by body
+    body: np.ndarray  # (n,) index of each particle's body
     time: float = 0.0
     step: int = 0
     ledger: Ledger = field(default_factory=Ledger)
@@ -109,14 +109,14 @@ class Simulation:
 
     def __post_init__(self) -> None:
         problem = self.problem
+        self.particles = views(self.table)
         self.limits = _limits(problem)
         self.shares = self.shares or shares_for(self.particles.mass.size)
         self.stepper = Stepper(problem, self.limits, self.team, self.shares)
-        self.table = tabulated(self.particles)
         self.impulse = np.zeros(3)
-        self.start = totals(self.particles)
         self.dt = problem.fixed_dt or _first_step(problem)
         self._arrange()
+        self.start = totals(self.particles)
 
     def snapshot(self) -> Snapshot:
         """The present state; the arrays are those of the simulation."""
@@ -139,7 +139,7 @@ class Simulation:
         """What goes from this step to the next, and into a checkpoint."""
         ledger, first = asdict(self.ledger), asdict(self.start)
         arrays = {
-            "table": np.ascontiguousarray(self.table),
+            "table": self.table,
             "number": self.particles.number,
             "alive": self.particles.alive,
             "body": self.body,
@@ -232,17 +232,16 @@ class Simulation:
         cell = np.zeros(self.particles.mass.size, np.int64)
         for axis in range(3):
             if geometry.nodes[axis] > 1:
-                place = (self.particles.position[:, axis] - geometry.lower[axis]) / geometry.spacing
-                cell = cell * geometry.nodes[axis] + place.astype(np.int64)
-        cell += self.body.astype(np.int64) * node_count(geometry)
+                place = self.particles.position[:, axis] - geometry.lower[axis]
+                place /= geometry.spacing
+                cell *= geometry.nodes[axis]
+                cell += place.astype(np.int64)
+        cell += self.body * node_count(geometry)
         order = np.argsort(cell, kind="stable")
-        order = order[self.particles.alive[order] == 1]
-        if order.size < self.body.size:
-            self.table = np.ascontiguousarray(self.table[:, order])
-        else:
-            for row in self.table:
-                row[:] = row[order]
-        self.body = np.ascontiguousarray(self.body[order])
+        if not self.particles.alive.all():
+            order = order[self.particles.alive[order] == 1]
+        self.table = reordered(self.table, order)
+        self.body = self.body[order]
         self._lay_out(self.particles.number[order], self.particles.alive[order])
 
     def _lay_out(self, number: np.ndarray, alive: np.ndarray) -> None:
@@ -319,15 +318,18 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     ``shares`` is how many parts of the particles threads may work on at once; by default as many as their number
     asks for. Another number of shares gives other bits, another number of threads does not.
     """
-    parts = [_initial(body) for body in problem.bodies]
-    particles = joined(parts)
-    body = np.repeat(np.arange(len(parts)), [part.mass.size for part in parts])
-    _check_inside(problem, particles, body)
-    return Simulation(problem, particles, body, team=Team(threads), shares=shares)
+    sizes = [body.mass.size for body in problem.bodies]
+    table, begin = empty_table(sum(sizes)), 0
+    for body, size in zip(problem.bodies, sizes, strict=True):
+        _check_inside(problem, body)
+        _fill(views(table[:, begin : begin + size]), body)
+        begin += size
+    index = np.repeat(np.arange(len(sizes)), sizes)
+    return Simulation(problem, table, index, team=Team(threads), shares=shares)
 
 
-def _initial(body: Body) -> Particles:
-    particles = empty_particles(body.mass.size)
+def _fill(particles: Particles, body: Body) -> None:
+    """The initial state of a body's particles."""
     particles.position[:] = body.position
     particles.velocity[:] = body.velocity
     particles.mass[:] = body.mass
@@ -336,21 +338,18 @@ def _initial(body: Body) -> Particles:
     a, b = pressure_terms(body.matter.eos, body.density, body.energy)
     particles.pressure[:] = a + b * body.energy
     particles.temperature[:] = temperature(body.matter.eos, body.density, body.energy)
-    return particles
 
 
-def _check_inside(problem: Problem, particles: Particles, body: np.ndarray) -> None:
-    for index in range(len(problem.bodies)):
-        corners = particles.position[body == index]
-        corners = np.stack([corners.min(axis=0), corners.max(axis=0)])
-        for corner in range(2):
-            face = exit_face(problem.geometry, corners, corner)
-            if face >= 0:
-                raise ProblemError(
-                    f"body {problem.bodies[index].name!r} reaches {corners[corner, face // 2]:.6g} m "
-                    f"on axis {face // 2}, "
-                    f"outside the grid; enlarge the grid or move the body"
-                )
+def _check_inside(problem: Problem, body: Body) -> None:
+    corners = np.stack([body.position.min(axis=0), body.position.max(axis=0)])
+    for corner in range(2):
+        face = exit_face(problem.geometry, corners, corner)
+        if face >= 0:
+            raise ProblemError(
+                f"body {body.name!r} reaches {corners[corner, face // 2]:.6g} m "
+                f"on axis {face // 2}, "
+                f"outside the grid; enlarge the grid or move the body"
+            )
 
 
 def _fastest(problem: Problem) -> float:

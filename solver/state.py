@@ -5,6 +5,7 @@ Kernels see tables. In that of the particles each number has a row, so that eigh
 what the memory moves at a time; ``Nodes`` are views of its columns.
 """
 
+import mmap
 from typing import NamedTuple
 
 import numpy as np
@@ -72,14 +73,18 @@ class Snapshot(NamedTuple):
     body: np.ndarray  # (n,) index of each particle's body
 
 
-def empty_particles(count):
-    """Particles at rest, without stress."""
-    number, alive = np.arange(count, dtype=np.int64), np.ones(count, np.uint8)
-    return views(np.zeros((ROWS, count)), number, alive)
+def empty_table(count):
+    """A table (ROWS, n) of particles at rest, without stress; a row takes no memory until it is written."""
+    return np.zeros((ROWS, count))
 
 
-def views(table, number, alive):
-    """The particles whose numbers are the columns of a table (ROWS, n)."""
+def views(table, number=None, alive=None):
+    """The particles whose numbers are the columns of a table (ROWS, n); by default alive, numbered in their order."""
+    count = table.shape[1]
+    if number is None:
+        number = np.arange(count, dtype=np.int64)
+    if alive is None:
+        alive = np.ones(count, np.uint8)
     return Particles(
         position=table[X : Z + 1].T,
         velocity=table[VX : VZ + 1].T,
@@ -97,27 +102,32 @@ def views(table, number, alive):
     )
 
 
-def tabulated(particles):
-    """A table (ROWS, n) with the numbers of some particles."""
-    table = np.zeros((ROWS, particles.mass.size))
-    copy = views(table, particles.number, particles.alive)
-    for name in set(Particles._fields) - {"number", "alive"}:
-        getattr(copy, name)[:] = getattr(particles, name)
-    return table
+def reordered(table, order):
+    """Columns of a table in the order of their indices, in the table's own memory: (ROWS, n), n at most as before."""
+    memory, count = table.reshape(-1), order.size
+    for row in range(ROWS):  # rows that are still to be read stand behind what is written
+        memory[row * count : (row + 1) * count] = table[row, order]
+    return memory[: ROWS * count].reshape(ROWS, count)
 
 
-def lines(count):
-    """A table of so many lines of zeros, each in a line of the processor's cache."""
+def lines(count, *, sparse=False):
+    """A table of so many lines of zeros, each in a line of the processor's cache; a page takes memory once written.
+
+    numpy asks for huge pages. In a ``sparse`` table, most of which is never written, those hold three times the memory.
+    """
+    size = count * LINE * np.dtype(np.float64).itemsize
+    if sparse and size:
+        return np.frombuffer(mmap.mmap(-1, size)).reshape(count, LINE)  # begins with a page
     memory = np.zeros(count * LINE + LINE)
     skipped = -memory.ctypes.data % (LINE * memory.itemsize) // memory.itemsize
     return memory[skipped : skipped + count * LINE].reshape(count, LINE)
 
 
-def empty_nodes(count, *, smooth=True, surface=True):
+def empty_nodes(count, *, smooth=True, surface=True, sparse=False):
     """Nodes without mass, in whole blocks; without what only damping or contact looks at, if told so."""
     count = -(-count // BLOCK) * BLOCK
-    state, motion, mapped = lines(count), lines(count), lines(count)
-    smoothed, areas = lines(count if smooth else 0), lines(count if surface else 0)
+    counts = count, count, count, count if smooth else 0, count if surface else 0
+    state, motion, mapped, smoothed, areas = (lines(one, sparse=sparse) for one in counts)
     return Nodes(
         mass=state[:, 0],
         momentum=state[:, MOMENTUM : MOMENTUM + 3],
@@ -133,10 +143,3 @@ def empty_nodes(count, *, smooth=True, surface=True):
         smoothed=smoothed,
         areas=areas,
     )
-
-
-def joined(parts):
-    """Particles of several bodies behind one another, numbered anew."""
-    table = np.concatenate([tabulated(part) for part in parts], axis=1)
-    alive = np.concatenate([part.alive for part in parts])
-    return views(table, np.arange(alive.size, dtype=np.int64), alive)

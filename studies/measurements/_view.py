@@ -58,7 +58,9 @@ def view(setting: Any, snapshot: Any) -> View:
     from solver.geometry import impact_axis
 
     problem, particles = setting.problem, snapshot.particles
-    living = particles.alive == 1
+    living = (
+        slice(None) if particles.alive.all() else particles.alive == 1
+    )  # a slice copies nothing
     position, body_of = particles.position[living], snapshot.body[living]
     axis = impact_axis(problem.geometry)
     plane = position[:, :2] if axis == 2 else position[:, :1]
@@ -66,7 +68,8 @@ def view(setting: Any, snapshot: Any) -> View:
     number = names.index(setting.target)
     target, body = body_of == number, problem.bodies[number]
     rim = _rim(setting, plane, position[:, axis], target)
-    attached_target = _touching(problem.geometry, position, target, rim)
+    cell = _cells(problem.geometry, position)
+    attached_target = _touching(problem.geometry, cell, target, rim)
     centre = np.zeros(plane.shape[1])
     if _is_oblique(problem, axis):
         centre = centre_of_hole(
@@ -87,7 +90,7 @@ def view(setting: Any, snapshot: Any) -> View:
         sector=sector,
         sectors=sectors,
         target=target,
-        attached=_touching(problem.geometry, position, np.ones_like(target), rim),
+        attached=_touching(problem.geometry, cell, np.ones_like(target), rim),
         attached_target=attached_target,
         cell=problem.geometry.spacing,
         radial_width=body.spacing[0],
@@ -138,9 +141,23 @@ def _sectors(setting: Any, plane: np.ndarray) -> tuple[np.ndarray, int]:
     return index, sectors
 
 
-def _touching(
-    geometry: Any, position: np.ndarray, among: np.ndarray, seed: np.ndarray
-) -> np.ndarray:
+def _shape(geometry: Any) -> tuple[int, ...]:
+    """Cells along each axis, at least one."""
+    return tuple(int(max(count, 1)) for count in geometry.cells)
+
+
+def _cells(geometry: Any, position: np.ndarray) -> np.ndarray:
+    """Index (n,) of each particle's cell among all of them, the last axis fastest; outside the grid, of the nearest."""
+    cell = np.zeros(position.shape[0], np.int64)
+    for axis, count in enumerate(_shape(geometry)):
+        place = position[:, axis] - geometry.lower[axis]
+        place /= geometry.spacing
+        cell *= count
+        cell += np.clip(place, 0.0, count - 1, out=place).astype(np.int64)
+    return cell
+
+
+def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarray) -> np.ndarray:
     """Which particles hang together with the seed: two touch when their cells are the same or neighbours.
 
     That is when they share a node, which is all that makes them one body for the solver.
@@ -148,13 +165,10 @@ def _touching(
     found = np.zeros(among.size, bool)
     if not (among & seed).any():
         return found
-    cell = ((position - geometry.lower) / geometry.spacing).astype(np.int64)
-    cell = np.clip(cell, 0, np.maximum(np.asarray(geometry.cells) - 1, 0))
-    shape = tuple(int(max(n, 1)) for n in geometry.cells)
-    occupied = np.zeros(shape, bool)
-    occupied[tuple(cell[among].T)] = True
+    occupied = np.zeros(_shape(geometry), bool)
+    occupied.reshape(-1)[cell[among]] = True
     label, _ = ndimage.label(occupied, structure=np.ones((3, 3, 3), bool))
-    labels = label[tuple(cell.T)]
+    labels = label.reshape(-1)[cell]
     found[among] = np.isin(labels[among], np.unique(labels[among & seed]))
     return found
 

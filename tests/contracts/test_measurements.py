@@ -17,7 +17,7 @@ from solver.eos.linear_elastic import linear_elastic
 from solver.geometry import grid
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
-from solver.state import Particles, Snapshot, empty_particles
+from solver.state import Particles, Snapshot, empty_table, views
 from studies import measurements
 from studies.measurements import RESOLUTION_IN_CELLS, History, Reading
 from studies.measurements._bar import BarView
@@ -240,7 +240,7 @@ def bar_of_arrays(kind: str) -> tuple[Any, Particles]:
     flat = kind == "round"
     seen = bar(round_model=flat)
     order = [0, 2, 1] if flat else [0, 1, 2]
-    particles = empty_particles(len(seen.mass))
+    particles = views(empty_table(len(seen.mass)))
     particles.position[:] = seen.position[:, order]
     particles.velocity[:, order.index(2)] = -BAR_SPEED
     particles.mass[:] = seen.mass
@@ -987,7 +987,7 @@ def plate_of_particles(
 
 def particles_at(kind: str, position: np.ndarray) -> Particles:
     """Particles of the target at some places."""
-    particles = empty_particles(len(position))
+    particles = views(empty_table(len(position)))
     particles.position[:] = position
     measure = position[:, 0] * PARTICLE**2 if kind == "axisymmetric" else PARTICLE**3
     particles.mass[:] = DENSITY * measure
@@ -1287,7 +1287,7 @@ def test_view_of_plates__knows_each_particle_by_its_number(kind: str) -> None:
     flat = kind == "round"
     state = plates(LATE)
     axis = 1 if flat else 2
-    particles = empty_particles(state.mass.size)
+    particles = views(empty_table(state.mass.size))
     particles.position[:, axis] = state.place
     particles.velocity[:, axis] = state.velocity
     for name in ("mass", "density", "pressure"):

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from solver.geometry import dimensions, node_count, node_positions
 from solver.registry import entries
 from solver.shapes import weights, width
-from solver.state import BLOCK, empty_nodes, empty_particles, tabulated
+from solver.state import BLOCK, empty_nodes, empty_table, views
 from solver.transfer import new_pack, scatter_state
 from solver.vectors import LANES
-from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil
+from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil, tabulated
 from tests.verification.fields import velocity_gradients
 
 SHAPES = entries("solver.shapes", "SHAPE")
@@ -133,7 +133,7 @@ def test_stencil__has_as_many_nodes_as_it_says(kind: str, name: str) -> None:
 def some_particles(kind: str) -> Any:
     """Particles anywhere, with something in each number that they give to their nodes."""
     geometry, rng = BOXES[kind], np.random.default_rng(3)
-    particles = empty_particles(5 * LANES + 3)
+    particles = views(empty_table(5 * LANES + 3))
     for name in ("velocity", "pressure", "viscosity", "deviator"):
         field = getattr(particles, name)
         field[:] = rng.uniform(-1.0, 1.0, field.shape)

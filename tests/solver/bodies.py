@@ -12,7 +12,7 @@ from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Matter, Problem
 from solver.shapes import width
-from solver.state import empty_particles, tabulated
+from solver.state import Particles, empty_table, views
 from solver.strength.johnson_cook import JohnsonCook
 from solver.strength.perfectly_plastic import PerfectlyPlastic
 from solver.tension.recoverable import RecoverableTension
@@ -79,12 +79,21 @@ def box(*cells: int) -> Any:
     return grid(record, lower=(0.0, 0.0, 0.0), cells=(*cells, 0)[:3], spacing=SPACING)
 
 
+def tabulated(particles: Particles) -> np.ndarray:
+    """A table (ROWS, n) with the numbers of some particles, as kernels want it."""
+    table = empty_table(particles.mass.size)
+    copy = views(table, particles.number, particles.alive)
+    for name in set(Particles._fields) - {"number", "alive"}:
+        getattr(copy, name)[:] = getattr(particles, name)
+    return table
+
+
 def stencil(geometry: Any, shape: Any, place: np.ndarray) -> Stencil:
     """The nodes of a particle at a place (m)."""
-    particles = empty_particles(1)
-    particles.position[0] = place
+    table = empty_table(1)
+    views(table).position[0] = place
     pack = new_pack()
-    find_nodes(geometry, shape, tabulated(particles), 0, 1, pack)
+    find_nodes(geometry, shape, table, 0, 1, pack)
     index, weight, slope = pack.first, pack.weight, pack.slope
     axes, count = dimensions(geometry), width(shape)
     along = np.array(list(np.ndindex((count,) * axes)))  # (n, axes) which node along each axis

@@ -8,7 +8,7 @@ import pytest
 from solver.audit import HOTTEST_SHARE, Audit, Ledger, Totals, audit, totals
 from solver.problem import ArtificialViscosity
 from solver.simulation import simulate
-from solver.state import Particles, empty_particles
+from solver.state import Particles, empty_table, views
 from tests.solver.bodies import box, two_blocks
 
 CARTESIAN, AXISYMMETRIC = box(4, 4, 4), box(4, 4)
@@ -17,7 +17,7 @@ NO_IMPULSE = np.zeros(3)
 
 def three() -> Particles:
     """Three particles: 1 kg along x at 2 m/s, 2 kg along -x at 1 m/s, 4 kg at rest with 5 J/kg."""
-    particles = empty_particles(3)
+    particles = views(empty_table(3))
     particles.mass[:] = (1.0, 2.0, 4.0)
     particles.velocity[:, 0] = (2.0, -1.0, 0.0)
     particles.energy[:] = (0.0, 0.0, 5.0)
@@ -130,7 +130,7 @@ def test_ledger__adds_up_over_bookings() -> None:
 
 def test_audit__finds_the_hottest_thousandth() -> None:
     count = 4000
-    particles = empty_particles(count)
+    particles = views(empty_table(count))
     particles.mass[:] = 1.0
     particles.energy[:] = 1.0
     hot = round(HOTTEST_SHARE * count)
@@ -146,7 +146,7 @@ def test_audit__of_cold_matter_has_no_hottest_share() -> None:
 
 
 def test_audit__of_a_world_at_rest_and_cold_divides_by_nothing() -> None:
-    particles = empty_particles(2)
+    particles = views(empty_table(2))
     particles.mass[:] = 1.0
     found = balance(particles, totals(particles))
     assert (found.energy_drift, found.momentum_error, found.outflow_energy) == (0.0, 0.0, 0.0)

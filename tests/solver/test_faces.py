@@ -16,7 +16,7 @@ from solver.problem import Face, Problem, clamp
 from solver.registry import entries
 from solver.shapes.linear import Linear
 from solver.simulation import Simulation, start
-from solver.state import Nodes, empty_particles
+from solver.state import Nodes, empty_table, views
 from solver.step import Field
 from tests.solver.bodies import (
     FREE,
@@ -170,7 +170,7 @@ def test_mirror__gives_ghosts_the_velocity_of_the_mirrored_body() -> None:
 
 def crossed(*kinds: Face, place: float, velocity: float) -> tuple[Any, np.ndarray, int]:
     """A particle of 2 kg past a face of the first axis, in cells from the lower one."""
-    particles = empty_particles(1)
+    particles = views(empty_table(1))
     particles.position[0] = (place * SPACING, 2.0 * SPACING, 2.0 * SPACING)
     particles.velocity[0, 0] = velocity
     particles.mass[0] = 2.0
@@ -220,7 +220,7 @@ def tensor(a: Any) -> np.ndarray:
 
 def stressed_past(kind: Face, axis: int, side: int, geometry: Any = BOX) -> Any:
     """A stressed particle a tenth of a cell past a closed face, after it was put back."""
-    particles = empty_particles(1)
+    particles = views(empty_table(1))
     particles.position[0] = np.where(geometry.cells > 0, 2.0 * SPACING, 0.0)
     particles.position[0, axis] = (-0.1, 4.1)[side] * SPACING
     particles.velocity[0], particles.deviator[0] = VELOCITY, STRESS
@@ -268,7 +268,7 @@ def test_closed_face__puts_back_inside_the_grid_from_anywhere(place: float) -> N
 
 
 def test_closed_faces__do_not_keep_what_leaves_through_a_free_one_beside_them() -> None:
-    particles = empty_particles(1)
+    particles = views(empty_table(1))
     particles.position[0] = (-0.1 * SPACING, 4.2 * SPACING, 2.0 * SPACING)
     faces = np.zeros((3, 2), np.int64)
     faces[0, 0] = int(Face.FIXED)
@@ -301,7 +301,7 @@ def test_clamp__is_of_fixed_faces_only(kind: Face) -> None:
 
 @pytest.mark.parametrize(("along", "stays"), [(0.5, 0), (1.5, 1), (3.0, 0)])
 def test_clamp__puts_back_within_it_and_lets_go_beyond(along: float, stays: int) -> None:
-    particles = empty_particles(1)
+    particles = views(empty_table(1))
     particles.position[0] = (-0.1 * SPACING, along * SPACING, 2.0 * SPACING)
     faces = np.zeros((3, 2), np.int64)
     faces[0, 0] = int(Face.FIXED)

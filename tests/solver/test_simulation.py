@@ -10,7 +10,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.problem import Body, Face, Problem, Scheme
 from solver.registry import entries
 from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
-from solver.state import NEW_X, NEW_Z, Particles, Snapshot
+from solver.state import NEW_X, NEW_Z, ROWS, Particles, Snapshot, reordered
 from solver.step import Stage
 from tests.solver.bodies import (
     ABOUT_AXIS,
@@ -41,6 +41,29 @@ def flying_out(kind: str, speed: float = 3000.0) -> Problem:
         block(geometry, (*low, 6.0), (*high, 9.0), velocity=velocity, name="goes"),
     )
     return Problem(geometry, bodies, ABOUT_AXIS if flat else OPEN, end_time=3e-6)
+
+
+# Its memory
+
+
+@pytest.mark.parametrize("order", [[4, 0, 3, 1, 2], [3, 1], []])
+def test_reordered__takes_columns_in_the_memory_of_the_table(order: list[int]) -> None:
+    table = np.arange(ROWS * 5.0).reshape(ROWS, 5)
+    expected = table[:, order]
+    found = reordered(table, np.array(order, np.int64))
+    assert np.array_equal(found, expected)
+    assert found.flags.c_contiguous
+    assert np.shares_memory(found, table) or not order
+
+
+def test_simulation__has_one_table_whose_memory_stays_when_particles_leave() -> None:
+    simulation = start(flying_out("axisymmetric"), threads=1)
+    table, count = simulation.table, simulation.table.shape[1]
+    while simulation.table.shape[1] == count:
+        simulation.advance()
+    assert np.shares_memory(simulation.table, table)
+    for name in ("position", "velocity", "deviator", "mass", "temperature"):
+        assert np.shares_memory(getattr(simulation.particles, name), table), name
 
 
 # What it refuses

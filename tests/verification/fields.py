@@ -18,11 +18,11 @@ from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import kernel
 from solver.problem import Body, Face, Problem
 from solver.shapes.linear import Linear
-from solver.state import Nodes, Particles, X, empty_particles, tabulated
+from solver.state import Nodes, Particles, X, empty_table, views
 from solver.step import Field
 from solver.transfer import find_nodes, new_pack, scatter_state
 from solver.vectors import LANES, first_lanes, load, store
-from tests.solver.bodies import elastic_copper
+from tests.solver.bodies import elastic_copper, tabulated
 
 CELLS, SPACING = 12, 0.7e-3
 LINEAR = Linear()
@@ -45,7 +45,7 @@ def block(kind: str) -> tuple[Any, Particles]:
     geometry = grid(record, lower=(0.0, 0.0, 0.0), cells=cells, spacing=SPACING)
     line = (np.arange(2 * CELLS) + 0.5) * 0.5 * SPACING
     points = np.meshgrid(line, line, np.zeros(1) if flat else line, indexing="ij")
-    particles = empty_particles(points[0].size)
+    particles = views(empty_table(points[0].size))
     particles.position[:] = np.stack([axis.ravel() for axis in points], axis=-1)
     particles.density[:] = 8930.0
     step = 0.5 * SPACING

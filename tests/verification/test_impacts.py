@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.state import Particles, empty_particles
+from solver.state import Particles, empty_table, views
 from studies.verification._impacts import gap, image
 from tests.solver.bodies import DENSITY, ROOM, SPACING
 
@@ -13,7 +13,7 @@ COMPARED = [name for name in Particles._fields if name != "number"]  # by which 
 
 def state() -> Particles:
     """Three particles with something in every field."""
-    particles = empty_particles(3)
+    particles = views(empty_table(3))
     rng = np.random.default_rng(1)
     for name in ("position", "velocity", "energy", "pressure", "viscosity", "deviator", "damage"):
         field = getattr(particles, name)
