@@ -39,6 +39,7 @@ class Ticket:
     keep: Keep = Keep.FINAL  # what a run leaves behind
     checkpoint: str | None = None  # file that a run goes on from, and writes as it goes
     memory_limit: int | None = None  # bytes of data that its process may hold
+    threads: int = 1  # that a run may use: they change no number
 
 
 @dataclass(frozen=True)

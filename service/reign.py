@@ -280,12 +280,13 @@ class Reign:
             return
         resting = self._parts.registrar.rests.resting()
         is_refused = self._refusal() is not None
-        for claim in self._store.claim(
-            free, self.epoch, publications_only=is_refused, resting=resting
-        ):
+        claims = self._store.claim(free, self.epoch, publications_only=is_refused, resting=resting)
+        under_way = len(self._attempts.under_way()) + len(claims)
+        threads = self._parts.settings.threads_of_a_run(workers=self.slots, runs=max(1, under_way))
+        for claim in claims:
             point("claim-after-commit")
             self._attempts.hold(claim)
-            self._submit(claim)
+            self._submit(claim, threads)
 
     def _why_not(self) -> str | None:
         """Why nothing is begun, whatever there is in the queue."""
@@ -299,9 +300,9 @@ class Reign:
         """Why no run is begun though publications are: too many results are lost."""
         return next(iter(self._parts.registrar.refused.values()), None)
 
-    def _submit(self, claim: Claim) -> None:
+    def _submit(self, claim: Claim, threads: int) -> None:
         try:
-            self._engine.submit(self._parts.tickets.write(claim))
+            self._engine.submit(self._parts.tickets.write(claim, threads=threads))
         except Exception as error:  # whatever it is, the attempt is not under way
             log.exception("%s could not be given to the engine", claim.key, extra=about(claim))
             self._attempts.ended[claim.key] = _lost(f"{type(error).__name__}: {error}")

@@ -17,19 +17,14 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from solver.threads import AUTO, available_cores
+
 GIBIBYTE = 1 << 30
 LEAVE_SECONDS, LONGEST_LEAVE = 6.0, 8.0  # closing takes a while too; a stop is over within ten
 CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")  # what a container may use
 DATABASES = ("sqlite", "postgresql")
 
 Network = IPv4Network | IPv6Network
-
-
-def _available_cores() -> int:
-    """Cores that this process may use (a container often allows fewer than the machine has)."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _available_memory() -> int:
@@ -74,7 +69,11 @@ class Settings(BaseSettings):
     tls_cert: Path | None = Field(default=None, description="PEM: our certificate, for it")
     tls_key: Path | None = Field(default=None, description="PEM: the key of that certificate")
     workers: PositiveInt = Field(
-        default_factory=_available_cores, description="runs computed at once by our own workers"
+        default_factory=available_cores, description="runs computed at once by our own workers"
+    )
+    threads: PositiveInt | None = Field(
+        default=None,
+        description="of a run: a number, or auto, the workers of our own that no other run takes as it begins",
     )
     max_runs: PositiveInt = Field(default=10_000, description="most points that a sweep may have")
     run_seconds_limit: PositiveFloat = Field(
@@ -124,6 +123,15 @@ class Settings(BaseSettings):
                 "a JSON list of the addresses or networks that the proxy asks from, such as "
                 '["127.0.0.1", "10.0.3.0/24"]'
             ) from None
+
+    @field_validator("threads", mode="before")
+    @classmethod
+    def _is_number_or_auto(cls, given: Any) -> Any:
+        if given == AUTO:
+            return None
+        if isinstance(given, str) and not (given.isascii() and given.isdigit() and int(given)):
+            raise _refused("a number of 1 or more, or auto")
+        return given
 
     @field_validator("database_url")
     @classmethod
@@ -175,6 +183,16 @@ class Settings(BaseSettings):
     def has_replicas(self) -> bool:
         """Whether several services may share database and data directory."""
         return not self.url.startswith("sqlite")
+
+    def threads_of_a_run(self, *, workers: int, runs: int) -> int:
+        """Threads of a run that begins as the last of so many: where workers are free, their cores are shared out.
+
+        A later run does not find them free; it then takes longer, as they all do, by the price of the threads
+        (``solver.threads``). Workers of an engine are on machines whose cores nobody here counts.
+        """
+        if self.threads is not None:
+            return self.threads
+        return 1 if self.engine is not None else max(1, workers // runs)
 
     @property
     def memory_of_a_run(self) -> int:

@@ -21,7 +21,7 @@ class Tickets:
         self._artifacts = artifacts
         self._memory_limit = settings.memory_of_a_run
 
-    def write(self, claim: Claim) -> Ticket:
+    def write(self, claim: Claim, *, threads: int = 1) -> Ticket:
         """The order for one attempt, below a folder that is there: a worker who misses it lacks the disk."""
         directory = self._artifacts.attempt_directory(claim)
         self._artifacts.make_folder(directory.parent)
@@ -37,6 +37,7 @@ class Tickets:
             keep=claim.keep,
             checkpoint=str(self._artifacts.checkpoint(claim.id)) if is_run else None,
             memory_limit=self._memory_limit,
+            threads=threads,
         )
 
     def _publication(self, claim: Claim) -> Mapping[str, Any]:

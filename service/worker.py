@@ -114,6 +114,7 @@ def perform(
         run,
         directory,
         lambda told: tell({"progress": _finite(asdict(told))}),
+        threads=order["threads"],
         checkpoint=Path(order["checkpoint"]) if order["checkpoint"] else None,
         leave=leave,
         saved=saved,

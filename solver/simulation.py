@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import asdict, dataclass, field, fields
 
 import numpy as np
@@ -16,7 +17,7 @@ from solver.problem import Body, Problem
 from solver.state import MASS, Particles, Snapshot, empty_table, reordered, views
 from solver.step import Stage, Stepper, shares_of
 from solver.stress import QUANTITIES, Limits, Tally, find_fault
-from solver.threads import Team
+from solver.threads import Team, asked_threads
 from solver.timestep import first_step, stable_step
 from solver.vectors import LANES
 
@@ -102,7 +103,7 @@ class Simulation:
     particle_steps: int = 0
     taken: float = 0.0  # energy that damping, walls, absorbers and contact took, J
     taken_by_contact: float = 0.0  # of it
-    team: Team = field(default_factory=Team)
+    team: Team = field(default_factory=lambda: Team(1))
     shares: int = (
         0  # of the particles; decides the bits, and how many threads find work; 0: by their number
     )
@@ -275,14 +276,24 @@ def simulate(
     when ``checkpoint.leave`` asks for it.
     """
     simulation = start(problem, threads=threads, shares=shares)
-    interval = interval or problem.end_time
+    with closing(simulation.team):
+        return _run(simulation, observe, interval or problem.end_time, checkpoint)
+
+
+def _run(
+    simulation: Simulation,
+    observe: Observer | None,
+    interval: float,
+    checkpoint: Checkpointing | None,
+) -> Outcome:
+    end_time = simulation.problem.end_time
     watch = Watch()
     keeper = Keeper(simulation, watch, checkpoint, interval) if checkpoint else None
     if keeper:
         keeper.restore()
     stop = None
     while stop is None:
-        last = simulation.time >= problem.end_time
+        last = simulation.time >= end_time
         if simulation.time >= watch.due or last:
             watch.history.append(simulation.audit())
             stop = observe(simulation.snapshot()) if observe else None
@@ -312,8 +323,13 @@ def shares_for(particles: int) -> int:
     return shares
 
 
+def threads_for(particles: int, threads: int | None = None, shares: int = 0) -> int:
+    """Threads that find work in so many particles: of those asked for, here or by WHIPPLE_THREADS, one a share."""
+    return min(threads or asked_threads(), shares or shares_for(particles))
+
+
 def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> Simulation:
-    """The initial state of a problem; without ``threads`` the environment's WHIPPLE_THREADS counts, or one.
+    """The initial state of a problem; its threads are those of ``threads_for``.
 
     ``shares`` is how many parts of the particles threads may work on at once; by default as many as their number
     asks for. Another number of shares gives other bits, another number of threads does not.
@@ -325,7 +341,8 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
         _fill(views(table[:, begin : begin + size]), body)
         begin += size
     index = np.repeat(np.arange(len(sizes)), sizes)
-    return Simulation(problem, table, index, team=Team(threads), shares=shares)
+    team = Team(threads_for(index.size, threads, shares))
+    return Simulation(problem, table, index, team=team, shares=shares)
 
 
 def _fill(particles: Particles, body: Body) -> None:

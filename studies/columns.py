@@ -101,6 +101,7 @@ def of_runs(layout: Layout) -> Iterator[Column]:
     yield "run_flags", _mask(layout, RUN_FLAGS, lambda cell: getattr(cell.result, "flags", ()))
     yield "stop_reason", layout.texts(lambda cell: getattr(cell.result, "stop", None))
     yield "solver_seconds", layout.numbers(lambda cell: cell.provenance.get("seconds"))
+    yield "solver_threads", layout.numbers(lambda cell: cell.provenance.get("threads"))
     diameters = floats(getattr(cell.shot, "projectile_diameter", None) for cell in layout.cells)
     if np.isfinite(diameters).any():
         yield "equivalent_diameter", _compact(diameters, layout)

@@ -36,7 +36,7 @@ from studies.variables import (
 __all__ = ["Outcome", "build", "validate", "write"]
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
-ONCE_A_RUN = ("started", "seconds")  # provenance that is no version of anything
+ONCE_A_RUN = ("started", "seconds", "threads")  # provenance that is no version of anything
 
 
 def build(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue | None = None) -> xr.Dataset:

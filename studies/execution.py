@@ -17,7 +17,7 @@ from solver import PHYSICS_VERSION
 from solver.checkpoint import Checkpointing
 from solver.errors import WhippleError
 from solver.jit import software
-from solver.simulation import Outcome, simulate
+from solver.simulation import Outcome, simulate, threads_for
 from solver.state import Snapshot
 from studies import measurements, scenarios
 from studies.atomic import write_atomically
@@ -205,9 +205,10 @@ def compute(
 ) -> RunResult:
     """The result of a run, also written to the directory, with the final state and the ``film`` if it is wanted.
 
-    With ``checkpoint`` the run goes on from that file where it is this run's and this machine's, and writes it as it
-    goes; the numbers are those of a run that never stopped. ``saved`` is told the step of each checkpoint that it
-    writes or goes on from, and ``say`` each line of the run's log. Raises Interrupted once ``leave`` says so.
+    ``threads`` (``solver.simulation.threads_for``) decide how long it takes, and no number. With ``checkpoint`` the run
+    goes on from that file where it is this run's and this machine's, and writes it as it goes; the numbers are those of
+    a run that never stopped. ``saved`` is told the step of each checkpoint that it writes or goes on from, and ``say``
+    each line of the run's log. Raises Interrupted once ``leave`` says so.
     """
     directory.mkdir(parents=True, exist_ok=True)
     started = datetime.now(UTC).isoformat(timespec="seconds")
@@ -224,9 +225,13 @@ def compute(
         if progress:
             progress(news)
 
+    made = provenance()
     try:
         watched = observer_of(run, listen, film=film)
-        log.question(run, watched.setting.problem, provenance())
+        problem = watched.setting.problem
+        threads = threads_for(sum(body.mass.size for body in problem.bodies), threads)
+        made["threads"] = threads
+        log.question(run, problem, made)
         kept = None
         if checkpoint:
             kept = Checkpoints(checkpoint, watched).of_solver(
@@ -235,7 +240,7 @@ def compute(
         result = _succeed(run, directory, watched, threads, kept)
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
-    made = {**provenance(), "started": started, "seconds": time.perf_counter() - clock}
+    made |= {"started": started, "seconds": time.perf_counter() - clock}
     if resumed:
         made["checkpoint"] = "; ".join(resumed)
     result = replace(result, provenance=made)

@@ -106,6 +106,7 @@ RUN = (
     Variable("run_flags", (AXES,), None, "warnings about the run", "mask"),
     Variable("stop_reason", (AXES,), None, "what ended the simulation", "text"),
     Variable("solver_seconds", (AXES,), "s", "wall time of the run"),
+    Variable("solver_threads", (AXES,), "1", "threads that computed the run"),
     Variable(
         "equivalent_diameter",
         (AXES,),

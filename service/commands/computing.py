@@ -10,7 +10,17 @@ from typing import Annotated, Any
 
 import typer
 
-from service.commands.options import FINE, SOME_FAILED, WRONG, Out, Overwrite, SweepFile, folder_of
+from service.commands.options import (
+    FINE,
+    SOME_FAILED,
+    WRONG,
+    Out,
+    Overwrite,
+    SweepFile,
+    Threads,
+    folder_of,
+    settings_of,
+)
 from solver.errors import WhippleError
 from studies.errors import Finding, InvalidInput
 
@@ -21,7 +31,7 @@ KERNELS = ("-m", "studies.kernels")  # what compiles them, after the interpreter
 
 
 @app.command()
-def demo(out: Out = Path("demo")) -> None:
+def demo(out: Out = Path("demo"), threads: Threads = None) -> None:
     """Compute the two example sweeps: holes in thin plates, craters in a thick block."""
     from studies import examples
     from studies.sweep_document import read_yaml
@@ -30,15 +40,20 @@ def demo(out: Out = Path("demo")) -> None:
     begin = time.perf_counter()
     documents = {name: read_yaml(examples.text(name), name) for name in DEMO}
     _compile_kernels(list(documents.values()))
-    statuses = [_compute(document, name, folder / name) for name, document in documents.items()]
+    statuses = [
+        _compute(document, name, folder / name, threads=threads)
+        for name, document in documents.items()
+    ]
     print(f"wall time: {time.perf_counter() - begin:.1f} s")
     raise typer.Exit(max(statuses))
 
 
 @app.command()
-def sweep(file: SweepFile, out: Out, overwrite: Overwrite = False) -> None:
+def sweep(file: SweepFile, out: Out, overwrite: Overwrite = False, threads: Threads = None) -> None:
     """Compute a sweep on this machine, without a service. Run again, it resumes."""
-    raise typer.Exit(_compute(file, file.stem, folder_of(out), overwrite=overwrite))
+    raise typer.Exit(
+        _compute(file, file.stem, folder_of(out), overwrite=overwrite, threads=threads)
+    )
 
 
 @app.command()
@@ -123,15 +138,21 @@ def version() -> None:
 
 
 def _compute(
-    sweep: "Mapping[str, Any] | Path", name: str, folder: Path, *, overwrite: bool = False
+    sweep: "Mapping[str, Any] | Path",
+    name: str,
+    folder: Path,
+    *,
+    overwrite: bool = False,
+    threads: str | None = None,
 ) -> int:
     """Compute a sweep into a folder, say how it went, and return the exit status."""
     from service.console import in_words, watching
-    from service.local import run_sweep
+    from service.local import STORE_OF_FOLDER, run_sweep
 
     begin = time.perf_counter()
+    settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with watching(name) as tell:
-        finished = run_sweep(sweep, folder, progress=tell, overwrite=overwrite)
+        finished = run_sweep(sweep, folder, progress=tell, settings=settings, overwrite=overwrite)
     seconds = time.perf_counter() - begin
     print(
         f"{name}: {in_words(finished.counts)} in {seconds:.1f} s; look at {folder / 'report.html'}"

@@ -18,6 +18,13 @@ Out = Annotated[Path, typer.Option(help="Folder for cube.nc, report.html and rep
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace another sweep that the folder holds.")
 ]
+Threads = Annotated[
+    str | None,
+    typer.Option(
+        metavar="auto|N",
+        help="Threads of a run; by default (auto) cores that no other run takes. No result depends on them.",
+    ),
+]
 Url = Annotated[str, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service.")]
 KeyFile = Annotated[
     Path | None,

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from service.commands.options import Data, settings_of
+from service.commands.options import Data, Threads, settings_of
 
 app = typer.Typer()
 
@@ -24,6 +24,7 @@ def serve(
     tls_ca: Pem = None,
     tls_cert: Pem = None,
     tls_key: Pem = None,
+    threads: Threads = None,
 ) -> None:
     """Start the service: interface, queue and workers. What is not given comes from WHIPPLE_*."""
     from service.serve import serve as run
@@ -37,5 +38,6 @@ def serve(
             tls_ca=tls_ca,
             tls_cert=tls_cert,
             tls_key=tls_key,
+            threads=threads,
         )
     )

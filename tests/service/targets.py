@@ -64,6 +64,7 @@ def execute(
     directory: Path,
     progress: Callable[[Progress], None] | None = None,
     *,
+    threads: int = 1,
     checkpoint: Path | None = None,
     leave: Callable[[], bool] | None = None,
     saved: Callable[[int], object] | None = None,
@@ -80,7 +81,7 @@ def execute(
     clock.go_on()
     while _is_closed(RUN_GATE):
         clock.wait()
-    result = _result(run, behaviour)
+    result = _result(run, behaviour, threads)
     if behaviour != "silent":
         for name in ("state.npz", "film.npz")[: 1 + film]:
             write_text(directory / name, run.id)
@@ -155,7 +156,7 @@ class _Clock:
             self.saved(self.step)
 
 
-def _result(run: Run, behaviour: str) -> RunResult:
+def _result(run: Run, behaviour: str, threads: int) -> RunResult:
     if behaviour == "verdict":
         reason = "density = 3e4 at particle 17"
         return RunResult(run.id, "failed", reason=reason, failure="UnphysicalState")
@@ -167,7 +168,7 @@ def _result(run: Run, behaviour: str) -> RunResult:
         flags=("under_resolved",),
         numbers={"threads": float(os.environ["NUMBA_NUM_THREADS"])},
         stop="settled",
-        provenance={"seconds": 0.5, **_surroundings()},
+        provenance={"seconds": 0.5, "threads": threads, **_surroundings()},
     )
 
 

@@ -13,6 +13,7 @@ import pytest
 from service import local
 from service.commands import computing
 from service.jobs import RUN_STATES, Keep, SweepRow, SweepState
+from service.settings import Settings
 from studies import examples, verification
 from studies.recipes import ACCURACY
 from tests.service.api import FILES, Api, open_api, served
@@ -183,8 +184,10 @@ def computed(**counts: int) -> Callable[..., local.Finished]:
         out: Path,
         *,
         progress: Callable[[SweepRow], None],
+        settings: Settings,
         overwrite: bool,
     ) -> local.Finished:
+        print(f"threads: {settings.threads}")
         progress(replace(row, progress=0.5, eta_seconds=61.0))
         progress(row)
         return local.Finished(out, row)
@@ -211,6 +214,29 @@ def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
     assert "report.html" in said.out
     for state, count in counts.items():
         assert f"{count} {state}" in said.out
+
+
+@pytest.mark.parametrize(("word", "threads"), [("2", 2), ("auto", None)])
+def test_sweep__takes_the_threads_that_it_is_given_and_not_those_of_the_environment(
+    whipple: Run,
+    smoke: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    word: str,
+    threads: int | None,
+) -> None:
+    monkeypatch.setenv("WHIPPLE_THREADS", "7")
+    monkeypatch.setattr(local, "run_sweep", computed(succeeded=2))
+    whipple("sweep", smoke, "--out", tmp_path / "out", "--threads", word)
+    assert f"threads: {threads}\n" in capsys.readouterr().out
+
+
+def test_sweep__of_threads_that_are_no_number_ends_with_2_and_the_limit(
+    whipple: Run, smoke: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("sweep", smoke, "--out", tmp_path / "out", "--threads", "all") == 2
+    assert "a number of 1 or more, or auto" in " ".join(capsys.readouterr().err.split())
 
 
 def test_sweep__that_cannot_be_published_ends_with_1_and_the_reason(

@@ -11,7 +11,7 @@ from service.care import Care
 from service.jobs import Cause, Keep, Kind, State, StoreUnavailable
 from service.reign import NO_WORKER, REFUSED
 from tests.service.bench import Bench, open_bench
-from tests.service.doubles import run_id, sweep_of
+from tests.service.doubles import run_id, runs_of, sweep_of
 from tests.service.targets import Run
 
 GIBIBYTE = 1 << 30
@@ -87,6 +87,23 @@ def test_ticket__has_a_folder_of_its_own_and_the_limits(bench: Bench) -> None:
     assert (ticket.memory_limit, ticket.keep) == (GIBIBYTE, Keep.FILM)
     assert ticket.checkpoint == str(folder.parent / "checkpoint.npz")
     assert ticket.spec == Run(run_id(0)).as_json()
+
+
+def test_ticket__a_run_alone_has_the_threads_of_all_workers(bench: Bench) -> None:
+    bench.engine.free = 4
+    bench.store.create_sweep(sweep_of(1))
+    assert [ticket.threads for ticket in bench.turn()] == [4]
+    bench.store.create_sweep(sweep_of(runs_of("fine", first=1)))
+    assert [ticket.threads for ticket in bench.turn()] == [2]
+
+
+@pytest.mark.parametrize(("runs", "threads"), [(2, 2), (3, 1), (4, 1), (9, 1)])
+def test_ticket__runs_that_begin_together_share_the_workers(
+    bench: Bench, runs: int, threads: int
+) -> None:
+    bench.engine.free = 4
+    bench.store.create_sweep(sweep_of(runs))
+    assert {ticket.threads for ticket in bench.turn()} == {threads}
 
 
 def test_ticket__a_publication_has_no_checkpoint(bench: Bench) -> None:

@@ -115,7 +115,37 @@ def test_replicas__only_with_postgresql(url: str | None, several: bool) -> None:
         ("leave_seconds", -1),
         ("retire_seconds", 0),
         ("workers", 0),
+        ("threads", 0),
+        ("threads", "0"),
+        ("threads", "-1"),
+        ("threads", "all"),
     ],
 )
 def test_numbers__out_of_range_are_refused(name: str, value: object) -> None:
     assert [*refusals(**{name: value})] == [name]
+
+
+@pytest.mark.parametrize(("word", "of_a_run"), [(None, 4), ("auto", 4), ("1", 1), ("3", 3)])
+def test_threads__are_those_that_are_asked_for_or_the_free_workers(
+    monkeypatch: pytest.MonkeyPatch, word: str | None, of_a_run: int
+) -> None:
+    monkeypatch.delenv("WHIPPLE_THREADS", raising=False)
+    if word is not None:
+        monkeypatch.setenv("WHIPPLE_THREADS", word)
+    assert Settings().threads_of_a_run(workers=8, runs=2) == of_a_run
+
+
+@pytest.mark.parametrize(
+    ("workers", "runs", "threads"), [(2, 1, 2), (2, 2, 1), (8, 3, 2), (1, 4, 1), (0, 1, 1)]
+)
+def test_threads__of_a_run_are_never_more_than_its_part_of_the_workers(
+    workers: int, runs: int, threads: int
+) -> None:
+    assert Settings(threads=None).threads_of_a_run(workers=workers, runs=runs) == threads
+
+
+def test_threads__one_on_machines_whose_cores_are_not_counted(
+    certificates: dict[str, Any],
+) -> None:
+    elsewhere = Settings(engine="tls://scheduler.example.org:8786", **certificates)
+    assert elsewhere.threads_of_a_run(workers=8, runs=1) == 1

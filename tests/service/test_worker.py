@@ -48,6 +48,11 @@ def test_process__is_the_same_for_order_after_order(tmp_path: Path) -> None:
     assert len(processes) == 1
 
 
+def test_order__says_how_many_threads_the_run_may_use(tmp_path: Path) -> None:
+    order = replace(ticket(tmp_path), threads=3)
+    assert seen(supervise(order, nobody))["threads"] == 3
+
+
 def test_process__is_replaced_after_so_many_orders(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,14 +1,17 @@
 """Work cut for threads covers everything once, and the cut does not show in the result."""
 
+import threading
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.simulation import MOST_SHARES, SHARE, shares_for, start
-from solver.state import Particles
+from solver.simulation import MOST_SHARES, SHARE, shares_for, simulate, start, threads_for
+from solver.state import Particles, Snapshot
 from solver.step import shares_of
-from solver.threads import Team
+from solver.threads import Team, asked_threads, available_cores
 from tests.solver.bodies import two_blocks
 
 STEPS = 60  # beyond the first reordering of the arrays
@@ -44,11 +47,43 @@ def test_team__passes_on_what_a_share_raises() -> None:
         Team(2).run(stumble, [1, 2])
 
 
-def test_team__takes_its_size_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("WHIPPLE_THREADS", "2")
-    assert Team().threads == 2
-    monkeypatch.delenv("WHIPPLE_THREADS")
-    assert Team().threads == 1
+@pytest.mark.parametrize(("word", "threads"), [(None, 1), ("2", 2), ("auto", available_cores())])
+def test_asked_threads__are_those_of_the_environment(
+    monkeypatch: pytest.MonkeyPatch, word: str | None, threads: int
+) -> None:
+    monkeypatch.delenv("WHIPPLE_THREADS", raising=False)
+    if word is not None:
+        monkeypatch.setenv("WHIPPLE_THREADS", word)
+    assert asked_threads() == threads
+
+
+@pytest.mark.parametrize(
+    ("particles", "asked", "threads"),
+    [
+        (2 * SHARE - 1, 2, 1),  # one share: there is nothing for a second thread
+        (2 * SHARE, 2, 2),
+        (2 * SHARE, 8, 2),
+        (100 * SHARE, 8, 8),
+        (100 * SHARE, 100, MOST_SHARES),
+        (100 * SHARE, 1, 1),
+    ],
+)
+def test_threads__are_no_more_than_find_work(particles: int, asked: int, threads: int) -> None:
+    assert threads_for(particles, asked) == threads
+
+
+def test_simulate__leaves_no_thread_behind() -> None:
+    before = set(threading.enumerate())
+    seen: list[int] = []
+
+    def observe(snapshot: Snapshot) -> str | None:
+        seen.append(len(set(threading.enumerate()) - before))
+        return "enough" if snapshot.step else None
+
+    problem = replace(two_blocks("axisymmetric"), end_time=1e-8)
+    simulate(problem, observe, threads=3, shares=SHARES)
+    assert seen == [0, 3]
+    assert set(threading.enumerate()) <= before
 
 
 @given(st.lists(st.integers(0, 3000), min_size=1, max_size=4), st.integers(1, 9))

@@ -353,6 +353,7 @@ def test_execute__says_what_computed(computed: Computed) -> None:
     provenance = computed[0].provenance
     assert provenance["physics_version"] == str(PHYSICS_VERSION)
     assert {"whipple", "python", "numpy", "numba", "cpu", "started", "seconds"} <= set(provenance)
+    assert provenance["threads"] == 1
 
 
 def test_execute__reports_progress(computed: Computed) -> None:
