@@ -39,8 +39,7 @@ def with_isentrope(record, density, c0, s, gamma0, heat_capacity, temperature, m
     blank = (1.0,) + (0.0,) * ISENTROPE_DEGREE
     eos = record(density, c0, s, gamma0, heat_capacity, temperature, mu_tangent, blank)
     mu, energy = isentrope(eos)
-    t = mu / (1.0 + mu)
-    hugoniot = np.array([_hugoniot_energy(eos, value) for value in mu])
+    t, hugoniot = mu / (1.0 + mu), _hugoniot_energy(eos, mu)
     fit = Polynomial.fit(t[1:], energy[1:] / hugoniot[1:], ISENTROPE_DEGREE).convert()
     return eos._replace(isentrope=tuple(float(c) for c in fit.coef))
 
@@ -49,14 +48,14 @@ def isentrope(eos):
     """mu and e_s on it, by the trapezoidal rule on de/dmu = p / (rho0 (1 + mu)^2), implicit in e."""
     mu = np.linspace(0.0, eos.mu_tangent, INTEGRATION_STEPS)
     half = 0.5 * (mu[1] - mu[0])
-    energy = np.zeros(mu.size)
-    slope = 0.0
-    for index in range(1, mu.size):
-        a, b = pressure_terms(eos, eos.density * (1.0 + mu[index]), 0.0)
-        scale = eos.density * (1.0 + mu[index]) ** 2
-        energy[index] = (energy[index - 1] + half * (slope + a / scale)) / (1.0 - half * b / scale)
-        slope = (a + b * energy[index]) / scale
-    return mu, energy
+    a, b = pressure_terms(eos, eos.density * (1.0 + mu), 0.0)
+    energy, slope = [0.0], 0.0
+    for at, cold, thermal in zip(mu[1:].tolist(), a[1:].tolist(), b[1:].tolist(), strict=True):
+        scale = eos.density * (1.0 + at) ** 2
+        before = energy[-1] + half * (slope + cold / scale)
+        energy.append(before / (1.0 - half * thermal / scale))
+        slope = (cold + thermal * energy[-1]) / scale
+    return mu, np.array(energy)
 
 
 @device

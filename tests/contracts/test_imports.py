@@ -9,7 +9,8 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-HEAVY = ("numba", "llvmlite", "xarray", "netCDF4", "scipy", "pandas", "plotly", "distributed")
+ELSEWHERE = ("xarray", "netCDF4", "pandas", "plotly", "dask", "distributed", "pint")
+HEAVY = ("numba", "llvmlite", "scipy", *ELSEWHERE)
 NEVER_IN_THE_API_PROCESS = ("numba", "llvmlite", "xarray", "netCDF4")
 SOLVER_MAY_IMPORT = {"numpy", "scipy", "solver"}
 COMPILING = {ROOT / "solver" / "jit.py", *(ROOT / "solver" / "vectors").glob("*.py")}
@@ -38,6 +39,11 @@ def test_import__of_what_the_api_process_uses_loads_no_solver_and_no_datasets(mo
 
 def test_import__of_the_worker_loads_neither_web_nor_store() -> None:
     assert not _loaded_by("import service.worker", ("fastapi", "starlette", "sqlalchemy"))
+
+
+def test_import__of_what_computes_a_run_loads_no_datasets_and_no_units() -> None:
+    code = "import service.worker, studies.execution"
+    assert not _loaded_by(code, (*ELSEWHERE, "fastapi", "sqlalchemy"))
 
 
 @pytest.mark.parametrize("catalogue", ["studies.scenarios", "studies.materials"])

@@ -143,3 +143,14 @@ def test_exact_number__keeps_the_decimals_of_a_float() -> None:
 def test_import__of_quantities_leaves_pint_for_the_first_unit() -> None:
     code = "import studies.quantities, sys; assert 'pint' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_parse_quantity__loads_no_arrays_of_other_libraries() -> None:
+    """And leaves them to be loaded by those who want them."""
+    code = (
+        "import sys; from studies.quantities import parse_quantity; parse_quantity('6 km/s', 'm s-1', 'speed')\n"
+        "heavy = {'dask', 'distributed', 'xarray', 'pandas', 'uncertainties'} & set(sys.modules)\n"
+        "assert 'pint' in sys.modules and not heavy, heavy\n"
+        "import dask.base"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
