@@ -72,16 +72,19 @@ def test_threads__are_no_more_than_find_work(particles: int, asked: int, threads
     assert threads_for(particles, asked) == threads
 
 
-def test_simulate__leaves_no_thread_behind() -> None:
+def test_simulate__leaves_no_thread_behind_when_an_error_still_holds_what_it_had() -> None:
     before = set(threading.enumerate())
     seen: list[int] = []
 
-    def observe(snapshot: Snapshot) -> str | None:
+    def observe(snapshot: Snapshot) -> None:
         seen.append(len(set(threading.enumerate()) - before))
-        return "enough" if snapshot.step else None
+        if snapshot.step:
+            raise ZeroDivisionError
 
     problem = replace(two_blocks("axisymmetric"), end_time=1e-8)
-    simulate(problem, observe, threads=3, shares=SHARES)
+    with pytest.raises(ZeroDivisionError) as held:
+        simulate(problem, observe, threads=3, shares=SHARES)
+    assert held.tb is not None
     assert seen == [0, 3]
     assert set(threading.enumerate()) <= before
 
