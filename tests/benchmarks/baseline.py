@@ -71,7 +71,7 @@ def former_tree(*, tight: bool = False) -> Iterator[Path]:
 
 def main() -> None:
     """Measure what the file does not hold yet, and write it after each figure: remove the file to measure anew."""
-    found = json.loads(FILE.read_text()) if FILE.exists() else {"commit": COMMIT}
+    found: dict[str, Any] = json.loads(FILE.read_text()) if FILE.exists() else {"commit": COMMIT}
     with former_tree() as tree:
         for kind, what, cases in (
             ("figures", "steps", {name: ([name],) for name in MEASURED}),

@@ -13,8 +13,11 @@ import subprocess
 import tempfile
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from solver.problem import Problem
 from solver.simulation import start
@@ -24,12 +27,14 @@ from studies.run import resolve
 from tests.benchmarks.measure import advance
 
 MATERIAL = "copper-thesis-plastic"
+SPHERE, PROJECTILE_MASS = 224, 0.5e-3  # particles of its half; kg: Ma (2005), section 3.2.1
+DENSITY = 8930.0  # kg/m3: Ma (2005), Table 3.2
 STEPS, PAIRS = 20, 3
 END = 32.5e-6  # s
 CELL = 1e-3  # m
 DTSCALE = 0.2  # of a cell over the speed of a longitudinal wave
 YOUNG, POISSON = 124e9, 0.35  # Pa: Ma (2005), Table 3.2
-ELASTIC_WAVE = math.sqrt(YOUNG * (1 - POISSON) / (1 + POISSON) / (1 - 2 * POISSON) / 8930.0)
+ELASTIC_WAVE = math.sqrt(YOUNG * (1 - POISSON) / (1 + POISSON) / (1 - 2 * POISSON) / DENSITY)
 DT = DTSCALE * CELL / ELASTIC_WAVE
 
 
@@ -59,7 +64,7 @@ def figures() -> Iterator[tuple[str, float]]:
 
 def plate() -> Problem:
     """A copper sphere of 0.5 g at 6 km/s on a half of a block of 80 by 80 by 40 mm, perfectly plastic."""
-    diameter = (6.0 * 0.5e-3 / (math.pi * 8930.0)) ** (1.0 / 3.0)
+    diameter = (6.0 * PROJECTILE_MASS / (math.pi * DENSITY)) ** (1.0 / 3.0)
     parameters: dict[str, Any] = {
         "speed": 6e3,
         "projectile_diameter": diameter,
@@ -82,7 +87,20 @@ def plate() -> Problem:
     }
     copper = load(MATERIAL)
     run = resolve("thick_plate", parameters, {"projectile": copper, "target": copper})
-    return setting_of(run).problem
+    problem = setting_of(run).problem
+    sphere, target = problem.bodies
+    mass = np.full(SPHERE, 0.5 * PROJECTILE_MASS / SPHERE)
+    sphere = replace(sphere, position=_sphere(), mass=mass)
+    return replace(problem, bodies=(sphere, target))
+
+
+def _sphere() -> np.ndarray:
+    """The points of the thesis' sphere: those of the target's lattice nearest to a centre 2.5 mm in front of it, m."""
+    centre = np.array([0.0, 0.0, -2.5e-3])
+    along = (np.arange(-6, 6) + 0.5) * 0.5 * CELL
+    points = np.stack(np.meshgrid(along, along[6:], along, indexing="ij"), axis=-1).reshape(-1, 3)
+    order = np.argsort(np.linalg.norm(points, axis=1).round(9), kind="stable")
+    return centre + points[order[:SPHERE]]
 
 
 def ours(problem: Problem) -> dict[str, float]:
@@ -134,7 +152,7 @@ def deck(problem: Problem) -> str:
         "jaum on",
         f"bulk {problem.viscosity.quadratic} {problem.viscosity.linear}",
         "material",
-        f"1 sjc {8930.0 * 1e-6:.6e} {YOUNG * 1e-6:.6e} {POISSON} {strength.yield_stress * 1e-6} 0 1 0 1e-3",
+        f"1 sjc {DENSITY * 1e-6:.6e} {YOUNG * 1e-6:.6e} {POISSON} {strength.yield_stress * 1e-6} 0 1 0 1e-3",
         f"seos 1 2 {eos.c0} {eos.s} {eos.gamma0} 0",
     ]
     return "\n".join([*lines, *_points(problem), "endi", ""])
