@@ -29,7 +29,7 @@ from tests.benchmarks.measure import advance
 MATERIAL = "copper-thesis-plastic"
 SPHERE, PROJECTILE_MASS = 224, 0.5e-3  # particles of its half; kg: Ma (2005), section 3.2.1
 DENSITY = 8930.0  # kg/m3: Ma (2005), Table 3.2
-STEPS, PAIRS = 20, 3
+STEPS, PAIRS = 10, 3
 END = 32.5e-6  # s
 CELL = 1e-3  # m
 DTSCALE = 0.2  # of a cell over the speed of a longitudinal wave
@@ -46,7 +46,9 @@ def figures() -> Iterator[tuple[str, float]]:
     yield "thesis_particles", particles
     yield "thesis_particle_steps", particles * whole
     binary = os.environ.get("MPM3D_F90")
-    pairs = [(ours(problem), theirs(binary, problem) if binary else {}) for _ in range(PAIRS)]
+    text = deck(problem) if binary else ""
+    advance(start(problem, threads=1), 1)  # its kernels are compiled or loaded
+    pairs = [(ours(problem), theirs(binary, text) if binary else {}) for _ in range(PAIRS)]
     for prefix, found in (
         ("thesis", [one for one, _ in pairs]),
         ("thesis_mpm3d_f90", [other for _, other in pairs if other]),
@@ -112,10 +114,10 @@ def ours(problem: Problem) -> dict[str, float]:
     return {"ns": spent / done * 1e9, "wall": time.perf_counter() - wall}
 
 
-def theirs(binary: str, problem: Problem) -> dict[str, float]:
+def theirs(binary: str, text: str) -> dict[str, float]:
     """The same as MPM3D-F90 tells of itself: its loop over the steps, without what it reads and writes."""
     with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "plate.mpm").write_text(deck(problem))
+        (Path(folder) / "plate.mpm").write_text(text)
         ran = subprocess.run(
             [binary, "plate.mpm"], cwd=folder, check=True, capture_output=True, text=True
         )
