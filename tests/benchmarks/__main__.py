@@ -30,8 +30,8 @@ def main() -> None:
         for name, value in PARTS[part]():
             print(f"    {name:48} {value:14.6g}", flush=True)
             found[name] = value
-        if file:
-            file.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+            if file:
+                file.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

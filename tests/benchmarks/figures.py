@@ -1,7 +1,7 @@
-"""The figures of ``make bench``, in parts that can be measured one by one; the end of a name is its unit.
+"""The figures of ``make bench``, in parts that can be measured one by one; names end with the unit.
 
-What is compared is processor time in turns with the reference kernel: machines are noisy, and a ratio within one
-measurement is not. Wall times are those of the machine as it was.
+A figure without one is a ratio or a count. Costs of steps and runs are processor time, in turns with the reference
+kernel where versions are compared; only what says so is of the wall.
 """
 
 import json

@@ -205,13 +205,17 @@ def states(cases: list[list[str]], folder: str) -> None:
         np.savez(Path(folder) / f"{'-'.join(case)}.npz", **fields)
 
 
-def wholes(cases: list[list[str]], perturbed: int) -> list[list[dict[str, float]]]:
-    """Steps and hole of coarse runs, each followed by so many whose initial positions are changed a little."""
+def wholes(cases: list[list[str]], perturbed: int) -> list[list[dict[str, Any]]]:
+    """Steps and hole of coarse runs, each followed by so many whose initial positions are changed a little.
+
+    A run that ends as unphysical has the steps to there, and what was unphysical for a hole.
+    """
     return [[_whole(case, seed) for seed in range(perturbed + 1)] for case in cases]
 
 
-def _whole(case: list[str], seed: int) -> dict[str, float]:
+def _whole(case: list[str], seed: int) -> dict[str, Any]:
     """The run itself without a seed."""
+    from solver.errors import UnphysicalState
     from solver.simulation import simulate
     from studies.execution import observer_of
 
@@ -224,7 +228,10 @@ def _whole(case: list[str], seed: int) -> dict[str, float]:
             for body in problem.bodies
         )
         problem = replace(problem, bodies=bodies)
-    outcome = simulate(problem, watched, interval=watched.pace.interval, threads=1)
+    try:
+        outcome = simulate(problem, watched, interval=watched.pace.interval, threads=1)
+    except UnphysicalState as error:
+        return {"steps": error.step, "hole": error.quantity}
     hole = watched.readings[-1]["hole_diameter"].value
     return {"steps": outcome.snapshot.step, "hole": hole}
 
