@@ -5,6 +5,7 @@ which ``make bench`` says how many times as fast a step is, by way of the refere
 """
 
 import json
+import os
 import platform
 import subprocess
 import sys
@@ -90,13 +91,14 @@ def main() -> None:
 
 
 def machine() -> dict[str, Any]:
-    """Date, processor, its cores, and the Python."""
+    """Date, processor, its cores, how many processes asked for them in the last minute, and the Python."""
     lines = Path("/proc/cpuinfo").read_text().splitlines()
     models = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
     return {
         "date": datetime.now(UTC).date().isoformat(),
         "processor": models[0],
         "cores": len(models),
+        "load": round(os.getloadavg()[0], 1),
         "python": platform.python_version(),
     }
 

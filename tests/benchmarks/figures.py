@@ -40,6 +40,7 @@ STEPS = 20  # in a block of what is measured in turns
 NODES_PER_PARTICLE = 20  # of the large box
 SETTLED = 0.005  # of the final value: a run has settled once it stays this near
 DEMO = ("holes", "craters")
+STAGED = ("axisymmetric_default_12k", "3d_linear_117k", "3d_spline_117k")
 CRATER_SPEED = 6e3  # m/s
 SMALLEST = {"cells_per_diameter": 2.0, "particles_per_cell": 1}  # a step of it is Python and calls
 
@@ -70,9 +71,9 @@ def steps(names: Mapping[str, Any] = PROBLEMS, threads: tuple[int, ...] = (1, TH
 
 def stages() -> Figures:
     """Processor time of each kernel of the step, with the call, and of the Python around them, ns per particle-step."""
-    for name in ("axisymmetric_default_12k", "3d_linear_117k", "3d_spline_117k"):
+    for name in STAGED:
         for stage, cost in _split(simulation(name)).items():
-            yield f"{name}_{stage}_ns", cost
+            yield f"{name}_stage_{stage}_ns", cost
 
 
 def _split(made: Simulation) -> dict[str, float]:

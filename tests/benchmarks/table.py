@@ -1,6 +1,6 @@
 """Writes the figures of a file into docs/speed.md: ``python -m tests.benchmarks.table FILE``.
 
-The file is that of ``make bench JSON=FILE``; a figure that it does not hold is left empty.
+The file is that of ``make bench JSON=FILE``; what it does not hold is left out.
 """
 
 import json
@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.benchmarks.baseline import ROOT
+from tests.benchmarks.figures import STAGED
 from tests.benchmarks.measure import FAMILIES
 
 PAGE = ROOT / "docs" / "speed.md"
@@ -57,7 +58,8 @@ def main() -> None:
 
 def page(figures: Mapping[str, Any]) -> Iterator[str]:
     """The lines of all tables."""
-    yield f"{figures['date']}, {figures['processor']}, {figures['cores']} cores, Python {figures['python']}."
+    about = "{date}, {processor}, {cores} cores, load {load} at the start, Python {python}."
+    yield about.format_map(figures)
     yield ""
     yield "| ns per particle-step (times the reference kernel) | 12 k | 117 k | 1 M | times as fast as before |"
     yield "|---|---|---|---|---|"
@@ -66,13 +68,28 @@ def page(figures: Mapping[str, Any]) -> Iterator[str]:
             names = [f"{family}_{size}{tag}" for size in SIZES]
             cells = [_cost(figures, name) for name in names]
             speedup = _said(figures, f"{family}_speedup", "{:.1f}".format) if threads == 1 else ""
-            yield _row(f"{family}, {threads} thread{'s' * (threads > 1)}", *cells, speedup)
+            if any(cells):
+                yield _row(f"{family}, {threads} thread{'s' * (threads > 1)}", *cells, speedup)
     yield _row("a number of the reference kernel", _said(figures, "reference_ns"), "", "", "")
     yield ""
+    yield from _stages(figures)
     yield "| | |"
     yield "|---|---|"
     for name, meaning in OTHERS.items():
-        yield _row(meaning, _said(figures, name))
+        if name in figures:
+            yield _row(meaning, _said(figures, name))
+
+
+def _stages(figures: Mapping[str, Any]) -> Iterator[str]:
+    first = f"{STAGED[0]}_stage_"
+    stages = [name.removeprefix(first) for name in figures if name.startswith(first)]
+    if stages:
+        yield _row("stage, ns per particle-step", *STAGED)
+        yield "|---|---|---|---|"
+        for stage in stages:
+            cells = [_said(figures, f"{name}_stage_{stage}", "{:.1f}".format) for name in STAGED]
+            yield _row(stage.removesuffix("_ns"), *cells)
+        yield ""
 
 
 def _cost(figures: Mapping[str, Any], name: str) -> str:

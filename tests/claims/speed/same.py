@@ -77,7 +77,9 @@ def former_runs() -> Iterator[Row]:
             for case, [ours], [theirs, *others] in zip(CASES, *runs, strict=True):
                 where = ", ".join(case)
                 same = ours["steps"] == theirs["steps"]
-                yield Row(f"{where}: steps", theirs["steps"], ours["steps"], same)
+                counts = sorted({one["steps"] for one in (theirs, *others)})
+                text = f"{where}: steps (former runs: {counts[0]} to {counts[-1]})"
+                yield Row(text, theirs["steps"], ours["steps"], same)
                 yield _hole(where, ours["hole"], [one["hole"] for one in (theirs, *others)])
     except NoHistory as error:
         yield Row(f"the tree of {COMMIT}", "in the history", str(error), None)
