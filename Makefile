@@ -19,7 +19,7 @@ help:
 	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
-	@echo "make bench [JSON=file]  measure speed; never part of pass or fail"
+	@echo "make bench [JSON=file]  measure speed (docs/speed.md); never part of pass or fail"
 	@echo "make map                print rooms, arrows, floors, circles and lines of each package, and draw them"
 	@echo "make clean              remove the environment, caches and the demo's results"
 

@@ -1,35 +1,63 @@
-"""Cost of a particle-step of the tree at a path, in turns with a reference kernel: one JSON object on stdout.
+"""Measures the tree at a path, in a process of its own: ``python tests/benchmarks/measure.py TREE WHAT [JSON]``.
 
-``python tests/benchmarks/measure.py TREE [PROBLEM ...]``. A script and no module, so that trees of other versions can
-be measured by the same text: it uses what all of them have. Figures are processor time; what counts is the ratio to
-the reference, which has the same work on every version.
+A script and no module, so that trees of other commits are measured by the same text: it uses what all of them have.
+The answer is one JSON object on stdout. Times are of the processor, in turns with a reference kernel that does the
+same work beside every version; what counts is the ratio to it.
 """
 
 import json
 import statistics
 import sys
+import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
 
-WARM, PAIRS = 60, 7  # steps before, and pairs of blocks
+WARM, PAIRS = 60, 5  # steps before, and pairs of blocks
 BLOCK = 3e6  # particle-steps in a block, about
+TURNS = 600  # of the reference kernel in a block
 
-PROBLEMS: dict[str, dict[str, Any]] = {
-    "axisymmetric_default": {"geometry": "axisymmetric", "cells_per_diameter": 32.0},
-    "axisymmetric_linear": {
-        "geometry": "axisymmetric",
-        "cells_per_diameter": 32.0,
-        "shape": "linear",
-    },
-    "axisymmetric_gimp": {"geometry": "axisymmetric", "cells_per_diameter": 32.0, "shape": "gimp"},
-    "3d_linear": {"geometry": "quarter", "cells_per_diameter": 16.0, "recipe": "thesis"},
-    "3d_gimp": {"geometry": "quarter", "cells_per_diameter": 10.0, "shape": "gimp"},
-    "3d_spline": {"geometry": "quarter", "cells_per_diameter": 10.0},
+AXISYMMETRIC = {"12k": 32.0, "117k": 101.0, "1m": 296.0}  # cells per diameter
+WIDE = {"12k": 5.1, "117k": 11.2, "1m": 22.5}
+FAMILIES: dict[str, tuple[dict[str, str], dict[str, float]]] = {
+    "axisymmetric_default": ({"geometry": "axisymmetric"}, AXISYMMETRIC),
+    "axisymmetric_linear": ({"geometry": "axisymmetric", "shape": "linear"}, AXISYMMETRIC),
+    "axisymmetric_gimp": ({"geometry": "axisymmetric", "shape": "gimp"}, AXISYMMETRIC),
+    "3d_linear": (
+        {"geometry": "quarter", "recipe": "thesis"},
+        {"12k": 7.75, "117k": 16.8, "1m": 34.0},
+    ),
+    "3d_gimp": ({"geometry": "quarter", "shape": "gimp"}, WIDE),
+    "3d_spline": ({"geometry": "quarter"}, WIDE),
 }
+PROBLEMS: dict[str, dict[str, Any]] = {
+    f"{family}_{size}": {**choices, "cells_per_diameter": cells}
+    for family, (choices, sizes) in FAMILIES.items()
+    for size, cells in sizes.items()
+}
+
+# The converged sweep: speed in m/s, cells per diameter; coarse ones first.
+SWEEP = [(speed, cells) for cells in (16.0, 32.0, 64.0) for speed in (2e3, 3e3, 4e3, 5e3, 6e3, 7e3)]
+
+# What the step before the vectorised one had for the default: its rule, and no other one to choose.
+FORMER_RULE = {"step_rule": "convective", "courant": 0.3}
+COARSE: dict[str, dict[str, Any]] = {
+    "axisymmetric": {"geometry": "axisymmetric"},
+    "3d": {"geometry": "quarter", "particles_per_cell": 2},
+}
+COMMON = {
+    "cells_per_diameter": 8.0,
+    "offset": 0.3,  # as in the case ``bits``: USL cannot live with a mass of round-off
+    "plate_radius": 16e-3,
+    "end_time": 10e-6,
+    "stop": "end_time",
+}
+STATE_STEPS = 50
+PERTURBATION = 1e-13  # of a coordinate
 
 
 @numba.njit
@@ -44,10 +72,17 @@ def reference(values: Any, turns: int) -> float:
     return total
 
 
-def simulation(name: str, threads: int = 1) -> Any:
-    """A copper perforation at 4 km/s, warmed until the shock is inside."""
-    from solver.simulation import start
-    from studies.execution import setting_of
+def reference_ns() -> float:
+    """Processor time of a number in the reference kernel, ns."""
+    values = np.linspace(0.0, 1.0, 1 << 14)
+    reference(values, 1)
+    begin = time.process_time()
+    reference(values, TURNS)
+    return (time.process_time() - begin) / TURNS / values.size * 1e9
+
+
+def question(**parameters: Any) -> Any:
+    """A copper sphere of 8 mm on a plate of 2 mm at 4 km/s, as a run."""
     from studies.materials import load
     from studies.run import resolve
 
@@ -58,42 +93,154 @@ def simulation(name: str, threads: int = 1) -> Any:
         "plate_thickness": 2e-3,
         "projectile": "copper-ofhc",
         "target": "copper-ofhc",
-        **PROBLEMS[name],
+        **parameters,
     }
-    run = resolve("thin_plate", given, {"projectile": copper, "target": copper})
-    made = start(setting_of(run).problem, threads=threads)
-    for _ in range(WARM):
-        made.advance()
+    return resolve("thin_plate", given, {"projectile": copper, "target": copper})
+
+
+def simulation(name: str, threads: int = 1, warm: int = WARM) -> Any:
+    """A problem by its name, some steps on, so that the shock is inside."""
+    from solver.simulation import start
+    from studies.execution import setting_of
+
+    made = start(setting_of(question(**PROBLEMS[name])).problem, threads=threads)
+    advance(made, warm)
     return made
 
 
-def measured(name: str) -> dict[str, float]:
-    """Nanoseconds of a particle-step and of a turn of the reference, and their ratio: medians over pairs."""
-    made = simulation(name)
+def advance(made: Any, steps: int) -> int:
+    """Take steps; returns the particle-steps."""
+    done = 0
+    for _ in range(steps):
+        done += made.particles.mass.size
+        made.advance()
+    return done
+
+
+def cost(made: Any) -> dict[str, Any]:
+    """Nanoseconds of a particle-step and of the reference, in pairs, and the medians with that of the ratios."""
     steps = max(5, round(BLOCK / made.particles.mass.size))
-    values = np.linspace(0.0, 1.0, 1 << 14)
-    reference(values, 1)
-    ours, theirs = [], []
+    reference_ns()
+    pairs = []
     for _ in range(PAIRS):
         begin = time.process_time()
-        done = 0
-        for _ in range(steps):
-            done += made.particles.mass.size
-            made.advance()
-        ours.append((time.process_time() - begin) / done * 1e9)
-        begin = time.process_time()
-        reference(values, 600)
-        theirs.append((time.process_time() - begin) / 600 / values.size * 1e9)
-    ratios = [one / other for one, other in zip(ours, theirs, strict=True)]
+        done = advance(made, steps)
+        pairs.append(((time.process_time() - begin) / done * 1e9, reference_ns()))
     return {
         "particles": made.particles.mass.size,
-        "ns": statistics.median(ours),
-        "reference_ns": statistics.median(theirs),
-        "ratio": statistics.median(ratios),
+        "ns": statistics.median(ours for ours, _ in pairs),
+        "reference_ns": statistics.median(theirs for _, theirs in pairs),
+        "ratio": statistics.median(ours / theirs for ours, theirs in pairs),
+        "pairs": pairs,
     }
 
 
+def steps(problems: list[str], threads: int = 1) -> dict[str, Any]:
+    """The cost of a particle-step in each problem."""
+    return {name: cost(simulation(name, threads)) for name in problems}
+
+
+def first_step(problem: str) -> dict[str, float]:
+    """One step of a problem; what is measured is this process."""
+    return {"particles": simulation(problem, warm=1).particles.mass.size}
+
+
+def memory(problem: str) -> dict[str, float]:
+    """Largest growth of the resident memory from before the start of a problem, once its kernels are loaded."""
+    small = simulation(problem.rsplit("_", 1)[0] + "_12k", warm=2)
+    del small
+    Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew: proc(5)
+    before = _status("VmRSS")
+    made = simulation(problem, warm=2)
+    peak = _status("VmHWM")
+    return {"particles": made.particles.mass.size, "bytes": peak - before}
+
+
+def _status(name: str) -> int:
+    """A figure of this process in bytes: proc(5)."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith(name)) * 1024
+
+
+def converging(speed: float, cells: float) -> dict[str, float]:
+    """Core-seconds of a run of the converged sweep, how many numbers of the reference that is, and its work."""
+    from studies.run import execute
+
+    simulation("axisymmetric_default_12k", warm=1)  # its kernels are compiled or loaded
+    run = question(speed=speed, cells_per_diameter=cells)
+    reference_ns()
+    before = reference_ns()
+    begin = time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        numbers = execute(run, Path(folder), threads=1).numbers
+    seconds = time.process_time() - begin
+    return {
+        "core_s": seconds,
+        "reference_numbers": seconds / (0.5e-9 * (before + reference_ns())),
+        "steps": numbers["steps"],
+        "particle_steps": numbers["particle_steps"],
+    }
+
+
+def coarse(geometry: str, shape: str, scheme: str) -> Any:
+    """A coarse run by the former rule of the step, which both trees know."""
+    import studies.recipes
+
+    known = vars(studies.recipes.RECIPES["whipple"])
+    rule = {name: value for name, value in FORMER_RULE.items() if name in known}
+    return question(**COMMON, **COARSE[geometry], **rule, shape=shape, scheme=scheme)
+
+
+def states(cases: list[list[str]], folder: str) -> None:
+    """The particles of coarse runs after some steps, in the order of their numbers, each into a file of numpy."""
+    from solver.simulation import start
+    from studies.execution import setting_of
+
+    for case in cases:
+        made = start(setting_of(coarse(*case)).problem, threads=1)
+        advance(made, STATE_STEPS)
+        particles = made.particles
+        order = np.argsort(particles.number)
+        fields = {name: getattr(particles, name)[order] for name in particles._fields}
+        np.savez(Path(folder) / f"{'-'.join(case)}.npz", **fields)
+
+
+def wholes(cases: list[list[str]], perturbed: int) -> list[list[dict[str, Any]]]:
+    """Steps and hole of coarse runs, each followed by so many whose initial positions are changed a little.
+
+    A run that ends as unphysical has the steps to there, and what was unphysical for a hole.
+    """
+    return [[_whole(case, seed) for seed in range(perturbed + 1)] for case in cases]
+
+
+def _whole(case: list[str], seed: int) -> dict[str, Any]:
+    """The run itself without a seed."""
+    from solver.errors import UnphysicalState
+    from solver.simulation import simulate
+    from studies.execution import observer_of
+
+    watched = observer_of(coarse(*case))
+    problem = watched.setting.problem
+    if seed:
+        drawn = np.random.default_rng(seed)
+        bodies = tuple(
+            replace(body, position=body.position * _near_one(drawn, body.position.shape))
+            for body in problem.bodies
+        )
+        problem = replace(problem, bodies=bodies)
+    try:
+        outcome = simulate(problem, watched, interval=watched.pace.interval, threads=1)
+    except UnphysicalState as error:
+        return {"steps": error.step, "hole": error.quantity}
+    hole = watched.readings[-1]["hole_diameter"].value
+    return {"steps": outcome.snapshot.step, "hole": hole}
+
+
+def _near_one(drawn: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+    return 1.0 + PERTURBATION * drawn.uniform(-1.0, 1.0, shape)
+
+
 if __name__ == "__main__":
-    tree, *names = sys.argv[1:]
+    tree, what, *given = sys.argv[1:]
     sys.path[:0] = [str(Path(tree).resolve())]
-    print(json.dumps({name: measured(name) for name in names or PROBLEMS}))
+    print(json.dumps(globals()[what](*map(json.loads, given))))

@@ -1,12 +1,21 @@
-"""Runs that claims compute by themselves, and where."""
+"""Runs and tests that claims compute by themselves, and where."""
 
 import functools
 import json
+import os
+import re
+import subprocess
+import sys
 import tempfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from studies.run import Run, execute
+from tests.claims import Row
+
+ROOT = Path(__file__).parents[2]
+COUNTS = re.compile(r"(\d+) (passed|failed|error|errors|skipped)")  # last line of pytest
 
 
 @functools.cache
@@ -22,3 +31,27 @@ def result_of(run: Run, folder: Path) -> dict[str, Any]:
     execute(run, directory)
     plain: dict[str, Any] = json.loads((directory / "result.json").read_text(encoding="utf-8"))
     return plain
+
+
+def rows_of_tests(tests: str, environment: Mapping[str, str] | None = None) -> Iterator[Row]:
+    """The tests of a file, or one of them, run now with these variables (more examples than usual)."""
+    more = environment or {}
+    command = [sys.executable, "-m", "pytest", "-q", tests]
+    answer = subprocess.run(
+        command,
+        cwd=ROOT,
+        env={**os.environ, **more},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    counts = {word: int(number) for number, word in COUNTS.findall(answer.stdout)}
+    given = "".join(f" {name}={value}" for name, value in more.items())
+    bad = sum(count for word, count in counts.items() if word != "passed")
+    is_fine = answer.returncode == 0 and bad == 0 and counts.get("passed", 0) > 0
+    yield Row(f"{tests}{given}: findings", "none", _findings(answer.stdout, bad), is_fine)
+    yield Row("tests that passed", "", counts.get("passed", 0), None)
+
+
+def _findings(said: str, bad: int) -> str:
+    return "none" if not bad else f"{bad}: {said[-1000:]}"

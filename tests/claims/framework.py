@@ -111,6 +111,15 @@ def at_most(claim: str, *, limit: float, got: float) -> Row:
     return Row(claim, f"at most {limit:g}", got, bool(got <= limit))
 
 
+def at_least(claim: str, *, limit: float, got: float) -> Row:
+    """A row that passes when ``got`` reaches a limit; not a number fails.
+
+    >>> at_least("times as fast", limit=4.0, got=3.9).passed
+    False
+    """
+    return Row(claim, f"at least {limit:g}", got, bool(got >= limit))
+
+
 def sets() -> list[str]:
     """The names of the sets: the folders beside this file, with dashes."""
     folder = Path(__file__).parent

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.claims import Claim, Row, at_most, claim, framework, within
+from tests.claims import Claim, Row, at_least, at_most, claim, framework, within
 from tests.claims.__main__ import judge, main
 from tests.claims.framework import UnknownClaim, Word
 
@@ -147,3 +147,4 @@ def test_comparisons__not_a_number_never_passes() -> None:
     nan = float("nan")
     assert within("depth", expected=14.0, got=nan, absolute=1.5).passed is False
     assert at_most("drift", limit=1.0, got=nan).passed is False
+    assert at_least("speedup", limit=4.0, got=nan).passed is False

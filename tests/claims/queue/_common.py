@@ -4,11 +4,8 @@ import functools
 import importlib
 import json
 import os
-import re
-import subprocess
-import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
@@ -17,12 +14,9 @@ from studies.files import ANSWER
 from studies.sweep import Sweep
 from tests.acceptance import inspection
 from tests.acceptance.drill import Drill, Work
-from tests.acceptance.serving import ROOT
 from tests.claims import Row
 
 SEED = int(os.environ.get("WHIPPLE_SEED", "20261121"))
-
-COUNTS = re.compile(r"(\d+) (passed|failed|error|errors|skipped)")  # last line of pytest
 
 _KEPT = ExitStack()  # folders of this program
 
@@ -54,30 +48,6 @@ def rows_of_cubes(expected: Sequence[Path], got: Sequence[Path]) -> Iterator[Row
     compared = sum(map(inspection.count_variables, got))
     said = ", ".join(sorted(set(odd))) or "none"
     yield Row(f"of {compared} variables in {len(got)} cubes, other bits", "none", said, not odd)
-
-
-def rows_of_tests(file: str, environment: Mapping[str, str] | None = None) -> Iterator[Row]:
-    """The tests of a file, run now with these variables (more examples than usual)."""
-    more = environment or {}
-    command = [sys.executable, "-m", "pytest", "-q", file]
-    answer = subprocess.run(
-        command,
-        cwd=ROOT,
-        env={**os.environ, **more},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    counts = {word: int(number) for number, word in COUNTS.findall(answer.stdout)}
-    given = "".join(f" {name}={value}" for name, value in more.items())
-    bad = sum(count for word, count in counts.items() if word != "passed")
-    is_fine = answer.returncode == 0 and bad == 0 and counts.get("passed", 0) > 0
-    yield Row(f"{file}{given}: findings", "none", _findings(answer.stdout, bad), is_fine)
-    yield Row("tests that passed", "", counts.get("passed", 0), None)
-
-
-def _findings(said: str, bad: int) -> str:
-    return "none" if not bad else f"{bad}: {said[-1000:]}"
 
 
 @functools.cache

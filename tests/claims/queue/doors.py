@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from tests.claims import Row, claim
-from tests.claims.queue._common import rows_of_tests
+from tests.claims.computed import rows_of_tests
 
 BODIES = 10_000
 FULL = {"WHIPPLE_EXAMPLES": "60", "WHIPPLE_SEQUENCES": "60"}  # of test_openapi.py

@@ -19,12 +19,12 @@ from tests.acceptance import inspection, outage
 from tests.acceptance.blows import Moment
 from tests.acceptance.drill import Drill, Work, drill
 from tests.claims import Row, claim
+from tests.claims.computed import rows_of_tests
 from tests.claims.queue._common import (
     fetch,
     folder,
     rows_of_cubes,
     rows_of_store,
-    rows_of_tests,
     undisturbed,
 )
 from tests.service.doubles import wait_until

@@ -1,0 +1,306 @@
+"""The figures of ``make bench``, in parts that can be measured one by one; names end with the unit.
+
+A figure without one is a ratio or a count. Costs of steps and runs are processor time, in turns with the reference
+kernel where versions are compared; only what says so is of the wall.
+"""
+
+import json
+import math
+import multiprocessing
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+
+from solver.jit import Bound
+from solver.simulation import Simulation, simulate, start
+from studies import examples
+from studies.execution import observer_of, setting_of
+from studies.sweep import Sweep
+from studies.sweep_document import read_yaml
+from tests.benchmarks import thesis
+from tests.benchmarks.baseline import FILE, MEASURE, MEASURED, ROOT, measured
+from tests.benchmarks.measure import PAIRS, PROBLEMS, SWEEP, advance, question, simulation
+
+Figures = Iterator[tuple[str, float]]
+
+THREADS = 2
+STEPS = 20  # in a block of what is measured in turns
+NODES_PER_PARTICLE = 20  # of the large box
+SETTLED = 0.005  # of the final value: a run has settled once it stays this near
+DEMO = ("holes", "craters")
+STAGED = ("axisymmetric_default_12k", "3d_linear_117k", "3d_spline_117k")
+CRATER_SPEED = 6e3  # m/s
+SMALLEST = {"cells_per_diameter": 2.0, "particles_per_cell": 1}  # a step of it is Python and calls
+
+
+def before() -> dict[str, Any]:
+    """What ``tests.benchmarks.baseline`` measured of the step before the vectorised one."""
+    found: dict[str, Any] = json.loads(FILE.read_text())
+    return found
+
+
+def steps(names: Mapping[str, Any] = PROBLEMS, threads: tuple[int, ...] = (1, THREADS)) -> Figures:
+    """Cost of a particle-step by geometry, shape and size; where the former was measured, how many times as fast."""
+    references = []
+    for name in names:
+        for count in threads:
+            [found] = measured(ROOT, "steps", [name], count).values()
+            tag = name if count == 1 else f"{name}_{count}_threads"
+            yield f"{tag}_particles", found["particles"]
+            yield f"{tag}_ns", found["ns"]
+            yield f"{tag}_per_reference", found["ratio"]
+            references.append(found["reference_ns"])
+            if count == 1 and name in MEASURED:
+                family = name.rsplit("_", 1)[0]
+                yield f"{family}_ns", found["ns"]
+                yield f"{family}_speedup", before()["figures"][name]["ratio"] / found["ratio"]
+    yield "reference_ns", statistics.median(references)
+
+
+def stages() -> Figures:
+    """Processor time of each kernel of the step, with the call, and of the Python around them, ns per particle-step."""
+    for name in STAGED:
+        for stage, cost in _split(simulation(name)).items():
+            yield f"{name}_stage_{stage}_ns", cost
+
+
+def _split(made: Simulation) -> dict[str, float]:
+    spent: dict[str, float] = defaultdict(float)
+    call = Bound.__call__
+
+    def timed(bound: Bound, *arguments: Any) -> Any:
+        begin = time.process_time()
+        answer = call(bound, *arguments)
+        spent[bound.kernel.__name__] += time.process_time() - begin
+        return answer
+
+    with mock.patch.object(Bound, "__call__", timed):
+        begin = time.process_time()
+        done = advance(made, 2 * STEPS)
+        whole = time.process_time() - begin
+    spent["python"] = whole - sum(spent.values())
+    return {name: seconds / done * 1e9 for name, seconds in spent.items()}
+
+
+def threads() -> Figures:
+    """Throughput of two threads in one run, over that of two runs of one thread at once, in turns; by the wall."""
+    for family in ("axisymmetric_default", "3d_spline", "3d_linear"):
+        worth = _worth_of_threads(f"{family}_117k")
+        yield f"{family}_two_threads_117k", worth
+    yield "two_threads_117k", worth
+
+
+def _worth_of_threads(name: str) -> float:
+    context = multiprocessing.get_context("spawn")
+    pipes = [context.Pipe() for _ in range(THREADS)]
+    others = [context.Process(target=_independent, args=(name, there)) for _, there in pipes]
+    for other in others:
+        other.start()
+    made = simulation(name, threads=THREADS)
+    for here, _ in pipes:
+        here.recv()  # it is warm
+    ratios = []
+    for _ in range(PAIRS):
+        begin = time.perf_counter()
+        advance(made, STEPS)
+        ours = STEPS / (time.perf_counter() - begin)
+        for here, _ in pipes:
+            here.send(STEPS)
+        ratios.append(ours / sum(STEPS / here.recv() for here, _ in pipes))
+    for (here, _), other in zip(pipes, others, strict=True):
+        here.send(0)
+        other.join()
+    return statistics.median(ratios)
+
+
+def _independent(name: str, pipe: Connection) -> None:
+    """A run of one thread: takes so many steps as it is told, and answers how long they took; none ends it."""
+    made = simulation(name)
+    pipe.send(0.0)
+    while count := pipe.recv():
+        begin = time.perf_counter()
+        advance(made, count)
+        pipe.send(time.perf_counter() - begin)
+
+
+def overheads() -> Figures:
+    """What a step costs beside its particles: Python, empty nodes; and a crater's observation."""
+    made = start(setting_of(question(**SMALLEST)).problem, threads=1)
+    yield "python_us_per_step", _median_cpu(made, 5 * STEPS) * 1e6
+    for name in ("axisymmetric_default_12k", "3d_linear_117k"):
+        yield f"{name}_large_box", _worth_of_box(name)
+    yield "crater_observation_ms", _crater_observation() * 1e3
+
+
+def _median_cpu(made: Simulation, count: int) -> float:
+    """Processor time of a step, s."""
+    advance(made, count)
+    times = []
+    for _ in range(PAIRS):
+        begin = time.process_time()
+        advance(made, count)
+        times.append((time.process_time() - begin) / count)
+    return statistics.median(times)
+
+
+def _worth_of_box(name: str) -> float:
+    """Cost of a step in a box that is longer in the flight's direction, over that in its own, in turns."""
+    problem = setting_of(question(**PROBLEMS[name])).problem
+    geometry = problem.geometry
+    axis = 2 if geometry.nodes[2] > 1 else 1
+    particles = sum(body.mass.size for body in problem.bodies)
+    across = math.prod(geometry.nodes) // geometry.nodes[axis]
+    more = np.zeros(3, np.int64)
+    more[axis] = math.ceil(NODES_PER_PARTICLE * particles / across) - geometry.nodes[axis]
+    longer = geometry._replace(cells=geometry.cells + more, nodes=geometry.nodes + more)
+    large = replace(problem, geometry=longer)
+    both = [start(one, threads=1) for one in (problem, large)]
+    for made in both:
+        advance(made, STEPS)
+    ratios = []
+    for _ in range(PAIRS):
+        times = []
+        for made in both:
+            begin = time.process_time()
+            advance(made, max(STEPS, 1_000_000 // particles))
+            times.append(time.process_time() - begin)
+        ratios.append(times[1] / times[0])
+    return statistics.median(ratios)
+
+
+def _crater_observation() -> float:
+    """Mean processor time of an observation in a run of the demo, s."""
+    document = read_yaml(examples.text("craters"), "craters")
+    [run] = [
+        p.run for p in Sweep.parse(document).runs() if p.run.parameters["speed"] == CRATER_SPEED
+    ]
+    watched = observer_of(run)
+    times = []
+
+    def observe(snapshot: Any) -> str | None:
+        begin = time.process_time()
+        word = watched(snapshot)
+        times.append(time.process_time() - begin)
+        return word
+
+    simulate(watched.setting.problem, observe, interval=watched.pace.interval, threads=1)
+    return statistics.mean(times)
+
+
+def memory() -> Figures:
+    """Resident memory that a run of a million particles adds, from before its problem is built, by particle."""
+    for name in ("axisymmetric_default_1m", "3d_linear_1m"):
+        found = measured(ROOT, "memory", name)
+        each = found["bytes"] / found["particles"]
+        yield f"{name}_bytes_per_particle", each
+    yield "bytes_per_particle", each
+
+
+def compiling() -> Figures:
+    """Core-seconds of a process to its first step with kernels from the disk, and of what compiling them adds."""
+    kinds = []
+    for family in ("axisymmetric_default", "3d_linear", "3d_spline"):
+        with tempfile.TemporaryDirectory() as cache:
+            cold = _core_seconds(_first_step(f"{family}_12k"), cache)
+            warm = statistics.median(
+                _core_seconds(_first_step(f"{family}_12k"), cache) for _ in range(3)
+            )
+        kinds.append(cold - warm)
+        yield f"{family}_compile_s", kinds[-1]
+        yield f"{family}_first_step_s", warm
+        if family == "axisymmetric_default":
+            yield "first_step_s", warm
+    yield "compile_kind_s", max(kinds)
+
+
+def _first_step(name: str) -> list[str]:
+    return ["-P", str(MEASURE), str(ROOT), "first_step", json.dumps(name)]
+
+
+def _core_seconds(arguments: list[str], cache: str, given: str = "") -> float:
+    """Processor time of a Python process and of all that it waits for, s."""
+    command = [sys.executable, *arguments]
+    environment = {**os.environ, "WHIPPLE_KERNEL_CACHE": cache}
+    earlier = os.times()
+    subprocess.run(
+        command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True, input=given
+    )
+    now = os.times()
+    return now.children_user - earlier.children_user + now.children_system - earlier.children_system
+
+
+def demo() -> Figures:
+    """The demo from a cold cache: its core-seconds without and with compiling, the wall, and what its runs did."""
+    documents = [read_yaml(examples.text(name), name) for name in DEMO]
+    with tempfile.TemporaryDirectory() as folder:
+        cache, out = f"{folder}/kernels", Path(folder) / "demo"
+        begin = time.perf_counter()
+        compiled = _core_seconds(["-m", "studies.kernels"], cache, json.dumps(documents))
+        seconds = _core_seconds(["-m", "service", "demo", "--out", str(out)], cache)
+        yield "demo_wall_s", time.perf_counter() - begin
+        yield "demo_compile_core_s", compiled
+        yield "demo_core_s", seconds
+        results = [json.loads(file.read_text()) for file in out.rglob("result.json")]
+    yield "demo_runs", len(results)
+    for name in ("steps", "particle_steps"):
+        yield f"demo_{name}", sum(one["numbers"][name] for one in results)
+    late = [_share_after_settling(one) for one in results]
+    yield "demo_share_after_settling", statistics.mean(late)
+    yield "demo_largest_share_after_settling", max(late)
+
+
+def _share_after_settling(result: Mapping[str, Any]) -> float:
+    """The part of a run's time in which what it waits for stays near its final value."""
+    latest = 0.0
+    for name in ("hole_diameter", "crater_depth", "crater_diameter"):
+        if name in result["measurements"]:
+            history = result["measurements"][name]["history"]
+            final = history["value"][-1]
+            away = [
+                at
+                for at, value in zip(history["time"], history["value"], strict=True)
+                if value is None or abs(value - final) > SETTLED * abs(final)
+            ]
+            latest = max(latest, *away)
+    return 1.0 - latest / history["time"][-1]
+
+
+def sweep() -> Figures:
+    """Six speeds at three resolutions, axisymmetric, beside what the former tree took where it was measured."""
+    former, ours, theirs = before()["sweep"], [], []
+    for speed, cells in SWEEP:
+        ours.append(measured(ROOT, "converging", speed, cells))
+        theirs.append(former.get(f"{speed:g} m/s, {cells:g} cells"))
+    for name in ("core_s", "steps", "particle_steps"):
+        yield f"sweep_{name}", sum(one[name] for one in ours)
+        yield f"sweep_former_{name}", sum(one[name] for one in theirs if one)
+    yield "sweep_runs", len(ours)
+    yield "sweep_former_runs", sum(one is not None for one in theirs)
+    both = [(one, other) for one, other in zip(ours, theirs, strict=True) if other]
+    work = [sum(one["reference_numbers"] for one in column) for column in zip(*both, strict=True)]
+    yield "sweep_share_of_former", work[0] / work[1]
+
+
+PARTS: dict[str, Callable[[], Figures]] = {
+    "steps": steps,
+    "stages": stages,
+    "threads": threads,
+    "overheads": overheads,
+    "memory": memory,
+    "compiling": compiling,
+    "demo": demo,
+    "sweep": sweep,
+    "thesis": thesis.figures,
+}
