@@ -46,6 +46,8 @@ class Closed(NamedTuple):
     force: np.ndarray  # (n, 3) of the ghosts before they were folded, N
     pull: np.ndarray  # (n,) force times step away from a wall that yet stops the node, kg m/s
     taken: np.ndarray  # (n,) momentum taken from that node, kg m/s
+    near: np.ndarray  # (n,) which of them are near a particle in this step, axis by axis
+    near_start: np.ndarray  # (4,) where each axis begins in ``near``, and how many there are
 
 
 def closed_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], clamp: Clamp) -> Closed:
@@ -71,6 +73,8 @@ def closed_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], clamp: Cla
         force=np.zeros((count, 3)),
         pull=np.zeros(count),
         taken=np.zeros(count),
+        near=np.arange(count),
+        near_start=np.cumsum([0, *counts]),
     )
 
 
@@ -104,55 +108,62 @@ def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> dic
     }
 
 
-@device
-def _near(inner, face, ghost, touched):
-    """Whether a particle is near a node of a face: ``touched`` tells of each block of nodes."""
-    return touched[inner // BLOCK] or touched[face // BLOCK] or touched[ghost // BLOCK]
+@kernel
+def find_near(closed, touched):
+    """Note the nodes at closed faces that a particle is near; ``touched`` tells of each block of nodes."""
+    inner, face, ghost, near = closed.inner, closed.face, closed.ghost, closed.near
+    count = 0
+    for axis in range(3):
+        closed.near_start[axis] = count
+        for k in range(closed.start[axis], closed.start[axis + 1]):
+            if (
+                touched[inner[k] // BLOCK]
+                or touched[face[k] // BLOCK]
+                or touched[ghost[k] // BLOCK]
+            ):
+                near[count] = k
+                count += 1
+    closed.near_start[3] = count
 
 
 @kernel
-def close_nodes(closed, touched, state, dt, impulse):
+def close_nodes(closed, state, dt, impulse):
     """Fold the ghosts and hold the faces, axis by axis, so that corners are folded once along each.
 
     ``state`` is the nodes' table; what the faces give is added to ``impulse`` (3,).
     """
-    inner, face, ghost = closed.inner, closed.face, closed.ghost
+    near, start = closed.near, closed.near_start
     for axis in range(3):
-        for k in range(closed.start[axis], closed.start[axis + 1]):
-            if not _near(inner[k], face[k], ghost[k], touched):
-                continue
-            if closed.kind[k] == _WALL:
-                _judge_wall(closed, k, state, dt)
-            _fold_state(closed, k, state)
-        for k in range(closed.start[axis], closed.start[axis + 1]):
-            if _near(inner[k], face[k], ghost[k], touched):
-                _hold_state(closed, k, state, dt, impulse)
+        for j in range(start[axis], start[axis + 1]):
+            if closed.kind[near[j]] == _WALL:
+                _judge_wall(closed, near[j], state, dt)
+            _fold_state(closed, near[j], state)
+        for j in range(start[axis], start[axis + 1]):
+            _hold_state(closed, near[j], state, dt, impulse)
 
 
 @kernel
-def close_mapped(closed, touched, state):
+def close_mapped(closed, state):
     """The same for the momentum mapped back; returns the energy that walls took by stopping nodes, J."""
-    inner, face, ghost = closed.inner, closed.face, closed.ghost
+    near, start = closed.near, closed.near_start
     energy = 0.0
     for axis in range(3):
-        for k in range(closed.start[axis], closed.start[axis + 1]):
-            if _near(inner[k], face[k], ghost[k], touched):
-                _fold_vector(closed, k, state, MOMENTUM)
-        for k in range(closed.start[axis], closed.start[axis + 1]):
-            if _near(inner[k], face[k], ghost[k], touched):
-                energy += _hold_mapped(closed, k, state)
+        for j in range(start[axis], start[axis + 1]):
+            _fold_vector(closed, near[j], state, MOMENTUM)
+        for j in range(start[axis], start[axis + 1]):
+            energy += _hold_mapped(closed, near[j], state)
     return energy
 
 
 @kernel
-def mirror_nodes(closed, touched, motion, mapped):
+def mirror_nodes(closed, motion, mapped):
     """Ghosts get the mirrored velocities and accelerations of the nodes inside, in the reverse order of the fold."""
-    inner, face, ghost = closed.inner, closed.face, closed.ghost
-    state, signs = closed.closed, closed.sign
+    near, start, signs = closed.near, closed.near_start, closed.sign
     for axis in range(2, -1, -1):
-        for k in range(closed.start[axis], closed.start[axis + 1]):
-            if state[k] == CLOSED and _near(inner[k], face[k], ghost[k], touched):
-                g, i = ghost[k], inner[k]
+        for j in range(start[axis], start[axis + 1]):
+            k = near[j]
+            if closed.closed[k] == CLOSED:
+                g, i = closed.ghost[k], closed.inner[k]
                 for c in range(3):
                     sign = signs[k, c]
                     motion[g, BEFORE + c] = sign * motion[i, BEFORE + c]
@@ -181,17 +192,16 @@ def mirror_vectors(closed, table, column):
 
 
 @kernel
-def book_ghosts(closed, touched, motion, dt, impulse):
+def book_ghosts(closed, motion, dt, impulse):
     """The momentum that the face gives through its ghosts: they move against the force and the mass in them.
 
     Of m_i a + m_g s a after the fold and f_i + f_g before it, with (m_i + m_g) a = f_i + s f_g, the difference is
     -2 (f_g + m_g a) where the sign s is -1.
     """
-    inner, face, ghost = closed.inner, closed.face, closed.ghost
-    state = closed.closed
-    for k in range(face.size):
-        if state[k] == CLOSED and _near(inner[k], face[k], ghost[k], touched):
-            i = inner[k]
+    for j in range(closed.near_start[3]):
+        k = closed.near[j]
+        if closed.closed[k] == CLOSED:
+            i = closed.inner[k]
             for c in range(3):
                 if closed.sign[k, c] < 0.0:
                     mirrored = closed.mass[k] * motion[i, ACCELERATION + c]

@@ -32,6 +32,7 @@ from solver.faces import (
     close_nodes,
     closed_nodes,
     cross_faces,
+    find_near,
     fold_vectors,
     mirror_nodes,
     mirror_vectors,
@@ -101,6 +102,7 @@ class Code:
     def __init__(self, bodies: int):
         self.scatter_state = Bound(scatter_state)
         self.add_lines = Bound(add_lines)
+        self.find_near = Bound(find_near)
         self.close_nodes = Bound(close_nodes)
         self.solve_momentum = Bound(solve_momentum)
         self.mirror_nodes = Bound(mirror_nodes)
@@ -149,7 +151,7 @@ class Field:
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces."""
-        self.code.close_nodes(self.closed, self.touched[0], self.nodes.state, dt, impulse)
+        self.code.close_nodes(self.closed, self.nodes.state, dt, impulse)
 
     def absorb(self, dt: float, impulse: np.ndarray) -> None:
         """Forces of the absorbing surfaces."""
@@ -158,14 +160,14 @@ class Field:
 
     def close_mapped(self) -> float:
         """The same for the momentum mapped back; returns the energy that walls and absorbers took, J."""
-        energy: float = self.code.close_mapped(self.closed, self.touched[0], self.nodes.state)
+        energy: float = self.code.close_mapped(self.closed, self.nodes.state)
         for surface in self.dashpots:
             energy += energy_absorbed(surface, self.nodes)
         return energy
 
     def mirror(self) -> None:
         """Velocities of the ghosts."""
-        self.code.mirror_nodes(self.closed, self.touched[0], self.nodes.motion, self.nodes.mapped)
+        self.code.mirror_nodes(self.closed, self.nodes.motion, self.nodes.mapped)
 
 
 class Stepper:
@@ -242,7 +244,7 @@ class Stepper:
         for field in self.fields:
             self._solve(field, dt)  # v at n+1
             field.mirror()
-            self.code.book_ghosts(field.closed, field.touched[0], field.nodes.motion, dt, impulse)
+            self.code.book_ghosts(field.closed, field.nodes.motion, dt, impulse)
             if damping[0] > 0.0 and damping[1] > 1.0:
                 self._smooth(field, stage)
         for field in self.fields:
@@ -323,6 +325,7 @@ class Stepper:
         if len(field.tables) > 1:
             np.logical_or.reduce(field.touched, axis=0, out=field.touched[0])
         field.blocks = field.touched[0].nonzero()[0]
+        self.code.find_near(field.closed, field.touched[0])
 
     def _smooth(self, field: Field, stage: Stage) -> None:
         """The nodal velocities seen through the particles once more."""

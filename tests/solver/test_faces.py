@@ -49,7 +49,6 @@ def field_with(kind: Face, axis: int, side: int) -> Field:
     body = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
     problem = Problem(BOX, (body,), tuple(map(tuple, faces)), end_time=1.0)  # type: ignore[arg-type]
     field = Field(problem, slice(0, 1), 1)
-    field.touched[:] = 1
     return field
 
 
@@ -143,7 +142,6 @@ def test_closed_faces__fold_a_corner_once_along_each_axis() -> None:
     body = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
     problem = Problem(BOX, (body,), (SYMMETRIC, SYMMETRIC, SYMMETRIC), end_time=1.0)
     field = Field(problem, slice(0, 1), 1)
-    field.touched[:] = 1
     nodes = field.nodes
     nodes.mass[0], nodes.momentum[0] = 1.0, MOMENTUM  # the ghost of the lower corner
     field.close(DT, np.zeros(3))
