@@ -21,7 +21,7 @@ from solver.threads import Team, asked_threads
 from solver.timestep import first_step, stable_step
 from solver.vectors import LANES
 
-SORT_INTERVAL = 50  # steps between reorderings of the particle arrays: memory locality only
+SORT_INTERVAL = 100  # steps between reorderings of the particle arrays: memory locality only
 
 # Particles of a share, about, and the most shares: each has a table of nodes of its own.
 SHARE, MOST_SHARES = 32768, 16
