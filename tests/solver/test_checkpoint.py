@@ -28,7 +28,7 @@ from solver.problem import Contact, Damping, Face, Problem, Scheme
 from solver.shapes.gimp import Gimp
 from solver.shapes.linear import Linear
 from solver.shapes.quadratic_bspline import QuadraticBSpline
-from solver.simulation import CARRIED, SORT_INTERVAL, Outcome, Simulation, simulate, start
+from solver.simulation import CARRIED, Outcome, Simulation, simulate, start
 from solver.state import Snapshot
 from tests.solver.bodies import FREE, block, box, real_copper, two_blocks
 
@@ -145,6 +145,14 @@ def _numbers(outcome: Outcome) -> str:
     )
 
 
+REORDERED = 50  # steps between reorderings here, so that short runs have some
+
+
+@pytest.fixture(autouse=True)
+def reordered_often(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulation_module, "SORT_INTERVAL", REORDERED)
+
+
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
     return tmp_path / "run.checkpoint"
@@ -173,9 +181,9 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(
     """It stops before, at and after a reordering; what the observer saw is the same too."""
     whole = Witness(file)
     expected = whole.run(problem)
-    assert expected.snapshot.step > 2 * SORT_INTERVAL
+    assert expected.snapshot.step > 2 * REORDERED
     assert not file.exists()
-    for step in (1, SORT_INTERVAL, SORT_INTERVAL + 17):
+    for step in (1, REORDERED, REORDERED + 17):
         stopped(problem, file, step)
         later = Witness(file)
         outcome = later.run(problem)
@@ -208,7 +216,7 @@ def test_restart__would_differ_without_any_of_the_numbers_carried(
     damped = Damping(rate=1e5, order=2)
     problem = blocks("axisymmetric", damping=damped, contact=Contact(friction=0.1))
     expected = Witness(file).run(problem)
-    stopped(problem, file, SORT_INTERVAL + 17)
+    stopped(problem, file, REORDERED + 17)
     monkeypatch.setattr(
         simulation_module, "CARRIED", tuple(other for other in CARRIED if other != name)
     )
