@@ -58,9 +58,10 @@ def _meets(
     speed = np.abs(velocity).max(axis=1)
     meets = speed == 0.0
     flying = np.flatnonzero(~meets)
-    node = velocity * (geometry.spacing / np.where(meets, 1.0, speed))[:, None]  # a node a step
-    for step in range(2 * int(geometry.cells.max()) + 1):  # longer than a path with a mirror on it
-        place = _mirrored(problem, position[flying] + step * node[flying])
+    # Two nodes at a time, because what the target reaches is three wide at least; a mirror doubles a path.
+    stride = velocity * (2.0 * geometry.spacing / np.where(meets, 1.0, speed))[:, None]
+    for step in range(int(geometry.cells.max()) + 1):
+        place = _mirrored(problem, position[flying] + step * stride[flying])
         flying, place = (one[_is_inside(problem, place)] for one in (flying, place))
         hit = target[_nearest(problem, place)]
         meets[flying[hit]] = True
