@@ -81,7 +81,9 @@ RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
 
 IMPACT_RECIPES: Mapping[RecipeName, ImpactRecipe] = MappingProxyType(
     {
-        "whipple": ImpactRecipe(debris="follow", uprange=2.5, downrange=5.0),
+        # Of the grids tried, the smallest with the holes, the crater and all flags of the former grid, where debris was
+        # followed: docs/recipe.md.
+        "whipple": ImpactRecipe(debris="retire", uprange=2.5, downrange=4.0),
         "thesis": ImpactRecipe(debris="follow", uprange=2.5, downrange=5.0),
     }
 )
