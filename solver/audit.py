@@ -1,4 +1,4 @@
-"""What is accounted for: mass, momentum, energy on the grid and in the ledger of what left it.
+"""What is accounted for: mass, momentum, energy on the grid and in the ledger of what left it or was retired.
 
 E = kinetic + internal + ledger + taken. Every face stands still, so boundaries do no work; what they give is the
 impulse. Damping, contact, absorbing surfaces and walls that stop a pulled node take energy, which they book themselves.
@@ -18,7 +18,7 @@ HOTTEST_SHARE = 1e-3  # of the mass: the particles whose share of internal energ
 
 @dataclass(frozen=True)
 class Ledger:
-    """What left the grid through free faces (per radian in axisymmetry)."""
+    """What left the grid through free faces, or was retired on its way there (per radian in axisymmetry)."""
 
     mass: float = 0.0  # kg
     momentum: np.ndarray = field(default_factory=lambda: np.zeros(3))  # kg m/s

@@ -113,6 +113,13 @@ class Contact(NamedTuple):
     friction: Dimensionless = 0.0  # Coulomb
 
 
+class Retirement(NamedTuple):
+    """Debris leaves the particles once it is on a clear way out of the grid; see ``solver/debris.py``."""
+
+    body: int  # the target: what hangs together with most of this body is no debris
+    after: Second
+
+
 class Absorber(NamedTuple):
     """A flat part of a body's surface that lets waves out; see ``solver/absorb.py``."""
 
@@ -140,6 +147,7 @@ class Problem:
     scheme: Scheme = Scheme.MUSL
     damping: Damping = field(default_factory=Damping)
     contact: Contact | None = None  # None: one velocity field for all bodies
+    retirement: Retirement | None = None  # None: debris is followed to the edge of the grid
     clamp: Clamp = field(default_factory=clamp)
     absorbers: tuple[Absorber, ...] = ()  # away from fixed faces and walls
 
@@ -153,3 +161,10 @@ class Problem:
             raise ProblemError(f"travel = {self.travel} lies outside (0, 1]")
         if not self.end_time > 0.0:
             raise ProblemError(f"end_time = {self.end_time} s is not positive")
+        if self.retirement and any(
+            Face.WALL in pair or pair == (Face.SYMMETRIC, Face.SYMMETRIC) for pair in self.faces
+        ):
+            raise ProblemError(
+                "debris may come back from walls and between two planes of symmetry; "
+                "follow it, without retirement"
+            )

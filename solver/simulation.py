@@ -9,19 +9,31 @@ import numpy as np
 
 from solver.audit import Audit, Ledger, Totals, audit, totals
 from solver.checkpoint import Carried, Checkpointing
+from solver.debris import departed
 from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
 from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
 from solver.keeper import Keeper, Watch
 from solver.problem import Body, Problem
-from solver.state import MASS, Particles, Snapshot, empty_table, reordered, views
+from solver.state import (
+    MASS,
+    NO_DEBRIS,
+    Particles,
+    Retired,
+    Snapshot,
+    empty_table,
+    records,
+    reordered,
+    views,
+)
 from solver.step import Stage, Stepper, shares_of
 from solver.stress import QUANTITIES, Limits, Tally, find_fault
 from solver.threads import Team, asked_threads
 from solver.timestep import first_step, stable_step
 from solver.vectors import LANES
 
-SORT_INTERVAL = 100  # steps between reorderings of the particle arrays: memory locality only
+# Steps between reorderings of the particle arrays, for memory locality; debris is retired before them.
+SORT_INTERVAL = 100
 
 # Particles of a share, about, and the most shares: each has a table of nodes of its own.
 SHARE, MOST_SHARES = 32768, 16
@@ -40,6 +52,7 @@ CARRIED = (
     "taken",
     "taken_by_contact",
 )  # numbers of a Simulation
+RETIRED = "retired_"  # before the names of its arrays
 
 Observer = Callable[[Snapshot], str | None]
 
@@ -115,13 +128,14 @@ class Simulation:
         self.shares = self.shares or shares_for(self.particles.mass.size)
         self.stepper = Stepper(problem, self.limits, self.team, self.shares)
         self.impulse = np.zeros(3)
+        self.retired = NO_DEBRIS
         self.dt = problem.fixed_dt or _first_step(problem)
         self._arrange()
         self.start = totals(self.particles)
 
     def snapshot(self) -> Snapshot:
         """The present state; the arrays are those of the simulation."""
-        return Snapshot(self.time, self.step, self.particles, self.body)
+        return Snapshot(self.time, self.step, self.particles, self.body, self.retired)
 
     def audit(self) -> Audit:
         """The present balances."""
@@ -147,6 +161,7 @@ class Simulation:
             "impulse": self.impulse,
             "ledger_momentum": ledger.pop("momentum"),
             "start_momentum": first.pop("momentum"),
+            **{RETIRED + name: array for name, array in self.retired._asdict().items()},
         }
         numbers = {
             **{name: getattr(self, name) for name in CARRIED},
@@ -165,12 +180,14 @@ class Simulation:
         self.ledger = Ledger(**numbers["ledger"], momentum=arrays["ledger_momentum"])
         self.start = Totals(**numbers["start"], momentum=arrays["start_momentum"])
         self.impulse = arrays["impulse"]
+        self.retired = Retired(*(arrays[RETIRED + name] for name in Retired._fields))
         self.table, self.body = arrays["table"], arrays["body"]
         self._lay_out(arrays["number"], arrays["alive"])
 
     def advance(self) -> None:
         """One step; raises UnphysicalState."""
         if self.step and self.step % SORT_INTERVAL == 0:
+            self._retire()
             self._arrange()
         dt = self.dt
         booked = self.stepper.advance(self.stage, dt)
@@ -200,11 +217,20 @@ class Simulation:
         if self.tally.fault:
             self._raise(int(self.tally.culprit))
         if gone:
-            dead = np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0))
-            self.ledger = self.ledger.with_particles(self.particles, dead)
-            self._blank(dead)
+            self._drop(np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0)))
             if self.ledger.particles and not self.particles.alive.any():
                 raise ProblemError("every particle has left the grid; enlarge it or end earlier")
+
+    def _retire(self) -> None:
+        """Let debris go that nothing can meet any more, and keep its records."""
+        rule = self.problem.retirement
+        if rule is None or self.time < rule.after:
+            return
+        gone = departed(self.problem, self.particles, self.body)
+        new = records(self.time, self.particles, self.body, gone)
+        self.retired = Retired(*map(np.concatenate, zip(self.retired, new, strict=True)))
+        self.particles.alive[gone] = 0
+        self._drop(gone)
 
     def _raise(self, first: int) -> None:
         found = [
@@ -252,8 +278,9 @@ class Simulation:
         ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(edges) - 1)]
         self.stage = Stage(self.table, self.particles, shares_of(ranges, self.shares))
 
-    def _blank(self, gone: np.ndarray) -> None:
-        """Particles that left the grid have no mass, and stand where they harm nothing until they are dropped."""
+    def _drop(self, gone: np.ndarray) -> None:
+        """Book particles in the ledger; without mass they stand where they harm nothing until the next reordering."""
+        self.ledger = self.ledger.with_particles(self.particles, gone)
         self.table[MASS, gone] = 0.0
         geometry = self.problem.geometry
         self.particles.position[gone] = geometry.lower + 0.5 * geometry.spacing

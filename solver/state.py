@@ -64,6 +64,31 @@ class Nodes(NamedTuple):
     areas: np.ndarray  # (m, 8) table whose columns of the force are surface
 
 
+class Retired(NamedTuple):
+    """Particles that were retired (``debris.py``), k of them, each as it was then; it has flown straight since."""
+
+    number: np.ndarray  # (k,) permanent, int64
+    body: np.ndarray  # (k,) index of its body
+    time: np.ndarray  # (k,) of retirement, s
+    position: np.ndarray  # (k, 3) m
+    velocity: np.ndarray  # (k, 3) m/s
+    mass: np.ndarray  # (k,) kg (per radian in axisymmetry)
+    temperature: np.ndarray  # (k,) K
+    plastic_strain: np.ndarray  # (k,)
+
+
+NO_DEBRIS = Retired(
+    number=np.zeros(0, np.int64),
+    body=np.zeros(0, np.int64),
+    time=np.zeros(0),
+    position=np.zeros((0, 3)),
+    velocity=np.zeros((0, 3)),
+    mass=np.zeros(0),
+    temperature=np.zeros(0),
+    plastic_strain=np.zeros(0),
+)
+
+
 class Snapshot(NamedTuple):
     """A state at rest on one time level, for observers and files; arrays are views, copy to keep."""
 
@@ -71,6 +96,7 @@ class Snapshot(NamedTuple):
     step: int
     particles: Particles
     body: np.ndarray  # (n,) index of each particle's body
+    retired: Retired = NO_DEBRIS
 
 
 def empty_table(count):
@@ -142,4 +168,18 @@ def empty_nodes(count, *, smooth=True, surface=True, sparse=False):
         mapped=mapped,
         smoothed=smoothed,
         areas=areas,
+    )
+
+
+def records(time, particles, body, index):
+    """What some particles (indices) leave when they are retired at a time (s)."""
+    return Retired(
+        number=particles.number[index],
+        body=body[index],
+        time=np.full(len(index), time),
+        position=particles.position[index],
+        velocity=particles.velocity[index],
+        mass=particles.mass[index],
+        temperature=particles.temperature[index],
+        plastic_strain=particles.plastic_strain[index],
     )

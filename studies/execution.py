@@ -111,7 +111,8 @@ class Observer:
 
         A length that was not there yet, as a hole, has grown from nothing.
         """
-        begin = self.times[-1] - self.pace.window * (1.0 - 1e-9)
+        # Observations are up to a step late; half of an interval leaves as many of them in every window.
+        begin = self.times[-1] - self.pace.window + 0.5 * self.pace.interval
         earlier = [index for index, at in enumerate(self.times) if at <= begin]
         if not earlier:
             return math.nan
@@ -346,11 +347,13 @@ def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tu
 
 
 def _save_state(directory: Path, outcome: Outcome) -> None:
-    """The living particles of the final state, so that measurements can be read again without solving."""
+    """The living particles of the final state, so that measurements can be read again, and records of the retired."""
     particles, living = outcome.snapshot.particles, outcome.snapshot.particles.alive == 1
     fields = {
         name: getattr(particles, name)[living] for name in particles._fields if name != "alive"
     }
+    retired = outcome.snapshot.retired._asdict()
+    fields.update({f"retired_{name}": array for name, array in retired.items()})
 
     def save(path: Path) -> None:
         with open(path, "wb") as file:

@@ -4,7 +4,8 @@
 
     time (f,)   position (f, n, 3)   speed, pressure, temperature (f, n)   number, body (n,)   bodies, stride, whole
 
-``body`` counts in ``bodies``, their names. A particle that has left the grid is NaN from then on. Of a large run every
+``body`` counts in ``bodies``, their names. A particle that has left the grid is NaN from then on; one that was retired
+flies straight until then, without pressure and as hot as it was. Of a large run every
 ``stride``-th particle is shown. A run that went on from a checkpoint shows the frames of before too; ``whole`` is false
 where they were lost, and the film begins with the frame at ``time[0]``.
 """
@@ -14,6 +15,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from solver.debris import flown
 from solver.problem import Problem
 from solver.state import Snapshot
 from studies.atomic import write_atomically
@@ -29,6 +31,7 @@ class Film:
     """The frames of a run so far."""
 
     def __init__(self, problem: Problem):
+        self.problem = problem
         particles = sum(body.mass.size for body in problem.bodies)
         most = BYTES // (VALUES * BYTES_PER_VALUE * (FRAMES + 2))
         self.stride = -(-particles // most)
@@ -91,6 +94,14 @@ class Film:
         frame[place, 4] = particles.pressure[seen]
         frame[place, 5] = particles.temperature[seen]
         self.body[place] = snapshot.body[seen]
+        retired = snapshot.retired
+        shown = retired.number % self.stride == 0
+        place = retired.number[shown] // self.stride
+        frame[place, :3] = flown(self.problem, retired, snapshot.time)[shown]
+        frame[place, 3] = np.linalg.norm(retired.velocity[shown], axis=1)
+        frame[place, 4] = 0.0
+        frame[place, 5] = retired.temperature[shown]
+        frame[np.isnan(frame[:, 0])] = np.nan
         return frame
 
     def _take(self, saved: "np.lib.npyio.NpzFile", frames: int) -> None:

@@ -16,6 +16,7 @@ Shape = Literal["linear", "gimp", "quadratic-bspline"]
 SchemeName = Literal["musl", "usf", "usl"]
 Tension = Literal["recoverable", "unlimited"]
 StepRuleName = Literal["acoustic", "convective"]
+DebrisName = Literal["follow", "retire"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +34,15 @@ class Recipe:
     damping_rate: PerSecond
     damping_order: int
     tension: Tension
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImpactRecipe:
+    """What a recipe chooses for impacts besides; each field is a parameter of the same name."""
+
+    debris: DebrisName
+    uprange: Dimensionless  # projectile diameters
+    downrange: Dimensionless
 
 
 RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
@@ -66,6 +76,15 @@ RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
             damping_order=1,
             tension="recoverable",
         ),
+    }
+)
+
+IMPACT_RECIPES: Mapping[RecipeName, ImpactRecipe] = MappingProxyType(
+    {
+        # Of the grids tried, the smallest with the holes, the crater and all flags of the former grid, where debris was
+        # followed: docs/recipe.md.
+        "whipple": ImpactRecipe(debris="retire", uprange=2.5, downrange=4.0),
+        "thesis": ImpactRecipe(debris="follow", uprange=2.5, downrange=5.0),
     }
 )
 

@@ -297,9 +297,15 @@ NUMBERS = (
     _number(
         "contact_energy_fraction", "1", "energy taken by contact of bodies alone, over the initial"
     ),
-    _number("outflow_mass_fraction", "1", "mass that left the grid, over the initial mass"),
-    _number("outflow_energy_fraction", "1", "energy that left the grid, over the initial energy"),
-    _number("separated_mass_fraction", "1", "target not connected to its rim, over its mass"),
+    _number(
+        "outflow_mass_fraction", "1", "mass that left the grid or was retired, over the initial"
+    ),
+    _number(
+        "outflow_energy_fraction", "1", "energy that left the grid or was retired, over the initial"
+    ),
+    _number(
+        "separated_mass_fraction", "1", "target not connected to its rim, or gone, over its mass"
+    ),
     _number("fast_mass_fraction", "1", "connected target above 300 m/s, over the target's mass"),
     _number("largest_speed", "m s-1", "largest speed of a particle"),
     _number("tension_floors", "1", "uses of the floor that limits tension"),

@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from service.schemas import Catalogue, ParameterModel, ScenarioCatalogue, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.parameters import declared, describe
-from studies.recipes import ACCURACY, RECIPES
+from studies.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 
@@ -39,7 +39,12 @@ def list_accuracies() -> Catalogue:
 @router.get("/recipes")
 def list_recipes() -> Catalogue:
     """Every preset of numerical parameters: what the parameter `recipe` may say, and what it fills in."""
-    return Catalogue(items=[{"name": name, **asdict(one)} for name, one in RECIPES.items()])
+    return Catalogue(
+        items=[
+            {"name": name, **asdict(one), **asdict(IMPACT_RECIPES[name])}
+            for name, one in RECIPES.items()
+        ]
+    )
 
 
 def _scenario(name: str) -> ScenarioModel:

@@ -43,6 +43,7 @@ class View:
     axial_width: float  # of a particle, m
     density: float  # of the target, undisturbed, kg/m3
     thickness: float  # of the target, m
+    target_mass: float  # of the whole target, undisturbed, kg per radian of the sector
     target_radius: float  # from where radii begin to the nearest rim, m
     back_absorbs: bool  # whether waves leave through the back of the target
     projectile_diameter: float  # m
@@ -97,6 +98,7 @@ def view(setting: Any, snapshot: Any) -> View:
         axial_width=body.spacing[axis],
         density=body.density,
         thickness=setting.thickness,
+        target_mass=float(body.mass.sum()) * sectors / setting.sector,
         target_radius=setting.radius - float(np.abs(centre).max()),
         back_absorbs=any(
             (one.body, one.axis, one.side) == (number, axis, 1) for one in problem.absorbers

@@ -14,13 +14,16 @@ from solver.units import Dimensionless, Metre, MetrePerSecond, Second
 from studies.errors import Finding
 from studies.parameters import MaterialName
 from studies.quantities import readable, round_quantity
+from studies.recipes import IMPACT_RECIPES, DebrisName
 from studies.scenarios import ImpactSetting, Materials, Setting, Size
 from studies.scenarios._fields import described, explained
 from studies.scenarios._lattice import body, line, points
 from studies.scenarios._matter import EosForm, Fracture, failure_of, matter
 from studies.scenarios._numerics import (
+    BY_RECIPE,
     Numerics,
     check_numerics,
+    filled_from,
     filled_numerics,
     mean_step,
     numerics,
@@ -30,13 +33,14 @@ from studies.scenarios._numerics import (
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Absorber, Body, Clamp, Face, Matter
+    from solver.problem import Absorber, Body, Clamp, Face, Matter, Retirement
     from studies.materials import Material
 
 SOUND = 5000.0  # m/s, in the estimate of the number of steps
 
-UPRANGE, DOWNRANGE = 2.5, 5.0  # grid in front of and behind the target, in projectile diameters
-BEYOND_EDGE = 0.5  # grid outside a free edge, in projectile diameters
+# From when on debris may be retired, in times in which the projectile flies its own length. Matter moves at half of the
+# impact speed or more while it is thrown out of a plate no thicker than the projectile, which takes four of them.
+CLEAR = 5.0
 
 # The cap and the window scale with the diameter, as everything does in a rate-independent material. 60 us and 5 us at
 # 8 mm: prototypes of copper plates crept for 30 us and longer on coarse grids.
@@ -105,6 +109,23 @@ class Shot:
     thermal_softening: bool = explained(
         "whether temperature softens and melting takes all strength", default=True
     )
+    debris: DebrisName | None = explained(
+        "what has come off the target and is on a clear way out of the grid is followed to its edge, or retired: it "
+        f"leaves a record and flies straight from there; {BY_RECIPE}",
+        default=None,
+    )
+    uprange: Dimensionless | None = described(
+        f"grid in front of the target, in projectile diameters; {BY_RECIPE}",
+        0.5,
+        50.0,
+        default=None,
+    )
+    downrange: Dimensionless | None = described(
+        f"grid behind the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0, default=None
+    )
+    beyond_edge: Dimensionless = described(
+        "grid outside a rim that is not fixed, in projectile diameters", 0.1, 50.0, default=0.5
+    )
     offset: Dimensionless = described(
         "shift of the grid against the bodies along the line of flight, in cells: it changes the mesh error alone",
         0.0,
@@ -125,7 +146,12 @@ def filled(given: Given, **derived: float) -> Given:
     """The parameters with every default that follows from others, at 12 significant digits."""
     derived = {"end_time": end_time(given), "settled_window": settled_window(given), **derived}
     changes: dict[str, Any] = {name: round_quantity(value) for name, value in derived.items()}
-    return replace(filled_numerics(given), **changes)
+    return replace(filled_choices(given), **changes)
+
+
+def filled_choices(given: Given) -> Given:
+    """The parameters with all that their recipe chooses."""
+    return filled_from(filled_numerics(given), IMPACT_RECIPES[given.recipe])
 
 
 def spacing(given: Impact) -> float:
@@ -222,7 +248,7 @@ def assemble(
 
     from solver.problem import Problem
 
-    given = filled_numerics(given)
+    given = filled_choices(given)
     geometry, faces = _grid(given, thickness, radius)
     axis = _flight_axis(given)
     velocity = np.zeros(3)
@@ -254,6 +280,7 @@ def assemble(
         clamp=_clamp(given, thickness),
         absorbers=_absorbers(given, bodies[1].matter, thickness, radius, deep=deep),
         end_time=end_time(given),
+        retirement=_retirement(given),
         **numerics(given),
     )
     return ImpactSetting(
@@ -275,6 +302,15 @@ class _Lattice:
     volume: float  # analytic volume of the modelled part, m3 (m3 per radian in axisymmetry)
 
 
+def _retirement(given: Impact) -> "Retirement | None":
+    from solver.problem import Retirement
+
+    if given.debris == "follow":
+        return None
+    longest = max(given.projectile_diameter, _length(given))
+    return Retirement(body=1, after=CLEAR * longest / given.speed)
+
+
 def _flight_axis(given: Impact) -> int:
     return 1 if given.geometry == "axisymmetric" else 2
 
@@ -287,12 +323,14 @@ def _grid(
     from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face
 
+    assert given.uprange is not None
+    assert given.downrange is not None
     cell = spacing(given)
-    beyond = 0.0 if given.edges == "fixed" else BEYOND_EDGE * given.projectile_diameter
+    beyond = 0.0 if given.edges == "fixed" else given.beyond_edge * given.projectile_diameter
     across = math.ceil((radius + beyond) / cell - 1e-9)
-    before = math.ceil(UPRANGE * given.projectile_diameter / cell)
+    before = math.ceil(given.uprange * given.projectile_diameter / cell)
     before = max(before, math.ceil((_length(given) + 2.0 * cell) / cell))
-    behind = math.ceil((thickness + DOWNRANGE * given.projectile_diameter) / cell)
+    behind = math.ceil((thickness + given.downrange * given.projectile_diameter) / cell)
     rim = Face.FIXED if given.edges == "fixed" else Face.FREE
     free = (Face.FREE, Face.FREE)
     inner_to_rim = (Face.SYMMETRIC, rim)

@@ -29,17 +29,16 @@ def _view(setting: ImpactSetting, snapshot: Any) -> Any:
 
 
 def _numbers(seen: Any) -> dict[str, float]:
-    loose = seen.target & ~seen.attached_target
+    fast = seen.attached_target & (seen.speed > FAST)
     return {
-        "separated_mass_fraction": _share(seen, loose),
-        "fast_mass_fraction": _share(seen, seen.attached_target & (seen.speed > FAST)),
+        "separated_mass_fraction": 1.0 - _share(seen, seen.attached_target),
+        "fast_mass_fraction": _share(seen, fast),
     }
 
 
 def _share(seen: Any, keep: Any) -> float:
-    """Mass of some particles over the target's mass still on the grid."""
-    whole = float(seen.mass[seen.target].sum())
-    return float(seen.mass[keep].sum()) / whole if whole else 0.0
+    """Mass of some particles over that of the whole target."""
+    return float(seen.mass[keep].sum()) / seen.target_mass
 
 
 IMPACT = Watch(

@@ -85,8 +85,12 @@ Given = TypeVar("Given", bound=Numerics)
 
 def filled_numerics(given: Given) -> Given:
     """The parameters with every numerical one that was left out taken from the recipe."""
-    preset = vars(RECIPES[given.recipe])
-    absent = {name: value for name, value in preset.items() if getattr(given, name) is None}
+    return filled_from(given, RECIPES[given.recipe])
+
+
+def filled_from(given: Given, preset: Any) -> Given:
+    """The parameters with those that were left out taken from a record of some of them."""
+    absent = {name: value for name, value in vars(preset).items() if getattr(given, name) is None}
     return replace(given, **absent) if absent else given
 
 

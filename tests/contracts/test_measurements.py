@@ -71,6 +71,7 @@ def seen(
             "axial_width": PARTICLE,
             "density": DENSITY,
             "thickness": thickness,
+            "target_mass": float((DENSITY * radius * PARTICLE**2).sum()),
             "target_radius": breadth,
             "back_absorbs": False,
             "projectile_diameter": DIAMETER,
@@ -1025,7 +1026,11 @@ def body_of(
 ) -> Any:
     """What ``view`` asks a body for."""
     return SimpleNamespace(
-        name=name, density=density, spacing=(PARTICLE,) * 3, velocity=np.array(velocity)
+        name=name,
+        density=density,
+        spacing=(PARTICLE,) * 3,
+        velocity=np.array(velocity),
+        mass=np.ones(1),
     )
 
 

@@ -24,7 +24,7 @@ from solver.checkpoint import (
     write_checkpoint,
 )
 from solver.errors import Interrupted
-from solver.problem import Contact, Damping, Face, Problem, Scheme
+from solver.problem import Contact, Damping, Face, Problem, Retirement, Scheme
 from solver.shapes.gimp import Gimp
 from solver.shapes.linear import Linear
 from solver.shapes.quadratic_bspline import QuadraticBSpline
@@ -61,6 +61,18 @@ def leaving(kind: str, speed: float = 3000.0) -> Problem:
     return Problem(geometry, bodies, inner, end_time=END)
 
 
+def with_debris() -> Problem:
+    """A block that flies away from one that stands, and is retired at the first reordering."""
+    geometry = box(6, 16)
+    bodies = (
+        block(geometry, (1.0, 1.0), (4.0, 3.0), name="stays", matter=real_copper()),
+        block(geometry, (1.0, 8.0), (4.0, 9.0), velocity=(0.0, 800.0, 0.0), name="goes"),
+    )
+    inner = ((Face.SYMMETRIC, Face.FREE), FREE, FREE)
+    rule = Retirement(body=0, after=0.0)
+    return Problem(geometry, bodies, inner, end_time=2.0 * END, retirement=rule)
+
+
 def at_wall() -> Problem:
     """A block that hits a wall, slides along a plane of symmetry and is let go."""
     geometry = box(6, 8)
@@ -85,6 +97,7 @@ PROBLEMS: dict[str, Callable[[], Problem]] = {
     "usl": lambda: blocks("axisymmetric", scheme=Scheme.USL, end_time=0.5 * END),
     "damped": lambda: blocks("axisymmetric", damping=Damping(rate=1e5, order=2)),
     "contact": lambda: blocks("axisymmetric", contact=Contact(friction=0.1)),
+    "retired": lambda: with_debris(),
     "fixed-step": lambda: blocks("axisymmetric", fixed_dt=1e-8),
 }
 
@@ -123,7 +136,10 @@ class Witness:
 
 def same_bits(one: Outcome, other: Outcome) -> bool:
     """Whether two outcomes agree in every bit; NaN is equal to itself here."""
-    arrays = zip(one.snapshot.particles, other.snapshot.particles, strict=True)
+    mine, others = (
+        (*outcome.snapshot.particles, *outcome.snapshot.retired) for outcome in (one, other)
+    )
+    arrays = zip(mine, others, strict=True)
     return all(a.dtype == b.dtype and a.tobytes() == b.tobytes() for a, b in arrays) and (
         _numbers(one) == _numbers(other)
     )
@@ -197,6 +213,7 @@ def test_problems__carry_what_they_are_here_for() -> None:
     ends = {name: simulation_at_end(PROBLEMS[name]()) for name in ("wall", "damped", "contact")}
     assert all(ends[name].taken != 0.0 for name in ("damped", "contact"))
     assert ends["wall"].impulse[1] > 0.0
+    assert simulation_at_end(PROBLEMS["retired"]()).retired.mass.size > 0
     for name in ("outflow-axisymmetric", "outflow-cartesian"):
         assert simulation_at_end(PROBLEMS[name]()).ledger.particles > 0
 

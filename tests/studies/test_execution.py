@@ -214,6 +214,15 @@ def test_growth__is_the_range_within_the_last_window_and_a_part_of_the_uncertain
     assert hole.uncertainty == pytest.approx(math.hypot(0.3e-3, 0.5e-3))
 
 
+def test_growth__looks_at_as_many_observations_whichever_was_a_step_late() -> None:
+    level = [15.0] * 6  # a window begins and ends with an observation
+    for late in (-1, -6):
+        observer = watched([*STEADY, 15.3, *level])
+        observer.times[late] += 0.01 * observer.pace.interval
+        assert observer.growth("hole_diameter") == 0.0
+    assert watched([*STEADY, 15.3, *level[1:]]).growth("hole_diameter") == pytest.approx(0.3e-3)
+
+
 # A cell is 0.5 mm, and half a per cent of 15 mm is 0.075 mm: the quarter of a cell decides; on 64 cells the share does.
 @pytest.mark.parametrize(
     ("cells", "dent", "settled"),

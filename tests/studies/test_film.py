@@ -10,7 +10,7 @@ import pytest
 from solver.errors import Interrupted
 from solver.problem import Problem
 from solver.simulation import simulate, start
-from solver.state import Snapshot
+from solver.state import Snapshot, records
 from studies import film
 from studies.execution import compute, observer_of
 from studies.film import Film
@@ -99,6 +99,25 @@ def test_film__has_at_most_so_many_frames_evenly_in_time() -> None:
     assert len(shown.times) <= MOST
     assert (shown.times[0], shown.times[-1]) == (0.0, 1000.0)
     assert max(np.diff(shown.times)) <= 1000.0 / film.FRAMES + 1.0
+
+
+def test_film__shows_retired_debris_on_its_straight_way() -> None:
+    problem = small_problem()
+    [state] = states(1)
+    particles, gone = state.particles, np.array([3, 5])
+    particles.velocity[gone] = (0.0, 100.0, 0.0)
+    retired = records(0.0, particles, state.body, gone)
+    particles.alive[gone] = 0
+    shown = Film(problem)
+    time = 0.1 * problem.geometry.spacing / 100.0
+    shown.see(state._replace(time=time, retired=retired), last=True)
+    frame = shown.frames[0]
+    moved = retired.position + np.array([0.0, 100.0 * time, 0.0])
+    np.testing.assert_allclose(frame[retired.number, :3], moved, rtol=1e-6)
+    assert (frame[retired.number, 3] == 100.0).all()
+    np.testing.assert_allclose(frame[retired.number, 5], retired.temperature)
+    shown.see(state._replace(time=1.0, retired=retired), last=True)
+    assert np.isnan(shown.frames[1][retired.number]).all()
 
 
 def test_film__of_a_large_run_shows_some_particles_and_stays_small(

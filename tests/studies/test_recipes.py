@@ -7,7 +7,7 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from solver.problem import Contact, Damping, Problem, Scheme
+from solver.problem import Contact, Damping, Problem, Retirement, Scheme
 from solver.shapes.gimp import Gimp
 from solver.shapes.linear import Linear
 from solver.shapes.quadratic_bspline import QuadraticBSpline
@@ -16,9 +16,24 @@ from studies import materials, scenarios
 from studies.errors import InvalidInput
 from studies.execution import setting_of
 from studies.parameters import declared
-from studies.recipes import ACCURACY, RECIPES, Recipe, RecipeName
+from studies.recipes import (
+    ACCURACY,
+    IMPACT_RECIPES,
+    RECIPES,
+    DebrisName,
+    ImpactRecipe,
+    Recipe,
+    RecipeName,
+)
 from studies.run import Run, estimate, resolve
-from studies.scenarios._numerics import Numerics, check_numerics, filled_numerics, numerics
+from studies.scenarios._impact import Shot
+from studies.scenarios._numerics import (
+    BY_RECIPE,
+    Numerics,
+    check_numerics,
+    filled_numerics,
+    numerics,
+)
 
 COPPER = materials.load("copper-ofhc")
 GIVEN: dict[str, Any] = {
@@ -36,11 +51,19 @@ def asked(**changes: Any) -> Run:
     return resolve("thin_plate", {**GIVEN, **changes}, {"projectile": COPPER, "target": COPPER})
 
 
+[OTHER_DEBRIS] = set(get_args(DebrisName)) - {IMPACT_RECIPES["whipple"].debris}
+
+
+def chosen(name: RecipeName) -> dict[str, Any]:
+    """All that a recipe chooses for an impact."""
+    return {**dataclasses.asdict(RECIPES[name]), **dataclasses.asdict(IMPACT_RECIPES[name])}
+
+
 # Recipes
 
 
 def test_recipes__are_those_that_a_parameter_may_name() -> None:
-    assert set(RECIPES) == set(get_args(RecipeName))
+    assert set(RECIPES) == set(IMPACT_RECIPES) == set(get_args(RecipeName))
 
 
 def test_recipe__decides_every_numerical_parameter_that_may_be_left_out() -> None:
@@ -49,10 +72,14 @@ def test_recipe__decides_every_numerical_parameter_that_may_be_left_out() -> Non
     assert {one.name for one in dataclasses.fields(Recipe)} == optional - constant_step
 
 
+def test_recipe__decides_every_parameter_of_impacts_that_is_said_to_be_its_own() -> None:
+    own = {name for name, one in declared(Shot).items() if one.meaning.endswith(BY_RECIPE)}
+    assert {one.name for one in dataclasses.fields(ImpactRecipe)} == own
+
+
 @pytest.mark.parametrize("name", list(RECIPES))
 def test_recipe__holds_what_its_parameters_allow(name: RecipeName) -> None:
-    values = dataclasses.asdict(RECIPES[name])
-    assert asked(**values).id == asked(recipe=name).id
+    assert asked(**chosen(name)).id == asked(recipe=name).id
 
 
 def test_thesis__is_what_the_solver_does_without_being_told() -> None:
@@ -85,8 +112,7 @@ def test_filled__twice_is_filled_once() -> None:
 
 
 def test_identity__is_of_the_values_and_not_of_the_name() -> None:
-    thesis = dataclasses.asdict(RECIPES["thesis"])
-    assert asked(recipe="thesis").id == asked(recipe="whipple", **thesis).id
+    assert asked(recipe="thesis").id == asked(recipe="whipple", **chosen("thesis")).id
     assert asked(recipe="thesis").id != asked(recipe="whipple").id
 
 
@@ -108,6 +134,10 @@ def test_identity__of_the_default_is_that_of_its_name() -> None:
         {"tension": "unlimited"},
         {"contact": "bardenhagen"},
         {"offset": 0.5},
+        {"debris": OTHER_DEBRIS},
+        {"uprange": 4.0},
+        {"downrange": 6.0},
+        {"beyond_edge": 1.0},
     ],
     ids=lambda one: next(iter(one)),
 )
@@ -136,6 +166,10 @@ def test_run__shows_the_recipe_and_its_values() -> None:
         ({}, "contact", None),
         ({"contact": "bardenhagen", "friction": 0.3}, "contact", Contact(0.3)),
         ({"fixed_dt": 1e-9}, "fixed_dt", 1e-9),
+        ({"debris": "follow"}, "retirement", None),
+        ({"recipe": "thesis"}, "retirement", None),
+        # Five times in which 8 mm are flown at 4 km/s.
+        ({"debris": "retire"}, "retirement", Retirement(body=1, after=1e-5)),
     ],
 )
 def test_numerics__become_what_the_solver_takes(
@@ -171,6 +205,37 @@ def test_estimate__knows_the_shape_and_the_recipe() -> None:
     assert estimate(asked(courant=0.15)).steps == pytest.approx(
         2 * estimate(asked(courant=0.3)).steps, abs=1
     )
+
+
+# Debris and grid
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"debris": "drop"}, "debris"),
+        ({"uprange": 0.4}, "uprange"),
+        ({"downrange": 51.0}, "downrange"),
+        ({"beyond_edge": 0.0}, "beyond_edge"),
+    ],
+)
+def test_surroundings__out_of_bounds_are_refused(change: dict[str, Any], field: str) -> None:
+    with pytest.raises(InvalidInput, match=field):
+        asked(**change)
+
+
+def test_retirement__waits_longer_for_a_long_projectile() -> None:
+    long = asked(debris="retire", projectile_shape="cylinder", projectile_length=16e-3)
+    assert setting_of(long).problem.retirement == Retirement(body=1, after=2e-5)
+
+
+def test_grid__reaches_as_far_as_it_is_told() -> None:
+    """Before the target at z = 0, behind its back at 2 mm, and beyond its rim at 16 mm; diameters of 8 mm."""
+    run = asked(uprange=1.5, downrange=3.0, beyond_edge=0.75, edges="free")
+    grid = setting_of(run).problem.geometry
+    upper = grid.lower + grid.spacing * grid.cells
+    assert grid.lower[:2] == pytest.approx([0.0, -12e-3])
+    assert upper[:2] == pytest.approx([22e-3, 26e-3])
 
 
 # Offset

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.state import Particles, Snapshot
+from solver.state import Particles, Retired, Snapshot
 from studies import materials, measurements, run, scenarios
 from studies.errors import InvalidInput
 from studies.materials import Material
@@ -378,7 +378,8 @@ def test_execute__keeps_a_history_of_each_measurement(computed: Computed) -> Non
 def test_execute__state_holds_the_living_particles(computed: Computed) -> None:
     result, directory, _ = computed
     state = np.load(directory / "state.npz", allow_pickle=False)
-    assert set(state.files) == {"body", "time", *Particles._fields} - {"alive"}
+    records = {f"retired_{name}" for name in Retired._fields}
+    assert set(state.files) == {"body", "time", *Particles._fields, *records} - {"alive"}
     assert float(state["time"]) == result.numbers["end_time"]
     assert state["mass"].size == state["body"].size <= result.numbers["particles"]
     assert all(np.isfinite(state[name]).all() for name in state.files)
