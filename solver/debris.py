@@ -14,7 +14,6 @@ piece would still do to one another, and pieces that would meet, are left out.
 """
 
 import numpy as np
-from scipy import ndimage
 
 from solver.geometry import MARGIN
 from solver.problem import Face, Problem
@@ -25,6 +24,10 @@ NEIGHBOURS = np.ones((3, 3, 3), bool)  # no shape reaches farther than to those 
 
 def departed(problem: Problem, particles: Particles, body: np.ndarray) -> np.ndarray:
     """Indices of the particles that have come off the target and whose piece is on a clear way out of the grid."""
+    from scipy import (
+        ndimage,  # half a second, which runs that follow their debris need not wait for
+    )
+
     rule, geometry = problem.retirement, problem.geometry
     assert rule is not None
     living = np.flatnonzero(particles.alive)

@@ -6,18 +6,25 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver import simulation as simulation_module
 from solver.debris import departed, flown
 from solver.errors import ProblemError
 from solver.problem import Face, Problem, Retirement
-from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
+from solver.simulation import Simulation, simulate, start
 from solver.state import NO_DEBRIS, Retired
 from tests.solver.bodies import ABOUT_AXIS, FREE, OPEN, block, box, real_copper
 
 ROUND_OFF = 1e-12  # of sums over a few hundred particles
 SPEED = 1000.0  # m/s
-STEPS = SORT_INTERVAL + 10
+REORDERED = 50  # steps between reorderings here, so that short runs have some
+STEPS = REORDERED + 10
 
 Corner = tuple[float, ...]
+
+
+@pytest.fixture(autouse=True)
+def reordered_often(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulation_module, "SORT_INTERVAL", REORDERED)
 
 
 def beside(
@@ -50,7 +57,7 @@ def leaves(problem: Problem) -> bool:
 def after_retirement(problem: Problem) -> tuple[Simulation, Simulation]:
     """A simulation just before particles are retired, and some steps later."""
     before, simulation = start(problem, threads=1), start(problem, threads=1)
-    for _ in range(SORT_INTERVAL):
+    for _ in range(REORDERED):
         before.advance()
     for _ in range(STEPS):
         simulation.advance()
