@@ -63,14 +63,14 @@ def leaving(kind: str, speed: float = 3000.0) -> Problem:
 
 def with_debris() -> Problem:
     """A block that flies away from one that stands, and is retired at the first reordering."""
-    geometry = box(6, 16)
+    geometry = box(6, 20)
     bodies = (
         block(geometry, (1.0, 1.0), (4.0, 3.0), name="stays", matter=real_copper()),
         block(geometry, (1.0, 8.0), (4.0, 9.0), velocity=(0.0, 800.0, 0.0), name="goes"),
     )
     inner = ((Face.SYMMETRIC, Face.FREE), FREE, FREE)
     rule = Retirement(body=0, after=0.0)
-    return Problem(geometry, bodies, inner, end_time=2.0 * END, retirement=rule)
+    return Problem(geometry, bodies, inner, end_time=3.0 * END, retirement=rule)
 
 
 def at_wall() -> Problem:

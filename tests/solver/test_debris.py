@@ -31,13 +31,13 @@ def beside(
     low: Corner, high: Corner, velocity: tuple[float, float, float], *, after: float = 0.0
 ) -> Problem:
     """A target of copper about the axis in the middle of a grid (cells 10 to 13 along it), and a block somewhere."""
-    geometry = box(12, 24)
+    geometry = box(12, 40)
     bodies = (
         block(geometry, low, high, velocity=velocity, name="debris", matter=real_copper()),
         block(geometry, (4.0, 10.0), (10.0, 13.0), name="target", matter=real_copper()),
     )
     rule = Retirement(body=1, after=after)
-    return Problem(geometry, bodies, ABOUT_AXIS, end_time=6e-6, retirement=rule)
+    return Problem(geometry, bodies, ABOUT_AXIS, end_time=9e-6, retirement=rule)
 
 
 def behind(**changes: Any) -> Problem:
@@ -186,7 +186,7 @@ def test_flown__is_straight_mirrored_at_the_axis_and_ends_at_the_edge() -> None:
         position=np.array([[2e-3, 18e-3, 0.0]]),
         velocity=np.array([[-1000.0, 500.0, 0.0]]),
     )
-    # Places at 1, 2, 5 and 20 us: with the record, before the axis, beyond it and mirrored, off the grid of 24 mm.
+    # Places at 1, 2, 5 and 20 us: with the record, before the axis, beyond it and mirrored, off the grid of 12 mm.
     expected = {1e-6: (2e-3, 18e-3), 2e-6: (1e-3, 18.5e-3), 5e-6: (2e-3, 20e-3)}
     for time, place in expected.items():
         np.testing.assert_allclose(flown(problem, one, time)[0, :2], place, rtol=1e-12)
