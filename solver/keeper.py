@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass, field
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from solver.audit import Audit
 from solver.checkpoint import (
@@ -14,13 +14,26 @@ from solver.checkpoint import (
     write_checkpoint,
 )
 from solver.errors import Interrupted
+from solver.problem import Problem
 
-if TYPE_CHECKING:
-    from solver.simulation import Simulation
+
+class Stepping(Protocol):
+    """What is written to a checkpoint and taken back: a ``simulation.Simulation``."""
+
+    problem: Problem
+    shares: int
+    time: float
+    step: int
+
+    def carried(self) -> Carried:
+        """What goes from this step to the next."""
+
+    def take_over(self, carried: Carried) -> None:
+        """Go on from what a simulation of the same problem carried."""
 
 
 @dataclass
-class Watch:
+class Observing:
     """What an observed run keeps besides its simulation."""
 
     history: list[Audit] = field(default_factory=list)
@@ -31,10 +44,10 @@ class Keeper:
     """Writes the checkpoints of a run, and takes it back to the last one."""
 
     def __init__(
-        self, simulation: "Simulation", watch: Watch, checkpoint: Checkpointing, interval: float
+        self, simulation: Stepping, observing: Observing, checkpoint: Checkpointing, interval: float
     ):
         self.simulation = simulation
-        self.watch = watch
+        self.observing = observing
         self.checkpoint = checkpoint
         self.mark = fingerprint(
             simulation.problem,
@@ -53,10 +66,10 @@ class Keeper:
         except (Refused, OSError) as error:
             self.checkpoint.tell(f"from the start, without the checkpoint: {error}")
             return
-        watch = carried.numbers["watch"]
-        self.checkpoint.recall(watch["remembered"])
-        self.watch.history = [Audit(**audit) for audit in watch["history"]]
-        self.watch.due = watch["due"]
+        observing = carried.numbers["observing"]
+        self.checkpoint.recall(observing["remembered"])
+        self.observing.history = [Audit(**audit) for audit in observing["history"]]
+        self.observing.due = observing["due"]
         self.simulation.take_over(carried)
         self.checkpoint.saved(self.simulation.step)
         self.checkpoint.tell(
@@ -73,12 +86,12 @@ class Keeper:
 
     def _write(self) -> None:
         carried = self.simulation.carried()
-        watch = {
-            "history": [asdict(audit) for audit in self.watch.history],
-            "due": self.watch.due,
+        observing = {
+            "history": [asdict(audit) for audit in self.observing.history],
+            "due": self.observing.due,
             "remembered": self.checkpoint.remember(),
         }
-        carried = Carried({**carried.numbers, "watch": watch}, carried.arrays)
+        carried = Carried({**carried.numbers, "observing": observing}, carried.arrays)
         try:
             write_checkpoint(self.checkpoint.path, self.mark, carried)
         except OSError as error:

@@ -13,7 +13,7 @@ from solver.debris import departed
 from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
 from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
-from solver.keeper import Keeper, Watch
+from solver.keeper import Keeper, Observing
 from solver.problem import Body, Problem
 from solver.state import (
     MASS,
@@ -314,17 +314,17 @@ def _run(
     checkpoint: Checkpointing | None,
 ) -> Outcome:
     end_time = simulation.problem.end_time
-    watch = Watch()
-    keeper = Keeper(simulation, watch, checkpoint, interval) if checkpoint else None
+    observing = Observing()
+    keeper = Keeper(simulation, observing, checkpoint, interval) if checkpoint else None
     if keeper:
         keeper.restore()
     stop = None
     while stop is None:
         last = simulation.time >= end_time
-        if simulation.time >= watch.due or last:
-            watch.history.append(simulation.audit())
+        if simulation.time >= observing.due or last:
+            observing.history.append(simulation.audit())
             stop = observe(simulation.snapshot()) if observe else None
-            watch.due = (math.floor(simulation.time / interval * (1.0 + 1e-12)) + 1) * interval
+            observing.due = (math.floor(simulation.time / interval * (1.0 + 1e-12)) + 1) * interval
         if stop is None and last:
             stop = "end_time"
         if stop is None:
@@ -334,8 +334,8 @@ def _run(
     return Outcome(
         snapshot=simulation.snapshot(),
         stop=stop,
-        audit=watch.history[-1],
-        history=tuple(watch.history),
+        audit=observing.history[-1],
+        history=tuple(observing.history),
         counters=simulation.counters,
         smallest_step=simulation.smallest_step,
         particle_steps=simulation.particle_steps,
