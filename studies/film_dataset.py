@@ -28,7 +28,7 @@ def open_film(path: str | Path) -> Dataset:
 
     ``position`` (time, particle, component), ``speed``, ``pressure`` and ``temperature`` (time, particle) are in SI and
     NaN where a particle has left the grid. ``particle`` is its permanent number, ``body`` the name of what it is of,
-    empty for one that had left before the first frame.
+    empty for one that no frame has seen on the grid.
     """
     file = Path(path)
     file = file / FILM if file.is_dir() else file
