@@ -1,4 +1,4 @@
-"""The public face of whipple, for notebooks and scripts: ``Client``, ``run_sweep``, ``open_cube``.
+"""The public face of whipple, for notebooks and scripts: ``Client``, ``run_sweep``, ``open_cube``, ``open_film``.
 
 >>> import whipple
 >>> folder = whipple.run_sweep("holes.yaml", "holes")  # doctest: +SKIP
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from service.client import Client
 
-__all__ = ["Client", "open_cube", "run_sweep"]
+__all__ = ["Client", "open_cube", "open_film", "run_sweep"]
 
 
 def run_sweep(
@@ -50,6 +50,13 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
         return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key else {})
     file = Path(path)
     return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
+
+
+def open_film(path: str | Path) -> "xarray.Dataset":
+    """Open the film of a run, over time and particle: ``path`` is a ``film.npz``, or a folder that holds one."""
+    from studies.film_dataset import open_film
+
+    return open_film(path)
 
 
 def __getattr__(name: str) -> Any:

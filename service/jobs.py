@@ -228,7 +228,9 @@ class RunRow:
     keep: Keep  # the most that any sweep asked for
     checkpoint: int | None  # step of the last one
     fraction: float | None  # 0 to 1, of the running attempt
-    progress: Mapping[str, Any] | None  # studies.run.Progress: time, step, eta_seconds, measured
+    progress: (
+        Mapping[str, Any] | None
+    )  # studies.results.Progress: time, step, eta_seconds, measured
     cause: Cause | None  # why it failed
     failure: str | None  # short kind: "UnphysicalState", "SIGABRT"
     reason: str | None  # for people

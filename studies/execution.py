@@ -1,11 +1,11 @@
 """Computes a run: problem, simulation, measurements on the way, balances, files. Imported by processes that solve."""
 
 import json
-import math
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from contextlib import suppress
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -18,181 +18,25 @@ from solver.checkpoint import Checkpointing
 from solver.errors import WhippleError
 from solver.jit import software
 from solver.simulation import Outcome, simulate, threads_for
-from solver.state import Snapshot
-from studies import measurements, scenarios
-from studies.atomic import write_atomically
-from studies.checkpoints import Checkpoints
+from studies import scenarios
+from studies.atomic import write_atomically, write_text
 from studies.files import ANSWER, FILM, STATE
 from studies.film import Film
 from studies.journal import Journal, Say
-from studies.measurements import History, Measurement, Reading
-from studies.results import TOO_COARSE, Measured, Progress, RunResult
+from studies.observer import Observer
+from studies.results import Progress, RunResult
 from studies.run import Run, materials_of
-from studies.scenarios import Scenario, Setting
+from studies.scenarios import Setting
 
 # Flagged, not failed: what a run with sound balances stays below. The hottest 0.1 % of mass of resolved perforations
 # holds 3 to 9 % of the internal energy at the end; half of it means that single particles have run away.
 ENERGY_DRIFT_FLAG = 0.01
 HOTTEST_SHARE_FLAG = 0.5
 
-# A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
-# the share of the value.
-SETTLED_IN_CELLS = 0.25
-
-LEAST_SHARE = (
-    0.02  # of a run that has to be done here before the time left is told: an observation or two
-)
+FILM_SO_FAR = ".film.npz"  # in place of the suffix of the checkpoint
 
 
-@dataclass
-class Observer:
-    """Reads the scenario's measurements at each observation and decides when they have settled."""
-
-    scenario: Scenario
-    given: Any  # parameters
-    setting: Setting
-    progress: Callable[[Progress], None] | None
-    film: Film | None = None
-    times: list[float] = field(default_factory=list)
-    readings: list[dict[str, Reading]] = field(default_factory=list)
-    last_view: Any = None
-    first: tuple[float, float] | None = (
-        None  # clock (s) and share of the run at our first observation
-    )
-
-    def __post_init__(self) -> None:
-        self.pace = self.scenario.watch.pace(self.given, self.setting)
-        measured = [measurements.load(name) for name in self.scenario.measurements]
-        self.of_a_state = [one for one in measured if not one.follows]
-        self.of_a_history = [one for one in measured if one.follows]
-
-    def __call__(self, snapshot: Snapshot) -> str | None:
-        """Observe a state; returns "settled" when the run may end."""
-        seen = self.scenario.watch.view(self.setting, snapshot)
-        self.times.append(snapshot.time)
-        self.readings.append({one.name: one.read(seen) for one in self.of_a_state})
-        self.readings[-1].update({one.name: self._follow(one) for one in self.of_a_history})
-        self.last_view = seen
-        if self.progress:
-            self.progress(self._progress(snapshot))
-        settled = self.pace.early and all(self._settled(name) for name in self.scenario.settles)
-        if self.film:
-            self.film.see(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
-        return "settled" if settled else None
-
-    def remember(self) -> str:
-        """What was read so far, as text: ``recall`` gives it back, bit for bit."""
-        readings = [
-            {name: (one.value, dict(one.parts), one.flags) for name, one in reading.items()}
-            for reading in self.readings
-        ]
-        return json.dumps({"times": self.times, "readings": readings})
-
-    def recall(self, text: str) -> None:
-        """Go on from what ``remember`` wrote."""
-        plain = json.loads(text)
-        self.times = list(plain["times"])
-        self.readings = [
-            {name: Reading(value, parts, tuple(flags)) for name, (value, parts, flags) in r.items()}
-            for r in plain["readings"]
-        ]
-
-    def definitions(self) -> str:
-        """Scenario and versions of what it measures: another set could not go on from ``remember``."""
-        versions = {one.name: one.version for one in (*self.of_a_state, *self.of_a_history)}
-        return json.dumps([self.scenario.name, versions], sort_keys=True)
-
-    def measured(self) -> dict[str, Measured]:
-        """The last readings with their uncertainty and history."""
-        return {name: self.measured_as(name) for name in self.scenario.measurements}
-
-    def growth(self, name: str) -> float:
-        """Range of a measurement within the last window; NaN before one has passed, and without a present value.
-
-        A length that was not there yet, as a hole, has grown from nothing.
-        """
-        # Observations are up to a step late; half of an interval leaves as many of them in every window.
-        begin = self.times[-1] - self.pace.window + 0.5 * self.pace.interval
-        earlier = [index for index, at in enumerate(self.times) if at <= begin]
-        if not earlier:
-            return math.nan
-        values = np.array([reading[name].value for reading in self.readings[earlier[-1] :]])
-        if self._is_judged(name):
-            values[:-1] = np.nan_to_num(values[:-1])
-        return float(np.ptp(values))
-
-    def _follow(self, measurement: Measurement) -> Reading:
-        values = {
-            name: np.array([reading[name].value for reading in self.readings])
-            for name in measurement.follows
-        }
-        return measurement.read(History(np.array(self.times), values))
-
-    def _is_judged(self, name: str) -> bool:
-        """Whether it is said of a measurement that it still grows: of lengths, and of what a run waits for."""
-        waited = name in self.scenario.settles
-        return waited or (measurements.load(name).unit == "m" and math.isfinite(self.pace.window))
-
-    def _settled(self, name: str) -> bool:
-        """Two windows at least, and a range within the last one below a share of the value or a quarter of a cell."""
-        if self.times[-1] < 2.0 * self.pace.window:
-            return False
-        share = self.pace.growth * abs(self.readings[-1][name].value)
-        cells = SETTLED_IN_CELLS * self.setting.problem.geometry.spacing
-        return self.growth(name) < max(share, cells)
-
-    def measured_as(self, name: str) -> Measured:
-        """The last reading of a measurement with its uncertainty, flags and history."""
-        reading = self.readings[-1][name]
-        growth = self.growth(name)
-        parts = dict(reading.parts)
-        if math.isfinite(growth):
-            parts["growth"] = growth
-        known = math.isfinite(reading.value)
-        flags = reading.flags
-        if known and self._is_judged(name) and not self._settled(name):
-            flags = (*flags, "still_growing")
-        uncertainty = math.hypot(*parts.values()) if known and parts else None
-        if uncertainty and uncertainty > measurements.load(name).widest * abs(reading.value):
-            flags = (*flags, "wide_bar")
-        if known and self.scenario.watch.too_coarse(self.scenario.cells(self.given)):
-            uncertainty, flags = None, (*flags, TOO_COARSE)
-        return Measured(
-            value=reading.value if known else None,
-            uncertainty=uncertainty,
-            parts=parts if known else {},
-            flags=flags,
-            history={
-                "time": list(self.times),
-                "value": [_finite(reading[name].value) for reading in self.readings],
-            },
-            version=measurements.load(name).version,
-        )
-
-    def _progress(self, snapshot: Snapshot) -> Progress:
-        end = self.setting.problem.end_time
-        fraction = min(snapshot.time / end, 1.0)
-        measured = {name: reading.value for name, reading in self.readings[-1].items()}
-        return Progress(
-            time=snapshot.time,
-            end_time=end,
-            step=snapshot.step,
-            fraction=fraction,
-            eta_seconds=self._time_left(fraction),
-            measured={name: value for name, value in measured.items() if math.isfinite(value)},
-        )
-
-    def _time_left(self, fraction: float) -> float | None:
-        """Seconds at the pace of this process, which may have gone on from a checkpoint; None until it has one."""
-        now = time.monotonic()
-        if self.first is None:
-            self.first = (now, fraction)
-        clock, begun = self.first
-        done = fraction - begun
-        return (now - clock) * (1.0 - fraction) / done if done > LEAST_SHARE else None
-
-
-def compute(
+def execute(
     run: Run,
     directory: Path,
     progress: Callable[[Progress], None] | None = None,
@@ -204,12 +48,13 @@ def compute(
     film: bool = False,
     say: Say | None = None,
 ) -> RunResult:
-    """The result of a run, also written to the directory, with the final state and the ``film`` if it is wanted.
+    """Compute a run; leaves ``result.json`` in the directory, and if it succeeded ``state.npz`` (and ``film.npz``).
 
-    ``threads`` (``solver.simulation.threads_for``) decide how long it takes, and no number. With ``checkpoint`` the run
-    goes on from that file where it is this run's and this machine's, and writes it as it goes; the numbers are those of
-    a run that never stopped. ``saved`` is told the step of each checkpoint that it writes or goes on from, and ``say``
-    each line of the run's log. Raises Interrupted once ``leave`` says so.
+    The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised. ``threads``
+    (``solver.simulation.threads_for``) decide how long it takes, and no number. With ``checkpoint`` the run goes on
+    from that file where it is this run's and this machine's, and writes it as it goes; the numbers are those of a run
+    that never stopped. ``saved`` is told the step of each checkpoint that it writes or goes on from, and ``say`` each
+    line of the run's log. Raises Interrupted once ``leave`` says so.
     """
     directory.mkdir(parents=True, exist_ok=True)
     started = datetime.now(UTC).isoformat(timespec="seconds")
@@ -235,9 +80,8 @@ def compute(
         log.question(run, problem, made)
         kept = None
         if checkpoint:
-            kept = Checkpoints(checkpoint, watched).of_solver(
-                leave=leave, saved=saved, tell=explain
-            )
+            listeners = {"leave": leave, "saved": saved, "tell": explain}
+            kept = _checkpointing(checkpoint, watched, listeners)
         result = _succeed(run, directory, watched, threads, kept)
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
@@ -246,9 +90,21 @@ def compute(
         made["checkpoint"] = "; ".join(resumed)
     result = replace(result, provenance=made)
     log.end(result)
-    text = json.dumps(result.as_json(), allow_nan=False, indent=1)
-    write_atomically(directory / ANSWER, lambda file: Path(file).write_text(text))
+    _write_result(directory, result)
     return result
+
+
+def refuse(run_id: str, directory: Path) -> None:
+    """Leave the result of a run that was submitted under another physics, or under other defaults: failed, with why.
+
+    Its number is that of what was asked then; computed now, other numbers would stand under it.
+    """
+    directory.mkdir(parents=True, exist_ok=True)
+    reason = (
+        "this run was submitted to another version of whipple, and this one (physics "
+        f"{PHYSICS_VERSION}) would not give its numbers; submit the sweep again"
+    )
+    _write_result(directory, RunResult(run_id, "failed", reason=reason, failure="OtherPhysics"))
 
 
 def observer_of(
@@ -279,6 +135,35 @@ def provenance() -> dict[str, str | float]:
         "numpy": np.__version__,
         **software(),
     }
+
+
+def _checkpointing(
+    path: Path, watched: Observer, listeners: Mapping[str, Callable[..., Any] | None]
+) -> Checkpointing:
+    """Checkpoints of the solver with what was read so far in them, and the film so far in a file beside."""
+    film, so_far = watched.film, path.with_suffix(FILM_SO_FAR)
+
+    def remember() -> str:
+        if film:
+            with suppress(OSError):  # no space: the film will begin where the run goes on
+                film.save(so_far)
+        frames = len(film.times) if film else 0
+        return json.dumps({"observer": watched.remember(), "frames": frames})
+
+    def recall(text: str) -> None:
+        remembered = json.loads(text)
+        watched.recall(remembered["observer"])
+        if film:
+            film.resume(so_far, remembered["frames"])
+
+    given: dict[str, Any] = {name: one for name, one in listeners.items() if one is not None}
+    return Checkpointing(
+        path=path, caller=watched.definitions(), remember=remember, recall=recall, **given
+    )
+
+
+def _write_result(directory: Path, result: RunResult) -> None:
+    write_text(directory / ANSWER, json.dumps(result.as_json(), allow_nan=False, indent=1))
 
 
 def _succeed(
@@ -362,7 +247,3 @@ def _save_state(directory: Path, outcome: Outcome) -> None:
             )
 
     write_atomically(directory / STATE, save)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -29,7 +29,7 @@ class Cell:
     coordinates: Mapping[str, Any]  # of the axes, by the names a user writes
     run: Any  # studies.run.Run
     shot: Any | None  # studies.laws.Shot: what the laws are asked about
-    result: Any | None  # studies.run.RunResult, when the run left one
+    result: Any | None  # studies.results.RunResult, when the run left one
     outcome: Outcome  # state and reason in any case
 
     @property

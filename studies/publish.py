@@ -52,7 +52,7 @@ def publish_sweep(
 def outcome_from_json(plain: Mapping[str, Any]) -> Any:
     """A ``RunResult``, or an ``Outcome`` where there is only a state and a reason."""
     if "measurements" in plain:
-        from studies.run import RunResult
+        from studies.results import RunResult
 
         return RunResult.from_json(plain)
     return Outcome(str(plain["state"]), str(plain.get("reason") or ""))

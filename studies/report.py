@@ -67,7 +67,7 @@ def document(dataset: xr.Dataset, comparison: Comparison) -> Document:
         "title": dataset.attrs["title"],
         "scenario": {"name": dataset.attrs["scenario"], "title": dataset.attrs["scenario_title"]},
         "statement": comparison.statement,
-        "overview": _overview(dataset, runs),
+        "overview": _overview(runs),
         "mesh": _mesh(dataset),
         "axes": [_axis(dataset, name) for name in axes_of(points)],
         "refinements": [_axis(dataset, name) for name in refinements_of(dataset)],
@@ -99,7 +99,7 @@ def render(dataset: xr.Dataset, comparison: Comparison) -> str:
 # ---- what the document says ----------------------------------------------------------------------
 
 
-def _overview(dataset: xr.Dataset, runs: Sequence[Document]) -> Document:
+def _overview(runs: Sequence[Document]) -> Document:
     states = Counter(run["state"] for run in runs)
     return {
         "runs": len(runs),

@@ -1,42 +1,25 @@
-"""A run: one point of a sweep, its identity, and its computation.
+"""A run: one point of a sweep, its identity, and its cost.
 
 The identity of a run is its content: the fully resolved problem (every default filled in, every quantity rounded to 12
-significant digits) and ``PHYSICS_VERSION``. The same question asked twice is the same run. ``execute`` is a pure
-function of the run: the same call in a notebook, a worker and a test. Only it, and what it calls, imports the solver.
+significant digits) and ``PHYSICS_VERSION``. The same question asked twice is the same run. ``studies.execution``
+computes it; this module loads no solver.
 """
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from solver import PHYSICS_VERSION
 from studies import scenarios
-from studies.atomic import write_atomically
 from studies.errors import Finding, InvalidInput
-from studies.files import ANSWER
 from studies.materials import Material, simulated
 from studies.parameters import parse_parameters
-from studies.results import Measured, Progress, RunResult
 
 if TYPE_CHECKING:
     from studies.scenarios import Materials
-
-__all__ = [
-    "PHYSICS_VERSION",
-    "Estimate",
-    "Measured",
-    "Progress",
-    "Run",
-    "RunResult",
-    "estimate",
-    "execute",
-    "refuse",
-    "resolve",
-]
 
 # Cost of a particle-step on one core by geometry and shape, s: processor time of the problems of ``make bench``, copper
 # with Johnson-Cook, 2026-11-22. A particle in three dimensions reaches 27 nodes with a wide shape, 8 with a linear one.
@@ -129,55 +112,6 @@ def estimate(run: Run) -> Estimate:
         core_seconds=size.particles * size.steps * rates[str(run.parameters["shape"])],
         bytes=size.particles * BYTES_PER_PARTICLE,
     )
-
-
-def execute(
-    run: Run,
-    directory: Path,
-    progress: Callable[[Progress], None] | None = None,
-    *,
-    threads: int | None = None,
-    checkpoint: Path | None = None,
-    leave: Callable[[], bool] | None = None,
-    saved: Callable[[int], object] | None = None,
-    film: bool = False,
-    say: Callable[[str], object] | None = None,
-) -> RunResult:
-    """Compute a run; leaves ``result.json`` and, if it succeeded, ``state.npz`` in the directory.
-
-    With ``checkpoint`` the run goes on from that file, where it is this run's and this machine's, and writes it as it
-    goes; ``saved`` is told the step of each one that it writes or goes on from. Once ``leave`` says so it writes one
-    and raises Interrupted. With ``film`` there will be a ``film.npz`` (``studies.film``) too; ``say`` takes each line
-    of the run's log. The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised.
-    """
-    from studies.execution import compute
-
-    return compute(
-        run,
-        directory,
-        progress,
-        threads=threads,
-        checkpoint=checkpoint,
-        leave=leave,
-        saved=saved,
-        film=film,
-        say=say,
-    )
-
-
-def refuse(run_id: str, directory: Path) -> None:
-    """Leave the result of a run that was submitted under another physics, or under other defaults: failed, with why.
-
-    Its number is that of what was asked then; computed now, other numbers would stand under it.
-    """
-    directory.mkdir(parents=True, exist_ok=True)
-    reason = (
-        "this run was submitted to another version of whipple, and this one (physics "
-        f"{PHYSICS_VERSION}) would not give its numbers; submit the sweep again"
-    )
-    result = RunResult(run_id, "failed", reason=reason, failure="OtherPhysics")
-    text = json.dumps(result.as_json(), allow_nan=False, indent=1)
-    write_atomically(directory / ANSWER, lambda file: Path(file).write_text(text))
 
 
 def _canonical(content: Mapping[str, Any]) -> str:

@@ -57,6 +57,23 @@ def sweep(file: SweepFile, out: Out, overwrite: Overwrite = False, threads: Thre
 
 
 @app.command()
+def export(
+    film: Annotated[
+        Path, typer.Argument(metavar="FILM", help="The film.npz of a run, or a folder with it.")
+    ],
+    vtk: Annotated[Path, typer.Option(help="Folder for film.pvd and a VTU file for each frame.")],
+) -> None:
+    """Write the film of a run as files that ParaView opens."""
+    from studies.film_dataset import open_film
+    from studies.film_vtk import bodies, export_vtk
+
+    with open_film(film) as opened:
+        listed = export_vtk(opened, folder_of(vtk))
+        names = ", ".join(f"{number} {name}" for number, name in enumerate(bodies(opened)) if name)
+        print(f"{opened.sizes['time']} frames, bodies {names}; open {listed}")
+
+
+@app.command()
 def estimate(file: SweepFile) -> None:
     """Say what a sweep would cost, as it is and at each accuracy. Nothing is computed."""
     from service.console import print_cost

@@ -228,10 +228,6 @@ class Material:
         """Bulk sound speed at rest, m/s: what laws mean by it."""
         return self.eos.sound_speed(self.density)
 
-    def source_of(self, path: str) -> Quantity:
-        """The number at a path with its source; KeyError where none is known."""
-        return self.sources[path]
-
     def parameters(self) -> dict[str, Parameter]:
         """Every constant that can be set, by dotted path."""
         return {path: one for path, one in self._parameters() if path not in NOT_SET}

@@ -18,8 +18,9 @@ def executed(
     materials: Mapping[str, str] | None = None,
 ) -> RunResult:
     """The result of a scenario with the numerics of a recipe; raises WhippleError where the run failed."""
+    from studies.execution import execute
     from studies.materials import load
-    from studies.run import execute, resolve
+    from studies.run import resolve
 
     named = dict(materials or {})
     given = {**asdict(recipe), **named, **parameters}

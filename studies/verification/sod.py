@@ -33,7 +33,7 @@ PRESSURE, VELOCITY, DENSITY, SHOCK_SPEED = 0.01, 0.01, 0.02, 0.01
 def _run(recipe: Recipe) -> Iterator[Row]:
     for one in (recipe, replace(recipe, shape=GATED)):
         exact = riemann(*SOD, SOD_GAMMA)
-        lines = {cells: _tube(cells, exact, one) for cells in CELLS}
+        lines = {cells: _tube(cells, one) for cells in CELLS}
         errors = [_density_error(lines[cells], exact, cells) for cells in CELLS]
         for row in _rows(lines[CELLS[-1]], exact, CELLS[-1]):
             gated = row.tolerance if one.shape == GATED else None
@@ -47,7 +47,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             break
 
 
-def _tube(cells: int, exact: Riemann, recipe: Recipe) -> tuple[Profile, Profile]:
+def _tube(cells: int, recipe: Recipe) -> tuple[Profile, Profile]:
     """Left and right gas at the end."""
     from solver.simulation import simulate
 

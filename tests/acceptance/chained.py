@@ -1,6 +1,6 @@
 """Runs in which each step needs the one before: whoever resumes wrongly gets another number.
 
-Stands in for ``studies.run`` and ``studies.publish``. Cube and report are the real ones; a run takes
+Stands in for ``studies.execution`` and ``studies.publish``. Cube and report are the real ones; a run takes
 ``WHIPPLE_TEST_SECONDS``, keeps a checkpoint after each of its steps and leaves its process id in ``pid``.
 """
 

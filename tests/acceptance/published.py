@@ -1,4 +1,4 @@
-"""Runs that cost nothing, and the real publication of them: stands in for ``studies.run`` and ``studies.publish``."""
+"""Runs that cost nothing, really published: stands in for ``studies.execution`` and ``studies.publish``."""
 
 from studies.publish import publish
 from tests.service.targets import Run, execute

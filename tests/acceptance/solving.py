@@ -1,6 +1,6 @@
 """The real solver and the real publication, but with a checkpoint every tenth of a second.
 
-Stands in for ``studies.run`` and ``studies.publish``; each attempt leaves its process id in ``pid``.
+Stands in for ``studies.execution`` and ``studies.publish``; each attempt leaves its process id in ``pid``.
 """
 
 import os
@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.checkpoint import Checkpointing
-from studies import checkpoints
+from studies import execution
 from studies import publish as real
 from studies.results import RunResult
 from studies.run import Run
-from studies.run import execute as solve
 
 __all__ = ["Run", "execute", "publish"]
 
@@ -24,8 +23,8 @@ BETWEEN = 0.1  # s; a checkpoint lies behind nearly every kill, so that runs are
 def execute(run: Run, directory: Path, *arguments: Any, **options: Any) -> RunResult:
     """The solver's answer."""
     (directory / "pid").write_text(str(os.getpid()))
-    checkpoints.Checkpointing = partial(Checkpointing, seconds_between=BETWEEN)  # type: ignore
-    return solve(run, directory, *arguments, **options)
+    execution.Checkpointing = partial(Checkpointing, seconds_between=BETWEEN)  # type: ignore
+    return execution.execute(run, directory, *arguments, **options)
 
 
 def publish(

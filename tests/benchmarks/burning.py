@@ -1,4 +1,4 @@
-"""Runs that keep a core busy for about a second, and nothing else. Stands in for ``studies.run``."""
+"""Runs that keep a core busy for about a second, and nothing else. Stands in for ``studies.execution``."""
 
 import json
 from pathlib import Path

@@ -164,7 +164,7 @@ def _status(name: str) -> int:
 
 def converging(speed: float, cells: float) -> dict[str, float]:
     """Core-seconds of a run of the converged sweep, how many numbers of the reference that is, and its work."""
-    from studies.run import execute
+    from studies.execution import execute
 
     simulation("axisymmetric_default_12k", warm=1)  # its kernels are compiled or loaded
     run = question(speed=speed, cells_per_diameter=cells)

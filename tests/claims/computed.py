@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.run import Run, execute
+from studies.execution import execute
+from studies.run import Run
 from tests.claims import Row
 
 ROOT = Path(__file__).parents[2]

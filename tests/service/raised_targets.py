@@ -1,4 +1,4 @@
-"""Stands in for ``studies.run`` and ``studies.publish`` in a child: the real ones, after a definition has changed.
+"""Stands in for ``studies.execution`` and ``studies.publish`` in a child: the real ones, a definition changed.
 
 Importing it changes the definition (``tests.service.raised``), so no test imports it. Nothing is solved
 any more: a run that is asked for all the same fails, and says so.

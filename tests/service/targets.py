@@ -1,4 +1,4 @@
-"""Stands in for ``studies.run`` and ``studies.publish``: runs that behave as their parameters say.
+"""Stands in for ``studies.execution`` and ``studies.publish``: runs that behave as their parameters say.
 
 A run is ``fine`` unless told otherwise. It can also return a ``verdict``, ``abort`` the interpreter
 (the first ``crashes`` times),

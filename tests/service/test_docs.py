@@ -52,7 +52,7 @@ def test_commands__that_are_named_are_there(text: str) -> None:
 
 
 def test_commands__of_a_service_are_all_told_of() -> None:
-    local = {"demo", "sweep", "estimate", "validate", "version"}
+    local = {"demo", "sweep", "export", "estimate", "validate", "version"}
     for name in commands() - local - {"fetch", "fetch-run", "resume"}:
         assert f"whipple {name}" in PAGE, name
 

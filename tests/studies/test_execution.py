@@ -11,8 +11,9 @@ import pytest
 from solver.errors import Interrupted
 from solver.simulation import start
 from studies import materials, scenarios
-from studies.execution import Observer, compute, observer_of
+from studies.execution import execute, observer_of
 from studies.measurements import Reading
+from studies.observer import Observer
 from studies.parameters import declared
 from studies.results import Progress, RunResult
 from studies.run import Run, materials_of, resolve
@@ -79,10 +80,10 @@ def test_resume__gives_the_result_of_a_run_that_never_stopped(
     scenario: str, tmp_path: Path
 ) -> None:
     run, file = asked(scenario), tmp_path / "checkpoint"
-    whole = compute(run, tmp_path / "whole", threads=1)
+    whole = execute(run, tmp_path / "whole", threads=1)
     for _ in range(2):  # broken off twice
         with pytest.raises(Interrupted):
-            compute(
+            execute(
                 run,
                 tmp_path / "resumed",
                 threads=1,
@@ -90,7 +91,7 @@ def test_resume__gives_the_result_of_a_run_that_never_stopped(
                 leave=after(BROKEN_OFF_AFTER),
             )
         assert not (tmp_path / "resumed" / "result.json").exists()
-    resumed = compute(run, tmp_path / "resumed", threads=1, checkpoint=file)
+    resumed = execute(run, tmp_path / "resumed", threads=1, checkpoint=file)
     assert "from the checkpoint" in str(resumed.provenance["checkpoint"])
     assert without_provenance(tmp_path / "resumed") == without_provenance(tmp_path / "whole")
     states = [(tmp_path / place / "state.npz").read_bytes() for place in ("whole", "resumed")]
@@ -101,7 +102,7 @@ def test_resume__gives_the_result_of_a_run_that_never_stopped(
 def test_resume__of_another_run_begins_from_the_start(tmp_path: Path) -> None:
     file = tmp_path / "checkpoint"
     with pytest.raises(Interrupted):
-        compute(
+        execute(
             asked("elastic_bar", speed=200.0),
             tmp_path / "other",
             threads=1,
@@ -109,8 +110,8 @@ def test_resume__of_another_run_begins_from_the_start(tmp_path: Path) -> None:
             leave=after(BROKEN_OFF_AFTER),
         )
     run = asked("elastic_bar")
-    compute(run, tmp_path / "whole", threads=1)
-    result = compute(run, tmp_path / "resumed", threads=1, checkpoint=file)
+    execute(run, tmp_path / "whole", threads=1)
+    result = execute(run, tmp_path / "resumed", threads=1, checkpoint=file)
     assert "from the start" in str(result.provenance["checkpoint"])
     assert without_provenance(tmp_path / "resumed") == without_provenance(tmp_path / "whole")
 
@@ -120,7 +121,7 @@ def test_saved__is_told_each_checkpoint_that_is_written_or_gone_on_from(tmp_path
     told: list[int] = []
     for steps in (10, 20):
         with pytest.raises(Interrupted):
-            compute(
+            execute(
                 run,
                 tmp_path,
                 threads=1,
@@ -129,7 +130,7 @@ def test_saved__is_told_each_checkpoint_that_is_written_or_gone_on_from(tmp_path
                 saved=told.append,
             )
     assert told == [10, 10, 30]
-    compute(run, tmp_path, threads=1, checkpoint=file, saved=told.append)
+    execute(run, tmp_path, threads=1, checkpoint=file, saved=told.append)
     assert told == [10, 10, 30, 30]
 
 
@@ -138,10 +139,10 @@ def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_wr
 ) -> None:
     file, told = tmp_path / "checkpoint", list[int]()
     file.write_text("damaged")
-    compute(asked("elastic_bar"), tmp_path, threads=1, checkpoint=file, saved=told.append)
+    execute(asked("elastic_bar"), tmp_path, threads=1, checkpoint=file, saved=told.append)
     nowhere = tmp_path / "nowhere" / "checkpoint"
     with pytest.raises(Interrupted):
-        compute(
+        execute(
             asked("elastic_bar"),
             tmp_path,
             threads=1,
@@ -154,7 +155,7 @@ def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_wr
 
 def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: Path) -> None:
     run, lines = asked("elastic_bar"), list[str]()
-    result = compute(run, tmp_path, threads=1, say=lines.append)
+    result = execute(run, tmp_path, threads=1, say=lines.append)
     assert run.id in lines[0]
     assert f"  speed = {run.parameters['speed']}" in lines
     observed = [line for line in lines if line.startswith("t = ")]
@@ -166,8 +167,8 @@ def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: P
 def test_log__of_a_run_that_goes_on_says_where(tmp_path: Path) -> None:
     run, lines, file = asked("elastic_bar"), list[str](), tmp_path / "checkpoint"
     with pytest.raises(Interrupted):
-        compute(run, tmp_path, threads=1, checkpoint=file, leave=after(10))
-    result = compute(run, tmp_path, threads=1, checkpoint=file, say=lines.append)
+        execute(run, tmp_path, threads=1, checkpoint=file, leave=after(10))
+    result = execute(run, tmp_path, threads=1, checkpoint=file, say=lines.append)
     assert result.provenance["checkpoint"] in lines
 
 
@@ -266,7 +267,7 @@ def simulate_a_little(observer: Any) -> None:
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RunResult]:
-    return {name: compute(asked(name), tmp_path_factory.mktemp(name), threads=1) for name in RUNS}
+    return {name: execute(asked(name), tmp_path_factory.mktemp(name), threads=1) for name in RUNS}
 
 
 def test_result__has_all_that_its_scenario_measures(
@@ -329,7 +330,7 @@ def shares_and_times_left(
     """What an observer says that sees the rest of a run, twenty times in the whole of it, once a second."""
     told: list[Progress] = []
     watched = observer_of(asked("thin_plate"), told.append)
-    monkeypatch.setattr("studies.execution.time", Clock())
+    monkeypatch.setattr("studies.observer.time", Clock())
     snapshot = start(watched.setting.problem, threads=1).snapshot()
     end = watched.setting.problem.end_time
     for number in range(round(20 * begun), 21):

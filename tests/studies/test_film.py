@@ -12,7 +12,7 @@ from solver.problem import Problem
 from solver.simulation import simulate, start
 from solver.state import Snapshot, records
 from studies import film
-from studies.execution import compute, observer_of
+from studies.execution import execute, observer_of
 from studies.film import Film
 from studies.run import Run
 from tests.studies.test_execution import BROKEN_OFF_AFTER, after, asked
@@ -28,7 +28,7 @@ def run() -> Run:
 @pytest.fixture(scope="module")
 def whole(run: Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
     folder = tmp_path_factory.mktemp("whole")
-    compute(run, folder, threads=1, film=True)
+    execute(run, folder, threads=1, film=True)
     return read(folder / "film.npz")
 
 
@@ -41,7 +41,7 @@ def broken_off(run: Run, folder: Path) -> Path:
     """A run that left; its checkpoint."""
     checkpoint = folder / "checkpoint.npz"
     with pytest.raises(Interrupted):
-        compute(
+        execute(
             run,
             folder,
             threads=1,
@@ -87,7 +87,7 @@ def test_film__has_its_arrays_in_single_precision(whole: dict[str, Any]) -> None
 
 
 def test_film__is_made_only_when_it_is_asked_for(run: Run, tmp_path: Path) -> None:
-    compute(run, tmp_path, threads=1)
+    execute(run, tmp_path, threads=1)
     assert not (tmp_path / "film.npz").exists()
 
 
@@ -155,7 +155,7 @@ def test_resume__gives_the_film_of_a_run_that_never_stopped(
     run: Run, whole: dict[str, Any], tmp_path: Path
 ) -> None:
     checkpoint = broken_off(run, tmp_path)
-    compute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
+    execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
     resumed = read(tmp_path / "film.npz")
     assert resumed.keys() == whole.keys()
     for name, values in whole.items():
@@ -175,7 +175,7 @@ def test_resume__without_the_frames_of_before_says_where_the_film_begins(
         before.write_bytes(before.read_bytes()[:100])
     else:
         Film(small_problem()).save(before)
-    compute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
+    execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
     resumed = read(tmp_path / "film.npz")
     assert not resumed["whole"]
     assert resumed["time"][0] > whole["time"][frames - 1]
@@ -185,8 +185,8 @@ def test_resume__without_the_frames_of_before_says_where_the_film_begins(
 def test_resume__of_a_run_that_was_not_filmed_so_far_begins_there(run: Run, tmp_path: Path) -> None:
     checkpoint = tmp_path / "checkpoint.npz"
     with pytest.raises(Interrupted):
-        compute(run, tmp_path, threads=1, checkpoint=checkpoint, leave=after(BROKEN_OFF_AFTER))
-    compute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
+        execute(run, tmp_path, threads=1, checkpoint=checkpoint, leave=after(BROKEN_OFF_AFTER))
+    execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
     assert not read(tmp_path / "film.npz")["whole"]
 
 

@@ -76,7 +76,7 @@ def test_simulated__leaves_out_what_no_simulation_reads(copper: Material) -> Non
 def test_with_value__changes_one_constant_and_its_source(copper: Material) -> None:
     stronger = copper.with_value("strength.A", 1e8)
     assert stronger.strength == JohnsonCook(1e8, 292e6, 0.31, 0.025, 1.09, 1.0)
-    assert stronger.source_of("strength.A").confidence == "user"
+    assert stronger.sources["strength.A"].confidence == "user"
     assert copper.value_at("strength.A") == 90e6
 
 
@@ -94,7 +94,7 @@ def test_paths__carry_si_units(copper: Material) -> None:
 def test_none__is_said_in_words_with_a_source() -> None:
     thesis = materials.load("copper-thesis-jc")
     assert thesis.thermal.melt_temperature is None
-    assert "temperature" in thesis.source_of("thermal.melt_temperature").source
+    assert "temperature" in thesis.sources["thermal.melt_temperature"].source
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_load__tells_everything_at_once(document: dict[str, Any]) -> None:
 
 def test_load__of_a_user_needs_no_word_of_confidence(document: dict[str, Any]) -> None:
     del document["density"]["confidence"]
-    assert materials.load(document).source_of("density").confidence == "user"
+    assert materials.load(document).sources["density"].confidence == "user"
 
 
 @pytest.mark.parametrize("given", [None, 3, "[]", []])

@@ -9,7 +9,7 @@ import pytest
 
 from solver import simulation
 from studies import execution, measurements
-from studies.execution import compute
+from studies.execution import execute
 from studies.measurements import Measurement, Reading
 from studies.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
 from studies.results import TOO_COARSE, RunResult
@@ -26,7 +26,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """A solved run of each family, in a folder."""
     found = {scenario: tmp_path_factory.mktemp(scenario) for scenario in RUNS}
     for scenario, folder in found.items():
-        compute(asked(scenario), folder, threads=1)
+        execute(asked(scenario), folder, threads=1)
     return found
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from studies import examples
-from studies.execution import setting_of
+from studies.execution import execute, setting_of
 from studies.measurements._view import View, view
 from studies.remeasure import load_state
 from studies.results import RunResult
-from studies.run import Run, execute
+from studies.run import Run
 from studies.sweep import Sweep
 from studies.sweep_document import read_yaml
 from tests.claims import Row, at_most, claim, within

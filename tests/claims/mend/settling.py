@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from studies import materials, scenarios
+from studies.execution import execute
 from studies.results import Measured, RunResult
-from studies.run import execute, resolve
+from studies.run import resolve
 from tests.claims import Row, at_most, claim
 from tests.claims.proven.robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
 

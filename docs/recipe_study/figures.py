@@ -8,7 +8,7 @@ from typing import Any
 import matplotlib
 from matplotlib import pyplot
 
-from studies.recipe_study.choice import change_of_hole, cost, eligible
+from docs.recipe_study.choice import change_of_hole, cost, eligible
 from studies.verification.plate_impact import PRESSURE, SHOCK_SPEED
 
 matplotlib.use("Agg")

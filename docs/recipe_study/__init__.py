@@ -1,6 +1,6 @@
 """The study that chose the default recipe: every numerical choice against exact answers, hole, crater and cost.
 
-``python -m studies.recipe_study DIRECTORY`` computes what is missing and writes ``results.json``; with the extra
+``python -m docs.recipe_study DIRECTORY`` computes what is missing and writes ``results.json``; with the extra
 ``figures`` installed it also draws. The page of conclusions is docs/recipe.md. The rule:
 
 1. A variant is out if a run of it fails, if the energy audit drifts by more than 1 %, or if single particles run away

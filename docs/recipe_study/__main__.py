@@ -1,4 +1,4 @@
-"""``python -m studies.recipe_study DIRECTORY``: compute the study, choose by its rule, and draw it."""
+"""``python -m docs.recipe_study DIRECTORY``: compute the study, choose by its rule, and draw it."""
 
 import json
 import sys
@@ -8,7 +8,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from studies.recipe_study.choice import (
+from docs.recipe_study.choice import (
     candidates,
     change_of_hole,
     converges,
@@ -21,7 +21,7 @@ from studies.recipe_study.choice import (
     total_cost,
     winner,
 )
-from studies.recipe_study.measure import (
+from docs.recipe_study.measure import (
     FINAL_CELLS,
     FINAL_SPEEDS,
     OFFSETS,
@@ -29,7 +29,7 @@ from studies.recipe_study.measure import (
     known,
     measured,
 )
-from studies.recipe_study.variants import Variant, scan, variants
+from docs.recipe_study.variants import Variant, scan, variants
 from studies.recipes import Recipe
 
 PROCESSES = 2
@@ -48,7 +48,7 @@ def main(directory: Path) -> None:
     print(text)
     print(f"chosen: {winner(scanned, finals)}")
     try:
-        from studies.recipe_study.figures import draw, draw_finals
+        from docs.recipe_study.figures import draw, draw_finals
     except ImportError:
         print("the figures need matplotlib: pip install 'whipple[figures]'")
         return

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import WhippleError
+from studies.execution import execute
 from studies.recipes import Recipe
 from studies.results import RunResult
-from studies.run import execute
 from studies.sweep import Sweep
 from studies.verification._hugoniot import Solid
 from studies.verification.bar_contact import contact_and_rebound
