@@ -15,6 +15,7 @@ from service.jobs import Scope
 from service.keys import allows
 from service.live import Live
 from service.metrics import Metrics
+from service.partial_cubes import PartialCubes
 from service.requests import Observed
 from service.routes import (
     catalogue,
@@ -29,7 +30,6 @@ from service.routes import (
 )
 from service.schemas import problem_schemas
 from service.settings import Settings
-from service.slices import Slices
 from service.store import Store
 from service.version import version
 
@@ -43,7 +43,7 @@ GUARDED = (
 # Alive, ready, version: asked by machines that have no key; and what the interface is.
 OPEN = (health.router, pages.docs_router)
 STATIC = Path(__file__).parent / "static"
-CACHE = "cache"  # folder of parts of cubes, in the data directory
+CACHE = "cache"  # folder of partial cubes, in the data directory
 PROBLEM: dict[str, Any] = {
     "description": "a problem document (RFC 9457)",
     "content": {errors.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
@@ -62,7 +62,7 @@ def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[Fast
         check_binding(settings, has_keys=store.has_keys())
         with start_engine(settings, store) as engine:
             app = build_app(settings, store, engine)
-            with closing(app.state.slices), closing(app.state.live):
+            with closing(app.state.live):
                 yield app
 
 
@@ -82,7 +82,7 @@ def build_app(settings: Settings, store: Store, engine: Engine) -> FastAPI:
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.live, app.state.metrics = live, metrics
     app.state.lookout = health.Lookout()
-    app.state.slices = Slices(settings.data / CACHE)
+    app.state.partial_cubes = PartialCubes(settings.data / CACHE)
     for router in OPEN:
         app.include_router(router)
     for router in GUARDED:

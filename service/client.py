@@ -12,7 +12,7 @@ import json
 import os
 import time
 import uuid
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -45,7 +45,6 @@ POLL_SECONDS = 1.0  # how often ``wait`` asks
 PATIENCE = 30.0  # s, for a service that has answered and is gone, or too busy
 
 Document = Mapping[str, Any] | str | Path  # of a sweep, or its YAML or JSON file
-At = Mapping[str, str | float | Sequence[str | float]]  # values on axes
 
 
 class StillRunning(WhippleError):
@@ -302,19 +301,6 @@ class SweepHandle:
         first = {"Range": "bytes=0-0"}
         self._connection.text(f"{self._path}/cube.nc", headers=first)  # says why, if there is none
         return open_remote(f"{self.client.url}{self._path}/cube.nc", self._connection.headers)
-
-    def slice(self, *variables: str, at: At | None = None, partial: bool = False) -> dict[str, Any]:
-        """Some variables (none named: what was measured) at some values of the axes, as plain objects.
-
-        ``at={"speed": "6 km/s", "plate_thickness": ["2 mm", "3 mm"]}``; a range is ``"2 km/s..4 km/s"``,
-        numbers are SI. ``partial``: also before the end, what there is until now.
-        """
-        query: list[tuple[str, str]] = [("variable", name) for name in variables]
-        for axis, values in (at or {}).items():
-            several = [values] if isinstance(values, str | int | float) else values
-            query += [(axis, str(value)) for value in several]
-        query.append(("partial", str(partial).lower()))
-        return self._connection.json("GET", f"{self._path}/slice", params=query)
 
     # --- orders ----------------------------------------------------------------------------------
 

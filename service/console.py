@@ -115,7 +115,7 @@ def _brief(value: Any) -> str:
 
 
 def _values(values: Mapping[str, Any], units: Mapping[str, str | None]) -> str:
-    """Named values, each as a sweep or a slice takes it: "speed=3 km/s"."""
+    """Named values, each as a sweep takes it: "speed=3 km/s"."""
     from studies.observations import written
 
     return ", ".join(f"{name}={written(value, units.get(name))}" for name, value in values.items())

@@ -71,8 +71,8 @@ class Busy(WhippleError):
     """So many already ask for this that one more would only make all of them slower."""
 
 
-class SliceFailed(WhippleError):
-    """A part of a cube could not be made."""
+class PartialCubeFailed(WhippleError):
+    """The cube of a sweep that has not ended could not be made."""
 
 
 class NoKey(WhippleError):
@@ -141,8 +141,10 @@ PROBLEMS: Mapping[type[Exception], Problem] = {
     ),
     NoKey: Problem(HTTPStatus.UNAUTHORIZED, "no-key", "This needs a valid API key"),
     NotAllowed: Problem(HTTPStatus.FORBIDDEN, "not-allowed", "This API key may not do that"),
-    SliceFailed: Problem(
-        HTTPStatus.INTERNAL_SERVER_ERROR, "slice-failed", "This part of the cube could not be made"
+    PartialCubeFailed: Problem(
+        HTTPStatus.INTERNAL_SERVER_ERROR,
+        "partial-cube-failed",
+        "The partial cube could not be made",
     ),
     Busy: Problem(HTTPStatus.SERVICE_UNAVAILABLE, "busy", "Too many ask for this at once", 5),
     UnsupportedMediaType: Problem(

@@ -1,6 +1,6 @@
 """From a sweep's runs to the three files of its result: cube, report, and its twin.
 
-This is the one call of the service's child process. The report is made from the cube as it was read
+The service calls it in a child process. The report is made from the cube as it was read
 back from the disk, so that nothing can be in the report that is not in the file.
 """
 
@@ -28,11 +28,7 @@ def publish(
     of a run that left none; a run that is not in it is "missing". Each file appears whole or not at
     all, and replaces what was there.
     """
-    from studies.sweep import ACCEPTED, Sweep
-
-    results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
-    sweep = Sweep.parse(sweep_document, ACCEPTED)
-    return publish_sweep(sweep, results, Path(directory))
+    return publish_sweep(*_parsed(sweep_document, outcomes), Path(directory))
 
 
 def publish_sweep(
@@ -47,6 +43,32 @@ def publish_sweep(
     write_text(files[TWIN], report.as_json(said))
     write_text(files[PAGE], page.page(said))
     return {name: str(file) for name, file in files.items()}
+
+
+def write_partial(
+    sweep_document: Mapping[str, Any],
+    outcomes: Mapping[str, Mapping[str, Any]],
+    file: Path,
+    *,
+    state: str,
+) -> Path:
+    """Write the cube of a sweep that has not ended; its attributes say so, with ``state``.
+
+    The numbers of a run that is ``pending`` or ``running`` are NaN.
+    """
+    dataset = cube.build(*_parsed(sweep_document, outcomes))
+    comment = f"Not complete: the sweep was {state}. {dataset.attrs['comment']}"
+    return cube.write(dataset.assign_attrs(sweep_state=state, comment=comment), file)
+
+
+def _parsed(
+    document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]
+) -> tuple[Any, dict[str, Any]]:
+    """A sweep and the results of its runs, as records."""
+    from studies.sweep import ACCEPTED, Sweep
+
+    results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
+    return Sweep.parse(document, ACCEPTED), results
 
 
 def outcome_from_json(plain: Mapping[str, Any]) -> Any:

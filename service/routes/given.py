@@ -16,9 +16,9 @@ from service.errors import BodyTooLarge, Malformed, ServiceNotReady, Unsupported
 from service.jobs import PRIORITIES, Keep, Submission
 from service.keys import Submitter
 from service.live import Live
+from service.partial_cubes import PartialCubes
 from service.queue_schemas import Change
 from service.settings import Settings
-from service.slices import Slices
 from service.store import Store
 from studies.errors import Finding, InvalidInput
 from studies.nearest import shown
@@ -58,9 +58,9 @@ def the_artifacts(request: Request) -> Artifacts:
     return Artifacts(request.app.state.settings.data)
 
 
-def the_slices(request: Request) -> Slices:
-    """What makes parts of cubes."""
-    return request.app.state.slices
+def the_partial_cubes(request: Request) -> PartialCubes:
+    """The cubes of sweeps that have not ended."""
+    return request.app.state.partial_cubes
 
 
 def the_live(request: Request) -> Live:
@@ -71,7 +71,7 @@ def the_live(request: Request) -> Live:
 StoreGiven = Annotated[Store, Depends(the_store)]
 SettingsGiven = Annotated[Settings, Depends(the_settings)]
 ArtifactsGiven = Annotated[Artifacts, Depends(the_artifacts)]
-SlicesGiven = Annotated[Slices, Depends(the_slices)]
+PartialCubesGiven = Annotated[PartialCubes, Depends(the_partial_cubes)]
 LiveGiven = Annotated[Live, Depends(the_live)]
 
 SweepId = Annotated[str, Path(description="what the answer to the submission said")]

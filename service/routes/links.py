@@ -16,7 +16,6 @@ OF_A_SWEEP = (
     "get_cube_nc",
     "get_report_html",
     "get_report_json",
-    "show_slice",
 )
 OF_A_RUN = ("show_run", "list_files", "list_run_events", "download_log")
 

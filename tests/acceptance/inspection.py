@@ -105,7 +105,7 @@ def _folders_that_count(store: Store, artifacts: Artifacts) -> list[Path]:
 
 
 def _cached(artifacts: Artifacts) -> list[Path]:
-    """What was made of cubes, and is sent again to whoever asks the same."""
+    """Partial cubes, which are sent again to whoever asks the same."""
     return [file for file in artifacts.root.glob(f"{CACHE}/*.*") if not file.match(PART)]
 
 

@@ -389,19 +389,6 @@ def test_orders__priority_keep_and_the_queue(api: Api, url: str) -> None:
     api.compute()
 
 
-def test_slice__asks_for_what_is_meant() -> None:
-    client, sent = scripted(httpx.Response(200, json={"dims": {}}))
-    at: dict[str, Any] = {"speed": ["2 km/s", 3000.0], "plate_thickness": "2 mm..4 mm"}
-    assert client.sweep("x").slice("hole_diameter", at=at, partial=True) == {"dims": {}}
-    assert sent[0].url.params.multi_items() == [
-        ("variable", "hole_diameter"),
-        ("speed", "2 km/s"),
-        ("speed", "3000.0"),
-        ("plate_thickness", "2 mm..4 mm"),
-        ("partial", "true"),
-    ]
-
-
 def test_something__that_is_no_service_is_given_up() -> None:
     with socket.socket() as deaf:
         deaf.bind(("127.0.0.1", 0))

@@ -26,8 +26,8 @@ from schemathesis.specs.openapi.checks import (
 
 from service.app import build_app
 from service.jobs import Scope
+from service.partial_cubes import PartialCubes
 from service.settings import Settings
-from service.slices import Slices
 from service.store import Store
 from tests.service.api import Api, open_api, sweep_of
 
@@ -96,14 +96,12 @@ class Stage:
         await self.app(scope, receive, send)
 
 
-class NoCuts(Slices):
-    """Gives the same part of every cube: the files of these tests are no cubes."""
+class SamePartialCube(PartialCubes):
+    """Gives the same file for every sweep: the results of these tests are empty."""
 
-    def _made(self, question: Any, form: str, order: Any) -> tuple[Path, str]:
-        file = self._folder / f"part.{form}"
+    def _make(self, file: Path, order: str) -> None:
         file.parent.mkdir(exist_ok=True)
         file.write_text("{}")
-        return file, "44136fa355b3678a1146ad16f7e8649e94fb4fc21fe77e8310c060f61caaff8a"
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +111,7 @@ def described(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Described]:
         _, secret = store.create_key("anna", [Scope.ADMIN])
     with open_api(folder, host="0.0.0.0", allowed_hosts=(HOST, "testserver")) as api:
         app: Any = api.http.app
-        app.state.slices = NoCuts(folder / "cache")
+        app.state.partial_cubes = SamePartialCube(folder / "cache")
         headers = {"Authorization": f"Bearer {secret}", "Host": HOST}
         sweeps, runs = [], []
         for number in range(8):
@@ -142,7 +140,7 @@ def described_by(document: dict[str, Any], app: Any) -> Any:
 
 def excluded(case: Any) -> list[Any]:
     """Checks that do not apply: a sweep that was cancelled before its first result has no files."""
-    is_file = case.operation.path.endswith((".nc", ".html", ".json", "/slice"))
+    is_file = case.operation.path.endswith((".nc", ".html", ".json"))
     return [*EXCLUDED, ensure_resource_availability] if is_file else EXCLUDED
 
 
@@ -211,7 +209,7 @@ def test_sequences__of_operations_answer_as_they_are_described(
             self.parts = ExitStack()
             self.api = self.parts.enter_context(open_api(next(folders)))
             app: Any = self.api.http.app
-            app.state.slices = NoCuts(self.api.settings.data / "cache")
+            app.state.partial_cubes = SamePartialCube(self.api.settings.data / "cache")
             described.stage.app = app
 
         def teardown(self) -> None:

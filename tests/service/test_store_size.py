@@ -196,7 +196,7 @@ def statements_for(filled: Filled, page: str, folder: Path, *, with_key: bool) -
     _write_files(filled, Artifacts(folder))
     app = build_app(Settings(data=folder), store, NoEngine())
     given = {"Authorization": f"Bearer {filled.secret}"} if with_key else {}
-    with closing(app.state.slices), closing(app.state.live), statements(store) as sent:
+    with closing(app.state.live), statements(store) as sent:
         answer = TestClient(app, base_url=ADDRESS, headers=given).get(PAGES[page](filled))
     assert answer.status_code == 200, answer.text
     return len([one for one in sent if not one.startswith("BEGIN")])

@@ -1,29 +1,26 @@
-"""Parts of a cube over HTTP: made in a process of their own, within limits, and kept a while."""
+"""Partial cubes over HTTP, made by a child process within limits; cubes opened over HTTP."""
 
 import itertools
 import json
 import os
-import signal
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import httpx
 import numpy as np
-import psutil
 import pytest
 import xarray as xr
 
-from service import slices
+from service.errors import PartialCubeFailed
 from service.jobs import Claim, Result
+from service.partial_cubes import MOST_FILES, PartialCubes
 from studies import cube
 from studies.publish import outcome_from_json
 from studies.results import Measured, RunResult
 from studies.sweep import Sweep
 from tests.service.api import FILES, SWEEP, Api, open_api, served
-from tests.service.doubles import is_gone, wait_until
 
 FRESH = itertools.count(4000)  # m/s, speeds that no run has yet
 
@@ -49,8 +46,7 @@ def finish(api: Api, claim: Claim) -> None:
 
 @pytest.fixture(scope="module")
 def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
-    with open_api(tmp_path_factory.mktemp("slices")) as opened:
-        opened.http.app.state.slices._seconds = 600.0  # type: ignore[attr-defined]
+    with open_api(tmp_path_factory.mktemp("cubes")) as opened:
         yield opened
 
 
@@ -97,100 +93,6 @@ def half(api: Api, published: str) -> Half:
     first, second = api.store.claim(2, api.epoch())
     finish(api, first)
     return Half(api, id, second)
-
-
-def child_of(api: Api) -> psutil.Process | None:
-    child = api.http.app.state.slices._child  # type: ignore[attr-defined]
-    return None if child is None else psutil.Process(child.pid)
-
-
-# --- slices -----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("speed", ["6 km/s", "6000"])
-def test_slice__is_the_value_at_a_point(api: Api, published: str, speed: str) -> None:
-    response = api.http.get(f"{published}/slice", params={"speed": speed})
-    assert response.status_code == 200, response.text
-    assert response.headers["Content-Type"] == "application/json"
-    part = response.json()
-    assert part["coords"]["speed"] == {**part["coords"]["speed"], "unit": "m s-1", "values": 6e3}
-    hole = part["variables"]["hole_diameter"]
-    assert (hole["dims"], hole["unit"], hole["values"]) == ([], "m", hole_at(6000))
-    assert part["variables"]["hole_diameter_uncertainty"]["values"] == 1e-4
-
-
-def test_slice__is_netcdf_on_request(api: Api, published: str, tmp_path: Path) -> None:
-    query = {"variable": "hole_diameter", "speed": "..5 km/s", "format": "nc"}
-    response = api.http.get(f"{published}/slice", params=query)
-    assert response.headers["Content-Type"] == "application/x-netcdf"
-    assert response.headers["Content-Disposition"].startswith("attachment")
-    (tmp_path / "part.nc").write_bytes(response.content)
-    with xr.open_dataset(tmp_path / "part.nc") as part:
-        assert part.hole_diameter.values.tolist() == [hole_at(3000)]
-
-
-def test_slice__is_made_once_and_not_sent_twice(
-    api: Api, published: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = api.http.get(f"{published}/slice?variable=hole_diameter&speed=3000")
-
-    def fail(*_: Any) -> None:
-        raise AssertionError("it is made already")
-
-    monkeypatch.setattr(slices, "_line_from", fail)
-    again = api.http.get(f"{published}/slice?speed=3000&variable=hole_diameter")
-    assert again.content == first.content
-    tag = {"If-None-Match": first.headers["ETag"]}
-    unchanged = api.http.get(f"{published}/slice?variable=hole_diameter&speed=3000", headers=tag)
-    assert unchanged.status_code == 304
-
-
-@pytest.mark.parametrize(
-    ("query", "field", "cure"),
-    [
-        ("variable=hole_diametr", "variable", "hole_diameter"),
-        ("sped=3000", "sped", "speed"),
-        ("speed=3100", "speed", ".."),
-        ("speed=2 kg", "speed", "km/s"),
-        ("format=xml", "query.format", ""),
-        ("partial=perhaps", "query.partial", ""),
-        ("speed=" + "1" * 300, "query", "range"),
-        ("&".join(["speed=3000"] * 300), "query", "range"),
-    ],
-)
-def test_slice__of_what_is_not_there_is_refused_with_a_cure(
-    api: Api, published: str, query: str, field: str, cure: str
-) -> None:
-    response = api.http.get(f"{published}/slice?{query}")
-    assert response.status_code == 422, response.text
-    [error] = response.json()["errors"]
-    assert error["field"] == field
-    assert cure in error["cure"]
-
-
-def test_slice__before_the_end_is_a_409_unless_partial(half: Half) -> None:
-    api, here = half.api, half.address
-    assert api.http.get(f"{here}/slice").status_code == 409
-    part = api.http.get(f"{here}/slice?partial=true").json()
-    assert part["sweep_state"] == "running, 1 of 2 runs have a result"
-    values = part["variables"]["hole_diameter"]["values"]
-    assert sorted(value is None for value in values) == [False, True]
-
-
-def test_slice__of_a_damaged_cube_says_so(half: Half) -> None:
-    api, here = half.api, half.address
-    finish(api, half.running)
-    api.compute()  # publishes a cube that is none
-    response = api.http.get(f"{here}/slice")
-    assert response.status_code == 500
-    assert "request_id" in response.json()["detail"]
-    assert str(api.settings.data) not in response.text
-    stored = api.store.artifact(half.id, "cube.nc")
-    (api.settings.data / stored.path).write_bytes(b"changed by hand")
-    assert "damaged" in api.http.get(f"{here}/slice").json()["detail"]
-
-
-# --- partial cubes ----------------------------------------------------------------------------------
 
 
 def test_partial_cube__has_what_there_is_and_says_so(half: Half, tmp_path: Path) -> None:
@@ -242,38 +144,39 @@ def test_partial_cube__without_the_files_of_a_run_says_that(half: Half, tmp_path
         assert any("damaged" in str(reason) for reason in opened.run_reason.values)
 
 
-# --- the process ------------------------------------------------------------------------------------
+def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id(half: Half) -> None:
+    api, here = half.api, half.address
+    api.store.finish(half.running, api.result(half.running.id))  # its result is "{}"
+    response = api.http.get(f"{here}/cube.nc?partial=true")
+    assert response.status_code == 500
+    assert "request_id" in response.json()["detail"]
+    assert str(api.settings.data) not in response.text
 
 
-def test_child__is_one_and_opens_the_datasets_of_all_requests(api: Api, published: str) -> None:
-    with ThreadPoolExecutor(4) as pool:
-        speeds = ["3000..", "..3000", "6000..", "..6000"]
-        got = list(pool.map(lambda one: api.http.get(f"{published}/slice?speed={one}"), speeds))
-    assert {response.status_code for response in got} == {200}
-    child = child_of(api)
-    assert child is not None
-    libraries = Path(f"/proc/{child.pid}/maps").read_text().lower()
-    assert "_netcdf4" in libraries
-
-
-def test_child__that_was_killed_is_replaced(api: Api, published: str) -> None:
-    api.http.get(f"{published}/slice?speed=3000..3001")
-    child = child_of(api)
-    assert child is not None
-    os.kill(child.pid, signal.SIGKILL)
-    wait_until(lambda: is_gone(child.pid))
-    assert api.http.get(f"{published}/slice?speed=3000..3002").status_code == 200
-
-
-def test_cache__makes_room_for_what_is_asked_for(
-    api: Api, published: str, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("limit", "words"), [({"seconds": 0}, "0 s"), ({"memory": 1 << 26}, "log")]
+)
+def test_partial_cube__beyond_a_limit_is_refused_and_leaves_no_file(
+    tmp_path: Path, limit: dict[str, int], words: str
 ) -> None:
-    monkeypatch.setattr(slices, "MOST_FILES", 3)
-    for end in range(7000, 7006):
-        assert api.http.get(f"{published}/slice?speed=..{end}").status_code == 200
-    kept = list((api.settings.data / "cache").iterdir())
-    assert len(kept) <= 3
-    assert all(len(file.stem) == 64 for file in kept)
+    cubes = PartialCubes(tmp_path / "cache", **limit)
+    with pytest.raises(PartialCubeFailed, match=words):
+        cubes.file(SWEEP, [], tmp_path, "running")
+    assert not list((tmp_path / "cache").iterdir())
+
+
+def test_partial_cubes__that_were_used_last_are_kept(half: Half) -> None:
+    api, folder = half.api, half.api.settings.data / "cache"
+    folder.mkdir(exist_ok=True)
+    for number in range(MOST_FILES + 5):
+        (folder / f"{number}.nc").touch()
+        os.utime(folder / f"{number}.nc", (number, number))
+    first = api.http.get(f"{half.address}/cube.nc?partial=true")
+    assert first.status_code == 200
+    kept = {file.name for file in folder.iterdir()}
+    assert len(kept) == MOST_FILES
+    assert f"{MOST_FILES + 4}.nc" in kept
+    assert "0.nc" not in kept
 
 
 # --- from afar --------------------------------------------------------------------------------------
