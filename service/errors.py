@@ -52,14 +52,6 @@ class ServiceNotReady(WhippleError):
     """The service answers, but cannot do its work now."""
 
 
-class NotSatisfiable(WhippleError):
-    """A part of a file is asked for that begins behind its end."""
-
-    def __init__(self, size: int):
-        super().__init__(f"the file has {size} bytes; ask for a part that begins before its end")
-        self.headers = {"Content-Range": f"bytes */{size}"}
-
-
 class Changed(WhippleError):
     """A file is asked for as it was, and it is another now."""
 
@@ -129,9 +121,6 @@ PROBLEMS: Mapping[type[Exception], Problem] = {
     Conflict: Problem(HTTPStatus.CONFLICT, "conflict", "The state does not allow this"),
     BodyTooLarge: Problem(
         HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "body-too-large", "The body is too long"
-    ),
-    NotSatisfiable: Problem(
-        HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE, "range", "The file has no such part"
     ),
     Changed: Problem(HTTPStatus.PRECONDITION_FAILED, "changed", "The file is another one now"),
     KeyReused: Problem(

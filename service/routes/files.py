@@ -1,8 +1,4 @@
-"""Cube and report as files: bytes with a checksum, never opened here.
-
-The strong entity tag is the file's SHA-256, so a client that has the file is answered 304, and one
-that has a part of it can ask for the rest (Range, If-Range).
-"""
+"""Cube and report as files: bytes with a checksum, never opened here."""
 
 import re
 from typing import Annotated

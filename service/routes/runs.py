@@ -3,14 +3,14 @@
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request, Response
+from fastapi.responses import FileResponse
 
-from service.artifacts import LOG, OF_A_RUN, Artifacts
+from service.artifacts import LOG, OF_A_RUN
 from service.downloads import Offer, send
 from service.jobs import NotFound, State
 from service.routes.given import ArtifactsGiven, RunId, StoreGiven
 from service.routes.serving import served_as, serves
 from service.schemas import FileList, RunModel, RunQuestion
-from service.store import Store
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
 
@@ -59,16 +59,18 @@ def download_file(
 def download_log(
     id: RunId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
 ) -> Response:
-    return send(request, _log(store, artifacts, id))
-
-
-def _log(store: Store, artifacts: Artifacts, id: str) -> Offer:
-    """The log that was registered with the result; while the run is computed, that of the attempt."""
-    filename, media_type = f"{id}-{LOG}", served_as(LOG)
     registered = [stored for stored in store.run_files(id) if stored.name == LOG]
     last = store.known_attempts([id]).get(id)
     if last is None or last.token is None:
         raise NotFound("log", id)
+    filename, media_type = f"{id}-{LOG}", served_as(LOG)
     if registered and last.state not in (State.RUNNING, State.CANCELLING):
-        return Offer(artifacts.path(registered[0]), media_type, filename, registered[0].sha256)
-    return Offer(artifacts.log_of(id, last.attempt, last.token), media_type, filename)
+        [log] = registered
+        return send(request, Offer(artifacts.path(log), media_type, filename, log.sha256))
+    file = artifacts.log_of(id, last.attempt, last.token)
+    if not file.is_file():
+        raise NotFound("log", id)
+    if "range" in request.headers:
+        return FileResponse(file, media_type=media_type)
+    # ``FileResponse`` would send more than it announced of a file that grows; a log has at most 16 MiB.
+    return Response(file.read_bytes(), media_type=media_type)
