@@ -90,8 +90,6 @@ class Care:
 
     def _is_due(self, leftover: Leftover) -> bool:
         """Whether it may go now."""
-        if leftover.why is Why.STRANGER:
-            return False
         if leftover.why in AT_ONCE:
             return True
         if leftover.why is Why.DRAFT or not self._space.is_short():

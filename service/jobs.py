@@ -391,11 +391,3 @@ class Tally:
     )  # how many of the given edges are below the measured seconds; None: not measured
     jobs: int
     seconds: float  # of all of them
-
-
-@dataclass(frozen=True)
-class Schema:
-    """The number of a store's tables, as found and as this version of the service makes them."""
-
-    found: str | None  # None: there are no tables yet
-    newest: str

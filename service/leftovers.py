@@ -1,8 +1,8 @@
 """Files in the data directory that no longer count, and why; found without deleting anything.
 
-What counts is the folder of a job's last attempt, and whatever a row points to. A run or sweep that
-the store does not know is a stranger: the directory belongs to another database, or is newer than a
-backup that was restored. Strangers are only told of.
+What counts is the folder of a job's last attempt, and whatever a row points to. The folder of a
+run or sweep that the store does not know stays: the directory belongs to another database, or is newer than a
+backup that was restored.
 """
 
 import re
@@ -14,13 +14,12 @@ from pathlib import Path
 from typing import TypeVar
 
 from service.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
-from service.jobs import KEPT_BY, TERMINAL, Attempt, State, Stored, SweepRow
+from service.jobs import KEPT_BY, TERMINAL, Attempt, State, Stored
 from service.store import Store
 
 ATTEMPT = re.compile(r"a(\d+)-[0-9a-f]+")
 SHARD = re.compile("[0-9a-f]{2}")
 FILES_ON_A_PAGE = 1000
-SWEEPS_ON_A_PAGE = 500
 
 Item = TypeVar("Item")
 PART_OF_ALL = 50  # folders that are looked at together
@@ -39,7 +38,6 @@ class Why(StrEnum):
     DROPPED = "no longer kept"
     DELETED = "of a sweep that was deleted"
     FORGOTTEN = "of a run that no sweep has had for long"
-    STRANGER = "of a run or sweep that the database does not know"
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,6 @@ class Counted:
 
     attempt: Attempt  # the last
     registered: Set[Path]  # files that rows point to
-    kept: Set[str]  # names of KEPT_BY that a sweep keeps
 
 
 class Leftovers:
@@ -74,34 +71,19 @@ class Leftovers:
         self._store = store
         self._artifacts = artifacts
 
-    def shards(self) -> list[Path]:
-        """The folders that runs are spread over."""
-        return _folders(self._artifacts.root / RUNS, SHARD)
-
-    def sweep_ids(self) -> list[str]:
-        """Sweeps that have a folder."""
-        return [folder.name for folder in _folders(self._artifacts.root / SWEEPS, ID)]
-
-    def of_shard(self, shard: Path) -> Iterator[Leftover]:
-        """What is left over of the runs in one shard."""
-        for folders in _in_parts(_folders(shard, ID)):
-            yield from self._of_runs(folders)
-
     def _of_runs(self, folders: Sequence[Path]) -> Iterator[Leftover]:
         """What is left over of neighbours in the order of ids: a few statements for all of them."""
         ids = [folder.name for folder in folders]
         known, registered = self._store.known_attempts(ids), self._registered(ids)
-        kept = self._store.kept_names(ids)
         forgotten = self._store.forgotten_runs([id for id in ids if id not in known])
         for folder in folders:
             id = folder.name
             if id in known:
-                counts = Counted(known[id], registered[id], kept.get(id, frozenset()))
-                yield from _of_run(folder, counts)
-            else:
-                yield Leftover(folder, Why.FORGOTTEN if id in forgotten else Why.STRANGER)
+                yield from _of_run(folder, Counted(known[id], registered[id]))
+            elif id in forgotten:
+                yield Leftover(folder, Why.FORGOTTEN)
 
-    def of_sweeps(self, ids: Sequence[str]) -> Iterator[Leftover]:
+    def _of_sweeps(self, ids: Sequence[str]) -> Iterator[Leftover]:
         """What is left over of these sweeps."""
         deleted = self._store.forgotten(ids)
         for id in ids:
@@ -113,30 +95,11 @@ class Leftovers:
 
     def parts(self) -> Iterator[Iterator[Leftover]]:
         """What is left over of everything, in parts that take a moment each."""
-        for ids in _in_parts(self.sweep_ids()):
-            yield self.of_sweeps(ids)
-        for shard in self.shards():
+        for folders in _in_parts(_folders(self._artifacts.root / SWEEPS, ID)):
+            yield self._of_sweeps([folder.name for folder in folders])
+        for shard in _folders(self._artifacts.root / RUNS, SHARD):
             for folders in _in_parts(_folders(shard, ID)):
                 yield self._of_runs(folders)
-
-    def strange_sweeps(self) -> Iterator[Leftover]:
-        """Folders of sweeps that the store never had; looks at every sweep."""
-        found = self.sweep_ids()
-        known = {row.id for row in self._all_sweeps()} | self._store.forgotten(found)
-        return (
-            Leftover(self._artifacts.sweep_folder(id), Why.STRANGER)
-            for id in found
-            if id not in known
-        )
-
-    def _all_sweeps(self) -> Iterator[SweepRow]:
-        cursor: str | None = None
-        while True:
-            page = self._store.sweeps(cursor=cursor, limit=SWEEPS_ON_A_PAGE)
-            yield from page.items
-            cursor = page.next_cursor
-            if cursor is None:
-                return
 
     def _of_sweep(self, id: str, attempts: Sequence[Path]) -> Iterator[Leftover]:
         """Publications that were replaced; the youngest never is, and may be under way."""
@@ -186,15 +149,11 @@ def _of_run(folder: Path, counts: Counted) -> Iterator[Leftover]:
 
 
 def _of_attempt(folder: Path, counts: Counted) -> Iterator[Leftover]:
-    """What is left over in the folder that counts, once nobody writes there.
-
-    A file that a sweep keeps counts though no row points to it: older versions registered none.
-    """
+    """What is left over in the folder that counts, once nobody writes there."""
     for file in folder.glob(PART):
         yield Leftover(file, Why.PART)
     for name in KEPT_BY:
-        is_counted = name in counts.kept or folder / name in counts.registered
-        if not is_counted and (folder / name).exists():
+        if folder / name not in counts.registered and (folder / name).exists():
             yield Leftover(folder / name, Why.DROPPED)
 
 

@@ -12,12 +12,11 @@ from service.jobs import Cause, Kind
 from service.reign import Parts
 from service.settings import Settings
 from service.store import Store
-from service.version import version
 from solver.errors import WhippleError
 
 
 class NoStore(WhippleError):
-    """There is no database to work on, or it is of another version."""
+    """There is no database to work on."""
 
 
 @contextmanager
@@ -32,13 +31,7 @@ def open_store(settings: Settings, *, make: bool = False) -> Iterator[Store]:
     if not make and not has_database(settings):
         cure = "give --data DIR, or set WHIPPLE_DATA or WHIPPLE_DATABASE_URL"
         raise NoStore(f"there is no database in {settings.data.absolute()}; {cure}")
-    schema = Store.schema(settings.url)
-    is_new = schema.found is None and make
-    if schema.found != schema.newest and not is_new:
-        raise NoStore(
-            f"the database has tables of version {schema.found}, and this is whipple {version()}, which "
-            f"knows {schema.newest}; see `whipple doctor`"
-        )
+    is_new = make and Store.revision(settings.url) is None
     with closing(Store.open(settings.url, migrate=is_new)) as store:
         yield store
 

@@ -31,9 +31,6 @@ app.add_typer(keys, name="keys", help="API keys: who may ask a service that list
 
 SPAN = re.compile(r"(\d{1,6})([dhm])")
 UNITS = {"d": "days", "h": "hours", "m": "minutes"}
-Every = Annotated[
-    bool, typer.Option("--every-file", help="Look at the digest of every file, not of a sample.")
-]
 
 
 # --- keys -----------------------------------------------------------------------------------------
@@ -99,14 +96,14 @@ def revoke_key(
 
 
 @app.command()
-def doctor(every_file: Every = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
-    """Look whether all is as it should be, and say what to do where it is not. Ends with 1 if something is wrong."""
+def doctor(data: Data = None, database_url: DatabaseUrl = None) -> None:
+    """Check data directory, store and workers, with a cure for what is wrong. Ends with 1 if something is."""
     from service.console import print_check
     from service.doctor import Verdict, examine
 
     settings = settings_of(data=data, database_url=database_url)
     wrong = 0
-    for check in examine(settings, every_file=every_file):
+    for check in examine(settings):
         print_check(check)
         wrong += check.verdict is Verdict.WRONG
     raise typer.Exit(WRONG if wrong else FINE)

@@ -1,7 +1,6 @@
 """What the care of the data directory asks of the rows: which files still count."""
 
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
@@ -38,17 +37,6 @@ class Care(Part):
                     connection.execute(_keep_less(job_id, file.name))
                     dropped.append((job_id, file))
         return tuple(dropped)
-
-    def kept_names(self, run_ids: Iterable[str]) -> Mapping[str, Set[str]]:
-        """Files that a sweep keeps now of each of these runs, among those that not every one does."""
-        query = sa.select(POINTS.c.run_id, SWEEPS.c.keep).distinct()
-        query = query.join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
-        kept: dict[str, set[str]] = defaultdict(set)
-        with self._database.reading() as connection:
-            for batch in batches(run_ids):
-                for row in connection.execute(query.where(POINTS.c.run_id.in_(batch))):
-                    kept[row.run_id] |= {n for n, k in KEPT_BY.items() if row.keep in at_least(k)}
-        return kept
 
     def forget_files(self, job_id: str, names: Iterable[str]) -> None:
         """Files that are no longer there."""

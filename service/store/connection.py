@@ -21,7 +21,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import Schema, StoreUnavailable
+from service.jobs import StoreUnavailable
 from service.store.tables import CONTROL
 
 BUSY_MILLISECONDS = 20_000  # how long a writer waits for others before it says "locked"
@@ -53,8 +53,9 @@ POSTGRESQL = {
 class Database:
     """Where the tables are; every use of it is one short transaction."""
 
-    def __init__(self, url: str):
+    def __init__(self, url: str, migrations: str = "service:migrations"):
         self.url = sa.make_url(url)
+        self._migrations = migrations
         self._mutex = threading.Lock()  # writers of this process wait without a connection
         if self.is_sqlite:
             self._engine = sa.create_engine(self.url, **CONNECTIONS)
@@ -92,30 +93,52 @@ class Database:
         return self._engine.execution_options(patience=milliseconds)
 
     def migrate(self) -> None:
-        """Bring the tables up to date; raises StoreUnavailable if a younger service made them."""
+        """Make the tables, or bring them up to date; raises StoreUnavailable for those of an unknown revision."""
         from alembic import command
-        from alembic.util import CommandError
 
         with self._alone(), _transaction(self._engine) as connection:
             if not self.is_sqlite:
                 connection.execute(sa.select(sa.func.pg_advisory_xact_lock(MIGRATION_LOCK)))
-            steps = _steps()
+            found = _revision(connection)
+            if found is not None and found not in self._revisions():
+                raise self._refusal(found)
+            steps = self._steps()
             steps.attributes["connection"] = connection
-            try:
-                command.upgrade(steps, "head")
-            except CommandError as error:
-                cure = "use the version of the service that made them, or a younger one"
-                raise StoreUnavailable(f"its tables are not known here; {cure}: {error}") from None
+            command.upgrade(steps, "head")
 
-    def schema(self) -> Schema:
-        """The number of the tables that are there, and of those that ``migrate`` makes."""
-        from alembic.migration import MigrationContext
+    def check_revision(self) -> None:
+        """Raise StoreUnavailable unless the tables are those of this version."""
+        found = self.revision()
+        if found != self._revisions()[0]:
+            raise self._refusal(found)
+
+    def revision(self) -> str | None:
+        """The revision of the tables; None where there are none."""
+        with self.reading() as connection:
+            return _revision(connection)
+
+    def _revisions(self) -> list[str]:
+        """Those that this version knows, the newest first."""
         from alembic.script import ScriptDirectory
 
-        newest = ScriptDirectory.from_config(_steps()).get_current_head()
-        assert newest is not None
-        with self.reading() as connection:
-            return Schema(MigrationContext.configure(connection).get_current_revision(), newest)
+        scripts = ScriptDirectory.from_config(self._steps())
+        return [script.revision for script in scripts.walk_revisions()]
+
+    def _refusal(self, found: str | None) -> StoreUnavailable:
+        place = self.url.database if self.is_sqlite else self.url.render_as_string()
+        newest, *older = self._revisions()
+        cure = "start in a new data directory and database; whipple.open_cube still reads its cubes"
+        if found in (None, *older):
+            cure = "start the service, which brings them up to date"
+        words = f"{place} has tables of revision {found}, and this version needs {newest}"
+        return StoreUnavailable(f"{words}: {cure}")
+
+    def _steps(self) -> Any:
+        from alembic import config
+
+        steps = config.Config()
+        steps.set_main_option("script_location", self._migrations)
+        return steps
 
     def copy_to(self, file: Path) -> None:
         """Write a copy of an SQLite file, as it is at one moment; writers go on meanwhile."""
@@ -178,19 +201,20 @@ def _transaction(engine: sa.Engine) -> Iterator[sa.Connection]:
         with engine.connect() as connection, connection.begin():
             yield connection
     except sa.exc.DBAPIError as error:
-        if isinstance(error, sa.exc.OperationalError) or error.connection_invalidated:
+        # SQLite raises a plain DatabaseError for a file that is damaged, or no database.
+        is_damaged = type(error) is sa.exc.DatabaseError
+        is_away = isinstance(error, sa.exc.OperationalError) or error.connection_invalidated
+        if is_damaged or is_away:
             raise StoreUnavailable(f"the database cannot be used now: {error.orig}") from error
         raise
     except sa.exc.TimeoutError as error:  # of the pool
         raise StoreUnavailable(f"the database cannot be used now: {error}") from error
 
 
-def _steps() -> Any:
-    from alembic import config
+def _revision(connection: sa.Connection) -> str | None:
+    from alembic.migration import MigrationContext
 
-    steps = config.Config()
-    steps.set_main_option("script_location", "service:migrations")
-    return steps
+    return MigrationContext.configure(connection).get_current_revision()
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:

@@ -1,12 +1,12 @@
 """The store as a whole."""
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from service.jobs import Schema
 from service.store.care import Care
 from service.store.connection import Database
 from service.store.identity import Identity
@@ -26,23 +26,27 @@ class Store(Orders, Questions, Keys, Queue, Care, Identity):
     def open(
         cls, url: str, *, cost: Callable[["Run"], float] | None = None, migrate: bool = True
     ) -> "Store":
-        """Connect, bring the tables up to date unless told not to, and return the store.
+        """Connect, and make the tables or bring them up to date; with ``migrate=False`` only check them.
 
-        ``cost`` estimates the core seconds of a run; without it ``studies.run.estimate`` does.
+        ``cost`` estimates the core seconds of a run; without it ``studies.run.estimate`` does. Raises
+        StoreUnavailable, also for tables of another revision.
         """
         database = Database(url)
-        if migrate:
-            database.migrate()
+        try:
+            if migrate:
+                database.migrate()
+            else:
+                database.check_revision()
+        except BaseException:
+            database.close()
+            raise
         return cls(database, cost=cost or _estimated_core_seconds)
 
     @staticmethod
-    def schema(url: str) -> Schema:
-        """Which tables a store has, without changing anything; raises StoreUnavailable."""
-        database = Database(url)
-        try:
-            return database.schema()
-        finally:
-            database.close()
+    def revision(url: str) -> str | None:
+        """The revision of a store's tables, None where there are none; raises StoreUnavailable."""
+        with closing(Database(url)) as database:
+            return database.revision()
 
     def close(self) -> None:
         """Give every connection back."""

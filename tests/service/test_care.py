@@ -12,7 +12,7 @@ import pytest
 from service.artifacts import Artifacts
 from service.care import REMOVED, Care
 from service.jobs import Cause, Keep, NotFound, State, StoreUnavailable
-from service.leftovers import PART_OF_ALL, Leftovers, Why
+from service.leftovers import PART_OF_ALL
 from service.space import Space
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, runs_of, sweep_of
@@ -165,9 +165,6 @@ def test_stranger__is_told_of_and_never_removed(bench: Bench) -> None:
     go_round(bench)
     assert folder.is_dir()
     assert sweep.is_dir()
-    leftovers = Leftovers(bench.store, artifacts)
-    [found] = [one for shard in leftovers.shards() for one in leftovers.of_shard(shard)]
-    assert (found.path, found.why) == (folder.parent, Why.STRANGER)
 
 
 # --- checkpoints and half-written files ------------------------------------------------------------
@@ -268,18 +265,6 @@ def test_keep__what_one_of_two_sweeps_keeps_stays(bench: Bench) -> None:
     bench.turn()
     go_round(bench)
     assert (Path(ticket.directory) / "state.npz").is_file()
-
-
-def test_keep__a_state_that_a_sweep_keeps_stays_though_no_row_names_it(bench: Bench) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    bench.end_well(ticket)
-    bench.turn()
-    bench.store.forget_files(run_id(0), ["state.npz"])
-    state = Path(ticket.directory) / "state.npz"
-    make_old(state)
-    go_round(bench)
-    assert state.is_file()
 
 
 def test_checkpoint__of_a_run_that_failed_stays_for_a_retry(bench: Bench) -> None:

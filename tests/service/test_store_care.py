@@ -74,15 +74,6 @@ def test_drop__nothing_that_somebody_asked_for_meanwhile(store: Store) -> None:
     assert names == ["result.json", "state.npz"]
 
 
-def test_kept_names__by_the_sweeps_that_there_are(store: Store) -> None:
-    [numbers, film] = finished(store, Keep.NUMBERS, Keep.FILM)
-    assert store.kept_names([run_id(0)]) == {run_id(0): {"state.npz", "film.npz"}}
-    store.delete_sweep(film)
-    assert not store.kept_names([run_id(0)])[run_id(0)]
-    store.delete_sweep(numbers)
-    assert store.kept_names([run_id(0)]) == {}
-
-
 def test_files_between__those_of_neighbours(store: Store) -> None:
     store.create_sweep(sweep_of(4))
     finish_all(store)

@@ -1,35 +1,44 @@
-"""Sweeps, the queue of runs and publications, points, files, events."""
+"""Every table. Databases of revisions 0001 to 0004, from before the first release, are refused."""
 
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0001"
+revision = "0005"
 down_revision = None
 
 MOMENT = sa.DateTime(timezone=True)
 WORD = sa.String(16)
+ID = sa.String(32)
+DIGEST = sa.String(64)
 
 
 def upgrade() -> None:
-    """Make the first tables."""
+    """Make the tables, the row of control and the lane of priority 0."""
     _sweeps()
     _jobs()
     _points()
     _artifacts()
     _events()
     _dispatchers()
+    _control()
+    _keys()
+    _idempotency()
+    _causes()
 
 
 def _sweeps() -> None:
     op.create_table(
         "sweeps",
         sa.Column("number", sa.Integer, primary_key=True),
-        sa.Column("id", sa.String(32), unique=True, nullable=False),
+        sa.Column("id", ID, unique=True, nullable=False),
         sa.Column("name", sa.Text, nullable=False),
         sa.Column("title", sa.Text, nullable=False),
         sa.Column("scenario", sa.Text, nullable=False),
         sa.Column("document", sa.JSON, nullable=False),
-        sa.Column("digest", sa.String(64), nullable=False),
+        sa.Column("digest", DIGEST, nullable=False),
+        sa.Column("owner", sa.Text, nullable=False),
+        sa.Column("priority", sa.Integer, nullable=False),
+        sa.Column("keep", WORD, nullable=False),
         sa.Column("planned", sa.Integer, nullable=False),
         sa.Column("new", sa.Integer, nullable=False),
         sa.Column("created", MOMENT, nullable=False),
@@ -42,19 +51,24 @@ def _sweeps() -> None:
 def _jobs() -> None:
     op.create_table(
         "jobs",
-        sa.Column("id", sa.String(32), primary_key=True),
+        sa.Column("id", ID, primary_key=True),
         sa.Column("kind", WORD, nullable=False),
-        sa.Column("sweep_id", sa.String(32), sa.ForeignKey("sweeps.id"), unique=True),
+        sa.Column("sweep_id", ID, sa.ForeignKey("sweeps.id"), unique=True),
+        sa.Column("witness", sa.Integer),
         sa.Column("scenario", sa.Text),
         sa.Column("spec", sa.JSON),
         sa.Column("state", WORD, nullable=False),
         sa.Column("priority", sa.Integer, nullable=False),
+        sa.Column("turn", sa.Float, nullable=False),
         sa.Column("ordinal", sa.Integer, nullable=False),
+        sa.Column("keep", WORD, nullable=False),
         sa.Column("cost", sa.Float, nullable=False),
         sa.Column("attempt", sa.Integer, nullable=False),
         sa.Column("epoch", sa.Integer, nullable=False),
-        sa.Column("token", sa.String(16)),
+        sa.Column("token", WORD),
         sa.Column("crashes", sa.Integer, nullable=False),
+        sa.Column("crash_step", sa.Integer),
+        sa.Column("checkpoint", sa.Integer),
         sa.Column("fraction", sa.Float),
         sa.Column("progress", sa.JSON),
         sa.Column("cause", WORD),
@@ -63,22 +77,24 @@ def _jobs() -> None:
         sa.Column("summary", sa.JSON),
         sa.Column("path", sa.Text),
         sa.Column("size", sa.BigInteger),
-        sa.Column("sha256", sa.String(64)),
+        sa.Column("sha256", DIGEST),
         sa.Column("seconds", sa.Float),
         sa.Column("created", MOMENT, nullable=False),
         sa.Column("queued", MOMENT, nullable=False),
         sa.Column("started", MOMENT),
         sa.Column("finished", MOMENT),
+        sa.Column("abandoned", MOMENT),
     )
-    op.create_index("jobs_queue", "jobs", ["state", "priority", "queued", "ordinal"])
+    op.create_index("jobs_queue", "jobs", ["state", "priority", "turn", "ordinal"])
+    op.create_index("jobs_abandoned", "jobs", ["abandoned"])
 
 
 def _points() -> None:
     op.create_table(
         "points",
-        sa.Column("sweep_id", sa.String(32), sa.ForeignKey("sweeps.id"), primary_key=True),
+        sa.Column("sweep_id", ID, sa.ForeignKey("sweeps.id"), primary_key=True),
         sa.Column("ordinal", sa.Integer, primary_key=True),
-        sa.Column("run_id", sa.String(32), sa.ForeignKey("jobs.id"), nullable=False),
+        sa.Column("run_id", ID, sa.ForeignKey("jobs.id"), nullable=False),
         sa.Column("place", sa.JSON, nullable=False),
         sa.Column("coordinates", sa.JSON, nullable=False),
         sa.Column("detached", sa.Boolean, nullable=False),
@@ -89,11 +105,11 @@ def _points() -> None:
 def _artifacts() -> None:
     op.create_table(
         "artifacts",
-        sa.Column("sweep_id", sa.String(32), sa.ForeignKey("sweeps.id"), primary_key=True),
+        sa.Column("job_id", ID, sa.ForeignKey("jobs.id"), primary_key=True),
         sa.Column("name", sa.String(64), primary_key=True),
         sa.Column("path", sa.Text, nullable=False),
         sa.Column("size", sa.BigInteger, nullable=False),
-        sa.Column("sha256", sa.String(64), nullable=False),
+        sa.Column("sha256", DIGEST, nullable=False),
     )
 
 
@@ -103,8 +119,8 @@ def _events() -> None:
         sa.Column("number", sa.Integer, primary_key=True),
         sa.Column("time", MOMENT, nullable=False),
         sa.Column("kind", WORD, nullable=False),
-        sa.Column("sweep_id", sa.String(32)),
-        sa.Column("job_id", sa.String(32)),
+        sa.Column("sweep_id", ID),
+        sa.Column("job_id", ID),
         sa.Column("body", sa.JSON, nullable=False),
         sqlite_autoincrement=True,
     )
@@ -119,4 +135,58 @@ def _dispatchers() -> None:
         sa.Column("owner", sa.Text, nullable=False),
         sa.Column("started", MOMENT, nullable=False),
         sqlite_autoincrement=True,
+    )
+
+
+def _control() -> None:
+    control = op.create_table(
+        "control",
+        sa.Column("id", sa.Integer, primary_key=True),
+        sa.Column("paused", MOMENT),
+        sa.Column("hindrance", sa.Text),
+        sa.Column("revivals", sa.Integer, nullable=False),
+        sa.Column("data_id", ID),
+        sa.Column("forgettable", sa.Integer, nullable=False),
+    )
+    op.bulk_insert(control, [{"id": 1, "revivals": 0, "forgettable": 0}])
+    lanes = op.create_table(
+        "lanes",
+        sa.Column("priority", sa.Integer, primary_key=True, autoincrement=False),
+        sa.Column("turn", sa.Float, nullable=False),
+    )
+    op.bulk_insert(lanes, [{"priority": 0, "turn": 0.0}])
+
+
+def _keys() -> None:
+    op.create_table(
+        "keys",
+        sa.Column("id", ID, primary_key=True),
+        sa.Column("name", sa.Text, nullable=False),
+        sa.Column("prefix", WORD, nullable=False),
+        sa.Column("sha256", DIGEST, nullable=False),
+        sa.Column("scopes", sa.Text, nullable=False),
+        sa.Column("created", MOMENT, nullable=False),
+        sa.Column("expires", MOMENT),
+        sa.Column("used", MOMENT),
+        sa.Column("revoked", MOMENT),
+    )
+    op.create_index("keys_prefix", "keys", ["prefix"])
+
+
+def _idempotency() -> None:
+    op.create_table(
+        "idempotency",
+        sa.Column("owner", sa.Text, primary_key=True),
+        sa.Column("key", sa.Text, primary_key=True),
+        sa.Column("digest", DIGEST, nullable=False),
+        sa.Column("sweep_id", ID, sa.ForeignKey("sweeps.id"), nullable=False),
+    )
+    op.create_index("idempotency_sweep", "idempotency", ["sweep_id"])
+
+
+def _causes() -> None:
+    op.create_table(
+        "causes",
+        sa.Column("cause", WORD, primary_key=True),
+        sa.Column("attempts", sa.BigInteger, nullable=False),
     )
