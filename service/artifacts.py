@@ -14,14 +14,13 @@ of words that a user wrote.
 
 import hashlib
 import json
-import os
 import re
 import shutil
 from pathlib import Path
 from typing import Any
 
 from service.jobs import Claim, Kind, Stored
-from studies.atomic import write_atomically
+from studies.atomic import to_disk, write_atomically
 from studies.files import ANSWER, FILM, STATE
 
 RUNS, SWEEPS = "runs", "sweeps"
@@ -154,15 +153,6 @@ def digest(path: Path) -> str:
         while chunk := file.read(_CHUNK):
             sha256.update(chunk)
     return sha256.hexdigest()
-
-
-def to_disk(place: Path) -> None:
-    """fsync a file, or a folder (its list of names)."""
-    descriptor = os.open(place, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def _checked(id: str) -> str:

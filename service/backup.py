@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from service import identity
-from service.artifacts import Artifacts, digest, to_disk
+from service.artifacts import Artifacts, digest
 from service.directory import holding
 from service.jobs import Stored
 from service.leftovers import files_from
 from service.settings import Settings
 from service.store import Store
-from studies.atomic import write_atomically
+from studies.atomic import to_disk, write_atomically
 from studies.errors import Finding, InvalidInput
 
 DATABASE = "whipple.db"

@@ -8,7 +8,6 @@ that makes it count once, and every other order asks for a state, not for a chan
 
 import hashlib
 import math
-import os
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -20,6 +19,7 @@ import httpx
 
 from service.server_events import ServerEvent, messages
 from solver.errors import WhippleError
+from studies.atomic import write_atomically
 from studies.errors import Finding, InvalidInput
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.2, 5.0  # s, between two attempts
@@ -82,24 +82,22 @@ class Connection:
                 return
             cursor = {"cursor": page["next_cursor"]}
 
-    def download(self, path: str, file: Path, **given: Any) -> Path:
+    def download(self, path: str, file: Path) -> Path:
         """Stream a file to its place: whole and with the right digest, or not at all."""
-        partial = file.with_name(f".{file.name}.{os.getpid()}.tmp")
+        return write_atomically(file, lambda part: self._fetch(path, part))
+
+    def _fetch(self, path: str, part: Path) -> None:
         attempts = _Attempts(self._patience)
-        try:
-            while True:
-                try:
-                    with self._http.stream("GET", path, **given) as response:
-                        self._check_stream(response)
-                        digest = _write(response, partial)
-                    break
-                except (httpx.TransportError, _Passing) as error:
-                    self._again(attempts, error)
-            if f'"{digest}"' != response.headers.get("etag"):
-                raise ServiceError(200, "The download is damaged", f"{path}: the digest differs")
-            return partial.replace(file)
-        finally:
-            partial.unlink(missing_ok=True)
+        while True:
+            try:
+                with self._http.stream("GET", path) as response:
+                    self._check_stream(response)
+                    digest = _write(response, part)
+                break
+            except (httpx.TransportError, _Passing) as error:
+                self._again(attempts, error)
+        if f'"{digest}"' != response.headers.get("etag"):
+            raise ServiceError(200, "The download is damaged", f"{path}: the digest differs")
 
     def events(self, path: str, *, after: str | None) -> Iterator[ServerEvent]:
         """Messages of an event stream behind a number, until one is named ``end``.
@@ -233,12 +231,10 @@ def _finding(one: Mapping[str, str]) -> Finding:
 
 
 def _write(response: httpx.Response, file: Path) -> str:
-    """Write a body to a file, to the disk, and return its SHA-256."""
+    """Write a body to a file, and return its SHA-256."""
     digest = hashlib.sha256()
     with file.open("wb") as stream:
         for chunk in response.iter_bytes():
             digest.update(chunk)
             stream.write(chunk)
-        stream.flush()
-        os.fsync(stream.fileno())
     return digest.hexdigest()

@@ -18,9 +18,10 @@ until there is another, and is what the run goes back to if there is none.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from solver.errors import WhippleError
@@ -265,6 +266,12 @@ class Outcome:
     reason: str | None
     path: str | None  # result.json, if there is a result (a verdict has one too)
     sha256: str | None
+
+    def as_json(self, root: Path) -> dict[str, Any]:
+        """The same for a child process; the path is absolute, and None while the run is queued again."""
+        has_result = self.path is not None and self.state in (State.SUCCEEDED, State.FAILED)
+        path = str(root / self.path) if has_result and self.path else None
+        return {**asdict(self), "path": path}
 
 
 @dataclass(frozen=True)

@@ -110,6 +110,5 @@ def allows(scope: Scope) -> Any:
     return Security(the_caller, scopes=[scope.value])
 
 
-Reader = Annotated[Caller, allows(Scope.READ)]
 Submitter = Annotated[Caller, allows(Scope.SUBMIT)]
 Administrator = Annotated[Caller, allows(Scope.ADMIN)]

@@ -42,7 +42,7 @@ class PartialCubes:
         self, document: Mapping[str, Any], outcomes: Sequence[Outcome], root: Path, state: str
     ) -> tuple[Path, str]:
         """The cube of what the runs have left until now, and its SHA-256; raises Busy, PartialCubeFailed."""
-        plain = {outcome.run_id: _as_json(outcome, root) for outcome in outcomes}
+        plain = [outcome.as_json(root) for outcome in outcomes]
         order = json.dumps({"document": document, "outcomes": plain, "state": state})
         name = hashlib.sha256(f"{version()}\n{order}".encode()).hexdigest()
         file = self._folder / f"{name}.nc"
@@ -87,13 +87,6 @@ class PartialCubes:
             raise PartialCubeFailed("the log of the service has it under this request_id") from None
 
 
-def _as_json(outcome: Outcome, root: Path) -> dict[str, Any]:
-    """How a run stands: its result file with the digest, or state and reason."""
-    if outcome.path is not None and outcome.state in (State.SUCCEEDED, State.FAILED):
-        return {"path": str(root / outcome.path), "sha256": outcome.sha256}
-    return {"state": STATES.get(outcome.state, outcome.state.value), "reason": outcome.reason}
-
-
 def main(file: Path, seconds: int, memory: int) -> None:
     """Make the partial cube that stdin asks for; the child process."""
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
@@ -102,14 +95,15 @@ def main(file: Path, seconds: int, memory: int) -> None:
     from studies.publish import write_partial
 
     order = json.load(sys.stdin)
-    outcomes = {run_id: _read_outcome(plain) for run_id, plain in order["outcomes"].items()}
+    outcomes = {plain["run_id"]: _read_outcome(plain) for plain in order["outcomes"]}
     write_partial(order["document"], outcomes, file, state=order["state"])
 
 
 def _read_outcome(plain: Mapping[str, Any]) -> Mapping[str, Any]:
     """A run's result, or state and reason where there is none."""
-    if "path" not in plain:
-        return plain
+    if plain["path"] is None:
+        state = State(plain["state"])
+        return {"state": STATES.get(state, state.value), "reason": plain["reason"]}
     file = Path(plain["path"])
     if not file.is_file() or digest(file) != plain["sha256"]:
         return {"state": "failed", "reason": f"its result is lost or damaged: {file.name}"}

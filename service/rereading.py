@@ -16,10 +16,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from service.artifacts import describe, digest, to_disk
+from service.artifacts import describe, digest
 from service.rereads import REREADS, Reread, Rereads, summary_of
 from service.version import version
-from studies.atomic import write_text
+from studies.atomic import to_disk, write_text
 from studies.files import ANSWER
 
 Words = Mapping[str, Any]

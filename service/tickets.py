@@ -1,12 +1,11 @@
 """From a claimed row to the order that goes to the engine."""
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 from service.artifacts import Artifacts
 from service.attempt import Ticket
-from service.jobs import Claim, Kind, Outcome, State
+from service.jobs import Claim, Kind
 from service.remeasuring import plan_of
 from service.settings import Settings
 from service.store import Store
@@ -45,7 +44,7 @@ class Tickets:
         assert claim.sweep_id is not None
         document, outcomes = self._store.question(claim.sweep_id)
         root = self._artifacts.root
-        order = {"document": document, "outcomes": [_outcome(one, root) for one in outcomes]}
+        order = {"document": document, "outcomes": [one.as_json(root) for one in outcomes]}
         return order | {"again": self._states(claim.sweep_id) if claim.spec else {}}
 
     def _states(self, sweep_id: str) -> dict[str, dict[str, str]]:
@@ -54,15 +53,3 @@ class Tickets:
             run_id: {"path": str(self._artifacts.path(state)), "sha256": state.sha256}
             for run_id, state in plan_of(self._store, sweep_id).read.items()
         }
-
-
-def _outcome(outcome: Outcome, root: Path) -> dict[str, Any]:
-    """How a run ended, for the process that publishes."""
-    has_result = outcome.path is not None and outcome.state in (State.SUCCEEDED, State.FAILED)
-    return {
-        "run_id": outcome.run_id,
-        "state": outcome.state,
-        "reason": outcome.reason,
-        "path": str(root / outcome.path) if has_result and outcome.path else None,
-        "sha256": outcome.sha256,
-    }

@@ -16,11 +16,11 @@ def write_atomically(path: Path, fill: Callable[[Path], object]) -> Path:
     try:
         fill(temporary)
         temporary.chmod(READABLE_BY_ALL)
-        _to_disk(temporary)
+        to_disk(temporary)
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
-    _to_disk(path.parent)
+    to_disk(path.parent)
     return path
 
 
@@ -29,7 +29,7 @@ def write_text(path: Path, text: str) -> Path:
     return write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
 
 
-def _to_disk(path: Path) -> None:
+def to_disk(path: Path) -> None:
     """fsync a file, or a folder (its list of names)."""
     descriptor = os.open(path, os.O_RDONLY)
     try:

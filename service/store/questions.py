@@ -220,10 +220,6 @@ class Questions(Part):
 
     # --- files -----------------------------------------------------------------------------------
 
-    def artifact(self, sweep_id: str, name: str) -> Stored:
-        """A file of a sweep; raises NotFound, also when it is not published yet."""
-        return _named(self.artifacts(sweep_id), name, sweep_id)
-
     def artifacts(self, sweep_id: str) -> tuple[Stored, ...]:
         """The published files of a sweep; none before its publication."""
         with self._database.reading() as connection:
@@ -231,7 +227,10 @@ class Questions(Part):
 
     def run_file(self, id: str, name: str) -> Stored:
         """A file of a run; raises NotFound, also when it was not kept."""
-        return _named(self.run_files(id), name, id)
+        for file in self.run_files(id):
+            if file.name == name:
+                return file
+        raise NotFound("file", f"{id}/{name}")
 
     def run_files(self, id: str) -> tuple[Stored, ...]:
         """The files of a run that has ended; raises NotFound if there is no such run."""
@@ -307,10 +306,3 @@ def _files(connection: sa.Connection, job: sa.ColumnElement[bool]) -> tuple[Stor
     query = sa.select(ARTIFACTS).join(JOBS, JOBS.c.id == ARTIFACTS.c.job_id).where(job)
     rows = connection.execute(query.order_by(ARTIFACTS.c.name))
     return tuple(stored_record(row) for row in rows)
-
-
-def _named(files: Iterable[Stored], name: str, owner: str) -> Stored:
-    for file in files:
-        if file.name == name:
-            return file
-    raise NotFound("file", f"{owner}/{name}")

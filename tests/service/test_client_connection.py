@@ -4,8 +4,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ import xarray as xr
 import whipple
 from service import connection, remote
 from service.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unreachable
-from service.jobs import Scope, Stored
+from service.jobs import Scope
 from service.remote import MissingExtra
 from service.server_events import messages
 from studies.errors import InvalidInput
@@ -297,31 +296,13 @@ def test_messages__of_several_lines_comments_and_unknown_words() -> None:
 @pytest.fixture
 def published(api: Api, url: str, tmp_path: Path) -> Iterator[SweepHandle]:
     """A sweep with a real cube."""
-    import hashlib
-
     with Client(url) as client:
         handle = client.submit(sweep_of(name="with a cube"))
         api.compute()
-        stored = api.store.artifact(handle.id, "cube.nc")
-        file = api.settings.data / stored.path
+        file = api.settings.data / api.store.artifacts(handle.id)[0].path
         cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
         cube.to_netcdf(file, engine="netcdf4")
-        content = file.read_bytes()
-        with artifacts_as(api, handle.id, file, hashlib.sha256(content).hexdigest()):
-            yield handle
-
-
-@contextmanager
-def artifacts_as(api: Api, id: str, file: Path, sha256: str) -> Iterator[None]:
-    """Let a sweep have this cube."""
-    plain: Callable[..., Stored] = api.store.artifact
-    path = str(file.relative_to(api.settings.data))
-    real = Stored("cube.nc", path, file.stat().st_size, sha256)
-    api.store.artifact = lambda sweep_id, name: real if sweep_id == id else plain(sweep_id, name)  # type: ignore[method-assign]
-    try:
-        yield
-    finally:
-        del api.store.artifact
+        yield handle
 
 
 def test_open_cube__reads_a_value_and_gives_the_connection_back(published: SweepHandle) -> None:

@@ -150,7 +150,7 @@ def test_sweep_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api
 def test_sweep_file__that_was_removed_by_hand_is_a_404(api: Api) -> None:
     id = api.submit()
     api.compute()
-    (api.settings.data / api.store.artifact(id, "cube.nc").path).unlink()
+    (api.settings.data / api.store.artifacts(id)[0].path).unlink()
     assert api.http.get(f"/v1/sweeps/{id}/cube.nc").status_code == 404
 
 

@@ -72,7 +72,7 @@ class Solved:
         return answer
 
     def cube(self, sweep_id: str) -> xr.Dataset:
-        with xr.open_dataset(self.artifacts.path(self.store.artifact(sweep_id, "cube.nc"))) as cube:
+        with xr.open_dataset(self.artifacts.path(self.store.artifacts(sweep_id)[0])) as cube:
             return cube.load()
 
     def run_ids(self, sweep_id: str) -> list[str]:

@@ -210,7 +210,7 @@ def _fresh(store: Store) -> Store:
 
 def _write_files(filled: Filled, artifacts: Artifacts) -> None:
     """The files that are sent as pages: runs and publications of this store left none."""
-    files = [artifacts.path(filled.store.artifact(filled.cancelled[0], "cube.nc"))]
+    files = [artifacts.path(filled.store.artifacts(filled.cancelled[0])[0])]
     for id, last in filled.store.known_attempts([run_id(7), run_id(ENDED)]).items():
         assert last.token is not None
         files.append(artifacts.log_of(id, last.attempt, last.token))
