@@ -78,9 +78,9 @@ class Stream:
 class Live:
     """All open streams."""
 
-    def __init__(self, store: Store, *, most: int = MOST_STREAMS):
+    def __init__(self, store: Store):
         self._store = store
-        self._most = most
+        self._most = MOST_STREAMS
         self._streams: set[Stream] = set()
         self._changed = threading.Condition()  # guards the streams
         self._thread: threading.Thread | None = None

@@ -55,7 +55,7 @@ def about(claim: Claim) -> dict[str, Any]:
     return {**subject, "attempt": claim.attempt}
 
 
-def configure(stream: TextIO | None = None, *, level: int = logging.INFO) -> None:
+def configure(stream: TextIO | None = None) -> None:
     """Let every logger of this process, and Python's warnings, write JSON lines.
 
     Other libraries are heard from ``WARNING`` on, whatever they set their own loggers to.
@@ -64,7 +64,7 @@ def configure(stream: TextIO | None = None, *, level: int = logging.INFO) -> Non
     handler.setFormatter(JsonLines())
     handler.addFilter(_is_worth_a_line)
     logging.basicConfig(handlers=[handler], level=logging.WARNING, force=True)
-    logging.getLogger(OURS).setLevel(level)
+    logging.getLogger(OURS).setLevel(logging.INFO)
     logging.captureWarnings(True)
 
 

@@ -7,7 +7,6 @@ those of this process.
 
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Protocol
 
 from prometheus_client import (
     CollectorRegistry,
@@ -28,6 +27,7 @@ from prometheus_client.registry import Collector
 
 from service.computing import Engine
 from service.jobs import RUN_STATES, Cause, Kind, QueueRow, State, StoreUnavailable, Tally
+from service.live import Live
 from service.store import Store
 from service.version import version
 from studies.run import PHYSICS_VERSION
@@ -38,17 +38,10 @@ RUN_SECONDS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5)
 REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 60.0)
 
 
-class Streams(Protocol):
-    """What is asked of the event streams."""
-
-    @property
-    def open(self) -> int: ...
-
-
 class Metrics:
     """Everything that is measured, in one registry."""
 
-    def __init__(self, store: Store, engine: Engine, streams: Streams):
+    def __init__(self, store: Store, engine: Engine, streams: Live):
         disable_created_metrics()  # a second series for each, of the moment that it began
         self._registry = CollectorRegistry()
         self._requests = Counter(
@@ -88,7 +81,7 @@ class _Quiet(Collector):
 class _OfService(_Quiet):
     """What this process knows."""
 
-    def __init__(self, engine: Engine, streams: Streams):
+    def __init__(self, engine: Engine, streams: Live):
         self._engine, self._streams = engine, streams
 
     def collect(self) -> Iterator[Metric]:

@@ -1,7 +1,7 @@
 """What a user gave is refused: every finding names the field, the value, the limit and the cure."""
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import islice
 
 from solver.errors import WhippleError
@@ -32,10 +32,6 @@ class InvalidInput(WhippleError):
         self.findings = tuple(islice(findings, MOST_FINDINGS))
         self.more = more
         super().__init__("\n".join(str(finding) for finding in self.findings))
-
-    def as_json(self) -> list[dict[str, str]]:
-        """Findings as plain objects, for a problem document."""
-        return [asdict(finding) for finding in self.findings]
 
 
 class Findings(list[Finding]):

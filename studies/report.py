@@ -1,7 +1,7 @@
 """The report: everything that is said about a sweep, as one document of plain objects in SI.
 
-:func:`document` gathers it from the cube alone; it is the JSON twin. :func:`render` prints the same
-document as one HTML file that opens from disk without a network (:mod:`studies.page`).
+:func:`document` gathers it from the cube alone; it is the JSON twin. :mod:`studies.page` prints the same document
+as one HTML file that opens from disk without a network.
 """
 
 import json
@@ -15,7 +15,6 @@ import xarray as xr
 
 from studies.compare import Comparison
 from studies.convergence import ASSUMED_ORDER, ORDERS, SAFETY, SAFETY_UNOBSERVED, VERDICTS
-from studies.page import page
 from studies.places import axes_of, places_of, plain
 from studies.points import Refined, points_of, refined, refinements_of
 from studies.report_figures import figures
@@ -89,11 +88,6 @@ def document(dataset: xr.Dataset, comparison: Comparison) -> Document:
 def as_json(report: Document) -> str:
     """The twin as text; a number that is none is null."""
     return json.dumps(report, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
-
-
-def render(dataset: xr.Dataset, comparison: Comparison) -> str:
-    """The report of a cube as one HTML file."""
-    return page(document(dataset, comparison))
 
 
 # ---- what the document says ----------------------------------------------------------------------

@@ -9,9 +9,6 @@ from service.store import leadership
 from service.store.connection import Part
 from service.store.tables import CAUSES, CONTROL, DISPATCHERS, JOBS
 
-# Jobs per state in the whole store.
-STATES = sa.select(JOBS.c.state, sa.func.count().label("jobs")).group_by(JOBS.c.state)
-
 
 class Overview(Part):
     """Each question is one read transaction, of a few statements whatever the size."""
@@ -22,7 +19,8 @@ class Overview(Part):
             JOBS.c.state == State.QUEUED, JOBS.c.kind == Kind.RUN
         )
         youngest = sa.select(sa.func.coalesce(sa.func.max(DISPATCHERS.c.epoch), 0))
-        states = STATES.subquery()
+        jobs = sa.func.count().label("jobs")
+        states = sa.select(JOBS.c.state, jobs).group_by(JOBS.c.state).subquery()
         query = sa.select(
             *(CONTROL.c.paused, CONTROL.c.hindrance, states),
             *(oldest.scalar_subquery().label("oldest"), youngest.scalar_subquery().label("epoch")),
@@ -39,11 +37,6 @@ class Overview(Part):
                 epoch=rows[0].epoch,
                 leader=leadership.leader(self._database, connection),
             )
-
-    def states(self) -> Mapping[State, int]:
-        """Jobs per state in the whole store."""
-        with self._database.reading() as connection:
-            return {row.state: row.jobs for row in connection.execute(STATES)}
 
     def tally(self, edges: Sequence[float]) -> tuple[Tally, ...]:
         """Jobs by kind, state and place of their measured seconds among ``edges``."""

@@ -123,7 +123,7 @@ class Drill:
         try:
             return wait_until(met, seconds=seconds)
         except AssertionError as error:
-            states = dict(self.store.states())
+            states = dict(self.store.queue().states)
             raise AssertionError(f"{error}; {states}; {self.service.said()}") from error
 
     def _mend(self) -> None:
@@ -169,7 +169,9 @@ class Drill:
         return self.chance.choice(found) if found else None
 
     def _has_ended(self) -> bool:
-        return not any(count for state, count in self.store.states().items() if not _is_end(state))
+        return not any(
+            count for state, count in self.store.queue().states.items() if not _is_end(state)
+        )
 
     def _all_ended(self, ids: list[str]) -> bool:
         return all(self.store.sweep(id).is_terminal for id in ids)

@@ -220,7 +220,8 @@ def test_key__on_the_loopback_owns_what_is_submitted_with_it(tmp_path: Path) -> 
 def test_secret__is_neither_logged_nor_answered(api: Api) -> None:
     _, secret = api.store.create_key("anna", [Scope.READ])
     written = io.StringIO()
-    logs.configure(written, level=logging.DEBUG)
+    logs.configure(written)
+    logging.getLogger(logs.OURS).setLevel(logging.DEBUG)
     with served(api) as url:
         host = {"Host": "whipple.example.org"}
         answers = [

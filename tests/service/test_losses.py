@@ -170,7 +170,7 @@ def test_many_lost_results__that_are_there_again_are_published(large: Bench) -> 
     large.end_well(again)
     large.turn()
     assert large.store.queue().hindrance is None
-    assert large.store.states() == {State.SUCCEEDED: 10}
+    assert large.store.queue().states == {State.SUCCEEDED: 10}
     assert [large.run(number).attempt for number in range(6)] == [1] * 6
 
 

@@ -39,7 +39,7 @@ def test_fill__no_worker_no_work(bench: Bench) -> None:
     bench.engine.free = 0
     bench.store.create_sweep(sweep_of(1))
     assert bench.turn() == []
-    assert bench.store.states()[State.QUEUED] == 1
+    assert bench.store.queue().states[State.QUEUED] == 1
     assert bench.dispatcher.workers() == 0
 
 

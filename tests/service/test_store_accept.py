@@ -75,7 +75,7 @@ def test_accept__all_or_nothing(store: Store, monkeypatch: pytest.MonkeyPatch) -
     with pytest.raises(RuntimeError):
         store.create_sweep(sweep_of(3))
     assert store.sweeps().items == ()
-    assert store.states() == {}
+    assert store.queue().states == {}
 
 
 def test_accept__survives_the_end_of_the_process(store: Store, database_url: str) -> None:

@@ -210,7 +210,7 @@ UNREGISTERED = Expected("an answer is complete, and no row names it", _has_unreg
 UNPUBLISHED = Expected("cube and report are complete, and no row names them", _is_unpublished)
 EXPECTED: Mapping[str, Expected] = {
     "submission-before-commit": Expected(
-        "no sweep is there", lambda here, _: not here.store.states()
+        "no sweep is there", lambda here, _: not here.store.queue().states
     ),
     "submission-after-commit": Expected("it is accepted whole", _is_accepted),
     "claim-after-commit": CLAIMED,
