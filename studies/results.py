@@ -37,10 +37,6 @@ class Progress:
     eta_seconds: float | None
     measured: Mapping[str, float]
 
-    def as_json(self) -> dict[str, Any]:
-        """As plain objects."""
-        return dataclasses.asdict(self)
-
 
 @dataclass(frozen=True)
 class RunResult:
