@@ -1,6 +1,7 @@
 """The tables: made, brought up to date, and refused unchanged where their revision is not known."""
 
 import shutil
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from service.store import Store
 from service.store.connection import Database
 from service.store.tables import JOBS, SWEEPS, TABLES
 from tests.service.by_hand import finish_all
+from tests.service.databases import Postgresql
 from tests.service.doubles import runs_of, sweep_of
 
 NEXT = """
@@ -29,6 +31,13 @@ def upgrade():
     op.add_column("sweeps", sa.Column("note", sa.Text, nullable=False, server_default="none"))
     {more}
 """
+
+
+@pytest.fixture
+def postgresql_url(postgresql: Postgresql) -> Iterator[str]:
+    """A database of its own: these tests change its tables."""
+    with postgresql.database() as url:
+        yield url
 
 
 def with_next_revision(folder: Path, more: str = "") -> str:

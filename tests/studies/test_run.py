@@ -366,7 +366,7 @@ def test_execute__reports_progress(computed: Computed) -> None:
     assert fractions[-1] == 1.0
     assert fractions == sorted(fractions)
     assert said[-1].end_time == 2e-6
-    assert all(json.dumps(progress.as_json(), allow_nan=False) for progress in said)
+    assert all(json.dumps(dataclasses.asdict(progress), allow_nan=False) for progress in said)
 
 
 def test_execute__keeps_a_history_of_each_measurement(computed: Computed) -> None:
