@@ -210,7 +210,7 @@ def engine_can_be_reached(settings: Settings, _every: bool) -> Iterator[Check]:
         yield Check("engine", Verdict.WARNING, detail, "start workers")
     elif refused:
         detail += f", {len(refused)} of which get no work: {_some(refused)}"
-        cure = "install the same versions everywhere, and start workers with --preload service.slot"
+        cure = "install the same versions everywhere, and start workers with --preload service.execution.dask_worker"
         some_work = len(refused) < len(cluster.workers)
         yield Check("engine", Verdict.WARNING if some_work else Verdict.WRONG, detail, cure)
     else:

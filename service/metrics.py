@@ -26,7 +26,7 @@ from prometheus_client.metrics_core import (
 )
 from prometheus_client.registry import Collector
 
-from service.computing import Engine
+from service.computing import DispatcherStatus
 from service.jobs import RUN_STATES, Cause, Kind, QueueRow, State, StoreUnavailable, Tally
 from service.store import Store
 from service.version import version
@@ -48,7 +48,7 @@ class Streams(Protocol):
 class Metrics:
     """Everything that is measured, in one registry."""
 
-    def __init__(self, store: Store, engine: Engine, streams: Streams):
+    def __init__(self, store: Store, engine: DispatcherStatus, streams: Streams):
         disable_created_metrics()  # a second series for each, of the moment that it began
         self._registry = CollectorRegistry()
         self._requests = Counter(
@@ -88,7 +88,7 @@ class _Quiet(Collector):
 class _OfService(_Quiet):
     """What this process knows."""
 
-    def __init__(self, engine: Engine, streams: Streams):
+    def __init__(self, engine: DispatcherStatus, streams: Streams):
         self._engine, self._streams = engine, streams
 
     def collect(self) -> Iterator[Metric]:
