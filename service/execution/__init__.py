@@ -47,6 +47,6 @@ def _dask_for(settings: "Settings") -> Any:
     try:
         from service.execution import dask
     except ModuleNotFoundError as error:
-        missing = f"{settings.engine} needs {error.name}, which is not installed"
+        missing = f"the engine {settings.engine} needs {error.name}, which is not installed"
         raise MissingExtra(f"{missing}: {CURE}") from None
     return dask
