@@ -10,7 +10,7 @@ from fastapi.staticfiles import StaticFiles
 
 from service import errors, identity
 from service.access import Access, check_binding
-from service.computing import Engine
+from service.computing import DispatcherStatus
 from service.jobs import Scope
 from service.keys import allows
 from service.live import Live
@@ -33,7 +33,7 @@ from service.settings import Settings
 from service.store import Store
 from service.version import version
 
-__all__ = ["Engine", "StartEngine", "build_app", "open_service"]
+__all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 
 # Whoever reads needs a key where keys are needed; what changes something asks for more, route by route.
 GUARDED = (
@@ -49,7 +49,7 @@ PROBLEM: dict[str, Any] = {
     "content": {errors.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
 }
 
-StartEngine = Callable[[Settings, Store], AbstractContextManager[Engine]]
+StartEngine = Callable[[Settings, Store], AbstractContextManager[DispatcherStatus]]
 
 
 @contextmanager
@@ -66,7 +66,7 @@ def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[Fast
                 yield app
 
 
-def build_app(settings: Settings, store: Store, engine: Engine) -> FastAPI:
+def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> FastAPI:
     """The interface to a store and to what computes its queue."""
     app = FastAPI(
         title="whipple",

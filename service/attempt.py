@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from queue import SimpleQueue
-from typing import Any
+from typing import Any, Self
 
 from service.jobs import Cause, Keep, Kind, Stored
 
@@ -53,6 +53,11 @@ class Ending:
     seconds: float  # wall clock
     checkpoint: int | None = None  # step of the last one that it wrote or went on from
     free: int | None = None  # bytes on its disk at that moment; None: nobody looked
+
+    @classmethod
+    def lost(cls, failure: str, reason: str) -> Self:
+        """The end of an attempt that went away with its engine or a part of it: no fault of the run."""
+        return cls(Cause.LOST, failure, reason, (), 0.0)
 
 
 @dataclass(frozen=True)

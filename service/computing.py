@@ -1,10 +1,10 @@
-"""What the interface asks of whoever computes the queue."""
+"""What the interface asks of the dispatcher."""
 
 from typing import Protocol
 
 
-class Engine(Protocol):
-    """What computes the queue while the service runs."""
+class DispatcherStatus(Protocol):
+    """Whether the queue is worked through, by whom, and what keeps it from that."""
 
     def is_alive(self) -> bool:
         """Whether somebody here looks after the queue, or stands by to do so."""

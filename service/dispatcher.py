@@ -13,17 +13,17 @@ import os
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from queue import Empty, SimpleQueue
 
 from service import identity
 from service.attempt import Inbox
 from service.attempts import Attempts
+from service.execution.protocol import Engine, OpenEngine
 from service.findings import Looks
 from service.jobs import StoreUnavailable
-from service.leaving import undisturbed
-from service.reign import Engine, Parts, Reign
+from service.reign import Parts, Reign
 from service.settings import Settings
 from service.store import Leadership, Store
 
@@ -31,38 +31,21 @@ log = logging.getLogger(__name__)
 
 TRY_SECONDS = 2.0  # between two attempts to become the leader, or to start the engine
 STUCK_SECONDS = 60.0  # without a turn that succeeded, before it counts as dead
-NO_WORKER_SECONDS = 60.0  # after which an engine of our own is replaced, if its processes are gone
-# The same while they live: most likely they compute, and a busy machine keeps their scheduler from
-# answering. A backup or a compilation that starves it is mostly over by then.
-SILENT_SECONDS = 600.0
-MOST_PATIENCE = 8.0  # times these; each replacement doubles it, as the one before was of no use
-WELL_SECONDS = 3600.0  # that an engine lasts, until patience is as before
 END_SECONDS = 0.1  # between two looks whether the engine is closed
 UNSAID = "nothing yet"
-NO_ENGINE = "the engine does not start; see the log"
 OTHER_LEADER = (
     "another program has begun to work through this queue, past the lock that keeps it to one; "
     "this one goes on, and takes over what is claimed: see to it that the other has ended"
 )
 
-OpenEngine = Callable[[Inbox], Engine]
-
 
 class Dispatcher:
     """Keeps the engine busy with the queue, and the rows true."""
 
-    def __init__(
-        self,
-        settings: Settings,
-        store: Store,
-        *,
-        open_engine: OpenEngine,
-        has_processes: Callable[[], bool] = lambda: False,
-    ):
+    def __init__(self, settings: Settings, store: Store, *, open_engine: OpenEngine):
         self._settings = settings
         self._store = store
         self._open_engine = open_engine
-        self._has_processes = has_processes  # whether workers of an engine of our own live
         self._parts = Parts.of(settings, store)
         self._looks = Looks(self._parts.inspector, self.wake)
         self._owner = f"{socket.gethostname()}:{os.getpid()}"
@@ -77,8 +60,6 @@ class Dispatcher:
         # Of the monotonic clock: setting the other one changes nothing here.
         self._tried = -math.inf
         self._worked = time.monotonic()  # end of the last turn that succeeded
-        self._had_slots = self._opened = self._worked  # the engine
-        self._patience_factor = 1.0  # with an engine without workers
         self._hindrance: str | None = None
         self._said: str | None = UNSAID  # what the store knows of it
         self._is_away = False  # whether the data directory was at the last turn
@@ -88,8 +69,7 @@ class Dispatcher:
     def start(self) -> None:
         """Begin to work through the queue; raises what keeps the engine from starting."""
         self._store.on_order(self.wake)
-        with undisturbed():  # so are all the processes that the thread starts
-            self._thread.start()
+        self._thread.start()
         error = self._first_turn.get()
         if error is not None:
             self.close()
@@ -170,7 +150,6 @@ class Dispatcher:
                 self._reign.turn()
             finally:
                 self._hinder(self._reign.hindrance)
-            self._mind_the_engine()
         self._worked = time.monotonic()
 
     def _listen(self, *, wait: float) -> None:
@@ -226,7 +205,8 @@ class Dispatcher:
         if self._engine is None:
             if not self._is_time_to_try():
                 return False
-            self._start_engine()
+            self._engine = self._open_engine(self._inbox)
+            self._listen(wait=0.0)  # a scheduler that has not answered yet is away
         if self._reign is None or self._reign.has_ended:
             if not self._leadership.holds():  # the engine took long to start
                 return False
@@ -276,41 +256,6 @@ class Dispatcher:
         if engine is not None:
             log.warning("another service leads; this one stands by")
             _close(engine, None)
-
-    def _start_engine(self) -> None:
-        self._hinder(NO_ENGINE)
-        self._engine = self._open_engine(self._inbox)
-        self._had_slots = self._opened = time.monotonic()
-        self._listen(wait=0.0)  # a scheduler that has not answered yet is away
-        self._hinder(None)
-
-    def _mind_the_engine(self) -> None:
-        """An engine of our own whose workers all died, and do not come back, is replaced.
-
-        A worker that cannot be asked is not gone: there is more patience while its process lives.
-        """
-        now = time.monotonic()
-        assert self._reign is not None
-        if self._reign.slots or self._settings.engine is not None:
-            self._had_slots = now
-        if now - self._opened > WELL_SECONDS:
-            self._patience_factor = 1.0
-        silence = now - self._had_slots
-        if silence < self._patience_factor * NO_WORKER_SECONDS:
-            return
-        if silence < self._patience_factor * SILENT_SECONDS and self._has_processes():
-            return
-        log.warning("there has been no worker for %.0f s; the engine is replaced", silence)
-        self._patience_factor = min(2.0 * self._patience_factor, MOST_PATIENCE)
-        self._part_with_the_engine()
-
-    def _part_with_the_engine(self) -> None:
-        """Let what it has write a checkpoint and leave; the next reign begins that again."""
-        engine, self._engine, self._reign = self._engine, None, None
-        assert engine is not None
-        _close(engine, self._settings.leave_seconds)
-        self._listen(wait=0.0)  # its last words, which the next one must not be taken to have said
-        self._attempts.clear()
 
     def _begin_reign(self) -> None:
         assert self._engine is not None

@@ -98,7 +98,7 @@ def check_workers(settings: Settings) -> Iterator[Check]:
         yield Check("workers", Verdict.WARNING, detail, "start workers")
     elif refused:
         detail += f", {len(refused)} of which get no work: {', '.join(refused)}"
-        cure = "install the same versions everywhere, and start workers with --preload service.slot"
+        cure = "install the same versions everywhere, and start workers with --preload service.execution.dask_worker"
         some_work = len(refused) < len(cluster.workers)
         yield Check("workers", Verdict.WARNING if some_work else Verdict.WRONG, detail, cure)
     else:

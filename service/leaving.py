@@ -1,7 +1,7 @@
 """Ctrl-C and SIGTERM as a wish that a loop obeys.
 
 Python's own way, an exception out of nowhere, can be lost: raised while a finalizer or a callback of
-the garbage collector runs, it is printed and forgotten, and the program goes on. (The scheduler has
+the garbage collector runs, it is printed and forgotten, and the program goes on. (A client of Dask has
 such a callback in this process, and a busy machine collects often.) So the handler only notes what
 was asked, and whoever waits is woken. Nothing between the two can swallow it.
 """
@@ -15,7 +15,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
 from types import FrameType
 from typing import NoReturn
@@ -98,17 +97,6 @@ def heeding(*, gone_within: float | None = None) -> Iterator[Leaving]:
             signal.signal(one, before[one])
         if leaving.asked() is None:
             leaving.alarm.put(False)
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """What is started in this block, threads and processes, is not reached by Ctrl-C of a terminal."""
-    resource_tracker.ensure_running()  # started later, by ``multiprocessing``, it would lift the block
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _see_to_it(alarm: "SimpleQueue[bool]", seconds: float) -> None:

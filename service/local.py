@@ -25,13 +25,10 @@ from studies.sweep import Sweep, SweepLimits
 from studies.sweep_document import read_sweep_file
 
 if TYPE_CHECKING:
-    from service.attempt import Inbox
     from service.dispatcher import Dispatcher
-    from service.execution import Engine
 
 __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_engine"]
 
-SCRATCH = "scratch"  # of the workers
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; there is one or none
 WATCH_SECONDS = 0.25  # how often a waiting person is told
@@ -96,19 +93,14 @@ def run_sweep(
 
 @contextmanager
 def start_engine(settings: Settings, store: Store) -> "Iterator[Dispatcher]":
-    """Dispatcher and workers, at work on the store's queue until the end of the block.
+    """Dispatcher and engine, at work on the store's queue until the end of the block; raises InvalidInput.
 
     With SQLite the data directory must be ours (``directory.holding``).
     """
-    from service import execution, scheduler
     from service.dispatcher import Dispatcher
+    from service.execution import engine_of
 
-    def open_engine(inbox: "Inbox") -> "Engine":
-        return execution.open_engine(settings, scratch=settings.data / SCRATCH, inbox=inbox)
-
-    dispatcher = Dispatcher(
-        settings, store, open_engine=open_engine, has_processes=scheduler.has_processes
-    )
+    dispatcher = Dispatcher(settings, store, open_engine=engine_of(settings))
     dispatcher.start()
     try:
         yield dispatcher

@@ -25,7 +25,7 @@ from prometheus_client.metrics_core import (
 )
 from prometheus_client.registry import Collector
 
-from service.computing import Engine
+from service.computing import DispatcherStatus
 from service.jobs import RUN_STATES, Cause, Kind, QueueRow, State, StoreUnavailable, Tally
 from service.live import Live
 from service.store import Store
@@ -41,7 +41,7 @@ REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0
 class Metrics:
     """Everything that is measured, in one registry."""
 
-    def __init__(self, store: Store, engine: Engine, streams: Live):
+    def __init__(self, store: Store, engine: DispatcherStatus, streams: Live):
         disable_created_metrics()  # a second series for each, of the moment that it began
         self._registry = CollectorRegistry()
         self._requests = Counter(
@@ -81,7 +81,7 @@ class _Quiet(Collector):
 class _OfService(_Quiet):
     """What this process knows."""
 
-    def __init__(self, engine: Engine, streams: Live):
+    def __init__(self, engine: DispatcherStatus, streams: Live):
         self._engine, self._streams = engine, streams
 
     def collect(self) -> Iterator[Metric]:

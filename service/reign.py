@@ -10,15 +10,16 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 from service.artifacts import Artifacts
-from service.attempt import Ending, Ticket
+from service.attempt import Ending
 from service.attempts import Attempts
 from service.care import Care
+from service.execution.protocol import Engine
 from service.faults import point
 from service.findings import WAIT_SECONDS, Inspector, Looks
-from service.jobs import Cause, Claim, State, StoreUnavailable
+from service.jobs import Claim, State, StoreUnavailable
 from service.logs import about
 from service.registration import Registrar
 from service.settings import Settings
@@ -35,18 +36,6 @@ LAST_LOOK_SECONDS = 2.0  # at what attempts left, when the service stops; our ne
 NO_WORKER = "there is no worker"
 REFUSED = "the engine takes no work; see the log"
 PROGRESS_SECONDS = 1.0  # between two writes of progress
-
-
-class Engine(Protocol):
-    """What the leader asks of an engine; ``execution.Engine`` is one."""
-
-    def slots(self) -> int: ...
-    def submit(self, ticket: Ticket) -> None: ...
-    def stop(self, keys: list[str]) -> None: ...
-    def known(self) -> set[str]: ...
-    def follow(self, key: str) -> None: ...
-    def forget(self, keys: list[str]) -> None: ...
-    def close(self, leave_seconds: float | None) -> None: ...
 
 
 @dataclass(frozen=True)
@@ -125,7 +114,7 @@ class Reign:
     def settle(self, *, is_over: bool) -> None:
         """Register what ended while the engine closes; once that is over, queue the rest again."""
         if is_over:
-            stopped = _lost("the service was stopped")
+            stopped = Ending.lost("Lost", "the service was stopped")
             for key in self._attempts.held:
                 self._attempts.ended.setdefault(key, stopped)
             self._stumbled.clear()
@@ -151,7 +140,7 @@ class Reign:
             if claim.key in self._attempts.given or claim.key in (known or ()):
                 self._adopt(claim)
             elif known is not None:
-                self._attempts.find_lost(claim, _lost("the service was gone"))
+                self._attempts.find_lost(claim, Ending.lost("Lost", "the service was gone"))
         self._follow_strangers((known or set()) - self._attempts.given, claimed)
         self._compared, self._attempts.is_back = time.monotonic(), False
 
@@ -305,13 +294,11 @@ class Reign:
             self._engine.submit(self._parts.tickets.write(claim, threads=threads))
         except Exception as error:  # whatever it is, the attempt is not under way
             log.exception("%s could not be given to the engine", claim.key, extra=about(claim))
-            self._attempts.ended[claim.key] = _lost(f"{type(error).__name__}: {error}")
+            self._attempts.ended[claim.key] = Ending.lost(
+                "Lost", f"{type(error).__name__}: {error}"
+            )
             self._refused = time.monotonic()
         point("claim-after-submit")
-
-
-def _lost(reason: str) -> Ending:
-    return Ending(Cause.LOST, "Lost", reason, (), 0.0)
 
 
 def _progress(

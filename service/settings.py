@@ -63,7 +63,7 @@ class Settings(BaseSettings):
         description="default: SQLite inside data; postgresql+psycopg://... allows several services",
     )
     engine: str | None = Field(
-        default=None, description="tls://host:port of a Dask scheduler; default: workers of our own"
+        default=None, description="tls://host:port of a Dask scheduler; default: this machine"
     )
     tls_ca: Path | None = Field(default=None, description="PEM: who signed that scheduler's key")
     tls_cert: Path | None = Field(default=None, description="PEM: our certificate, for it")

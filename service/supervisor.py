@@ -1,6 +1,6 @@
 """The supervisor: gives an attempt to a warm process, listens to it, and ends it when it must end.
 
-Called in a worker of the engine. ``service.warm`` has the processes; a worker with one thread has one of
+Called in a slot of an engine (``service.execution``). ``service.warm`` has the processes; a slot has one of
 them, which is replaced after a crash, an error, a cancel or a limit.
 
 The answer is files in the attempt's folder. Whatever happens touches this attempt alone.
@@ -20,7 +20,7 @@ from service.attempt import Ending, Ticket
 from service.jobs import Cause, Kind, Stored
 from service.rereads import REREADS
 from service.space import free_bytes
-from service.warm import Words
+from service.warm import Slot, Words
 from service.worker import STATUS_MEMORY
 from studies.files import ANSWER, OF_A_SWEEP
 
@@ -34,6 +34,7 @@ TRIES = 3  # processes that may die before they take an order
 TICK = 0.1  # s, how often stop and limits are looked at
 PATIENCE = 0.5  # s, between the word "stop" and the kill
 LEAVE_SECONDS = 8.0  # between the word "leave" and the word "stop"
+STOP_SECONDS = 3.0 * PATIENCE  # for an attempt that was told to stop to be gone
 TELL_INTERVAL = 1.0  # s, between two pieces of progress
 PAUSE_SECONDS = 20.0  # of a worker on which nothing works: others take what there is to do
 ILL = frozenset({errno.EIO, errno.ESTALE, errno.EROFS, errno.ENOTCONN, errno.EHOSTDOWN})  # a mount
@@ -44,36 +45,6 @@ AT_THE_LIMIT = 0.9
 LAST_WORDS = 4096
 WANT_OF_MEMORY = (b"MemoryError", b"bad_alloc", b"ut of memory", b"Cannot allocate memory")
 
-_SUPERVISORS: dict[str, "Supervisor"] = {}  # at work in this process, by key of their ticket
-
-
-def supervise(ticket: Ticket, tell: Tell) -> Ending:
-    """Compute one attempt in a process of its own, and say how it ended."""
-    supervisor = _SUPERVISORS[ticket.key] = Supervisor(ticket, tell)
-    try:
-        return supervisor.run()
-    except OSError as error:  # no folder, no process: it is the worker that is ill, not the run
-        return supervisor.pause(type(error).__name__, str(error))
-    finally:
-        del _SUPERVISORS[ticket.key]
-
-
-def stop(keys: list[str] | None = None) -> None:
-    """Stop these attempts, or all, if they run in this process."""
-    for supervisor in _chosen(keys):
-        supervisor.stop()
-
-
-def leave(keys: list[str] | None = None, seconds: float = LEAVE_SECONDS) -> None:
-    """The same, but let them write a checkpoint; one that has not left in time is stopped."""
-    for supervisor in _chosen(keys):
-        supervisor.leave(seconds)
-
-
-def _chosen(keys: list[str] | None) -> list["Supervisor"]:
-    at_work = list(_SUPERVISORS.items())
-    return [supervisor for key, supervisor in at_work if keys is None or key in keys]
-
 
 class Supervisor:
     """One attempt: its order, what is heard of it, and why it is ended."""
@@ -82,9 +53,10 @@ class Supervisor:
         self._ticket = ticket
         self._tell = tell
         self._directory = Path(ticket.directory)
-        self._begin = time.monotonic()
-        self._told = self._begin - TELL_INTERVAL
-        self._looked = self._begin  # at the log
+        self._begin = self._looked = (
+            0.0  # monotonic: of the attempt, and of the last look at its log
+        )
+        self._told = -math.inf
         self._progress: Words | None = None
         self._checkpoint: int | None = None
         self._taken = False  # the order: from here on a death is the run's own
@@ -101,15 +73,23 @@ class Supervisor:
         now = time.monotonic()
         self._leave_at, self._stop_at = now, min(self._stop_at, now + seconds)
 
-    def run(self) -> Ending:
-        """From the order to the end."""
+    def run(self, slot: Slot) -> Ending:
+        """Compute the attempt in the process of a slot, and say how it ended."""
+        self._begin = self._looked = time.monotonic()
+        try:
+            return self._run(slot)
+        except OSError as error:  # no folder, no process: it is the worker that is ill, not the run
+            return self.pause(type(error).__name__, str(error))
+
+    def _run(self, slot: Slot) -> Ending:
+        if self._is_unwanted():
+            return self.ending(Cause.LOST, "Stopped", "stopped before it began")
         self._directory.mkdir(exist_ok=True)  # without its parents: they are there if the disk is
-        if (
-            not self._missing()
-        ):  # done before; the worker that held the answer died, and Dask asks again
+        # Done before: the worker that held the answer died, and Dask asks again.
+        if not self._missing():
             return self._collect()
         for _ in range(TRIES):
-            child = warm.hire()
+            child = slot.acquire()
             try:
                 child.take(self._ticket)
                 end = self._watch(child)
@@ -118,18 +98,22 @@ class Supervisor:
                 child.end()
                 raise
             if end is not None:
-                self._let_go(child, end)
+                self._let_go(child, end, slot)
                 return self._judge(end)
             status = child.end()
             if self._taken or self._cut or status is None:
                 return self._judge_dead(status)
         raise ChildProcessError("a process cannot be started; the log of the worker says why")
 
+    def _is_unwanted(self) -> bool:
+        """Whether it was asked to stop or to leave."""
+        return min(self._stop_at, self._leave_at) < math.inf
+
     def pause(self, failure: str, reason: str) -> Ending:
         """How an attempt ends where nothing works; told late, so that this worker gets little to do."""
         ending = self.ending(Cause.LOST, failure, f"its worker cannot compute: {reason}")
         end = time.monotonic() + PAUSE_SECONDS
-        while time.monotonic() < end and min(self._stop_at, self._leave_at) == math.inf:
+        while time.monotonic() < end and not self._is_unwanted():
             time.sleep(TICK)
         return ending
 
@@ -206,11 +190,11 @@ class Supervisor:
 
     # --- how it ended ----------------------------------------------------------------------------
 
-    def _let_go(self, child: warm.Child, end: Words) -> None:
+    def _let_go(self, child: warm.Child, end: Words, slot: Slot) -> None:
         """Keep the process for the next order, unless something may be wrong with it."""
         is_fit = ("done" in end or "left" in end) and not end["spent"] and self._cut is None
         if is_fit:
-            warm.keep(child)
+            slot.release(child)
         else:
             child.end()
 

@@ -5,13 +5,15 @@ import socket
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 
-from service import identity, supervisor, warm
+from service import identity
 from service.directory import DataInUse, holding
 from service.doctor import has_database
 from service.jobs import Cause, Kind
 from service.reign import Parts
 from service.settings import Settings
 from service.store import Store
+from service.supervisor import Supervisor
+from service.warm import Slot
 from solver.errors import WhippleError
 
 
@@ -60,15 +62,13 @@ def _publish_all(settings: Settings, store: Store) -> None:
     for lost in store.claimed():  # by somebody who is gone: else we would not lead
         if lost.kind is Kind.PUBLISH:
             store.requeue(lost, Cause.LOST, reason="the service was gone")
-    try:
+    with closing(Slot()) as slot:
         while claims := store.claim(1, epoch, publications_only=True):
             for claim in claims:
-                ending = supervisor.supervise(parts.tickets.write(claim), lambda _: None)
+                ending = Supervisor(parts.tickets.write(claim), lambda _: None).run(slot)
                 parts.registrar.settle(claim, parts.inspector.look(claim, ending))
                 if ending.cause is Cause.LOST:
                     raise WhippleError(ending.reason)
                 shortage = parts.space.shortage()
                 if shortage is not None:
                     raise WhippleError(f"{shortage}; make room, and ask again")
-    finally:
-        warm.dismiss()

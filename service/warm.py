@@ -32,8 +32,6 @@ SINGLE_THREAD = dict.fromkeys(
     ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
 )
 
-_IDLE: list["Child"] = []  # processes without an order
-
 
 class Child:
     """A process that takes orders."""
@@ -136,30 +134,35 @@ class Child:
             return None
 
 
-def hire() -> Child:
-    """A process that waits for an order, or a new one."""
-    while True:
-        try:
-            child = _IDLE.pop()
-        except IndexError:
-            return Child()
-        if child.is_alive():
-            return child
-        child.end()
+class Slot:
+    """A place for one attempt at a time, and the process that waits there for the next one.
 
+    To be used by one thread: its processes end with the thread that started them.
+    """
 
-def keep(child: Child) -> None:
-    """Keep a process whose order has ended well for the next one, unless it has taken enough of them."""
-    if child.orders < ORDERS_OF_A_CHILD:
-        _IDLE.append(child)
-    else:
-        child.end()
+    def __init__(self) -> None:
+        self._idle: Child | None = None
 
+    def acquire(self) -> Child:
+        """The process that waits for an order, or a new one."""
+        child, self._idle = self._idle, None
+        if child is not None and not child.is_alive():
+            child.end()
+            child = None
+        return child or Child()
 
-def dismiss() -> None:
-    """End the processes that have no order."""
-    while _IDLE:
-        _IDLE.pop().dismiss()
+    def release(self, child: Child) -> None:
+        """Keep a process whose order has ended well for the next one, unless it has taken enough of them."""
+        if child.orders < ORDERS_OF_A_CHILD:
+            self._idle = child
+        else:
+            child.end()
+
+    def close(self) -> None:
+        """End the process that has no order."""
+        child, self._idle = self._idle, None
+        if child is not None:
+            child.dismiss()
 
 
 def _environment() -> dict[str, str]:

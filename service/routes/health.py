@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from fastapi import APIRouter, Request, Response
 
-from service.computing import Engine
+from service.computing import DispatcherStatus
 from service.errors import ServiceNotReady
 from service.jobs import QueueRow
 from service.metrics import CONTENT_TYPE
@@ -134,7 +134,7 @@ def _disk(settings: Settings) -> Iterator[tuple[str, str]]:
     yield "disk", f"{_gigabytes(free)} free"
 
 
-def _engine(engine: Engine, queue: QueueRow) -> Iterator[tuple[str, str]]:
+def _engine(engine: DispatcherStatus, queue: QueueRow) -> Iterator[tuple[str, str]]:
     """Whether somebody computes; raises ServiceNotReady."""
     if not engine.is_alive():
         raise ServiceNotReady("nobody computes what is in the queue")

@@ -1,7 +1,6 @@
 """Where the middle of the hole of an oblique shot is: on the plane of symmetry, not at the first touch."""
 
 import numpy as np
-from scipy import ndimage
 
 OPEN = 0.5  # of the nominal areal density, below which a cell is open: the edge of a hole
 
@@ -18,6 +17,8 @@ def centre_of_hole(
     found, _, _ = np.histogram2d(
         plane[:, 0], plane[:, 1], bins=(edges, edges[count:]), weights=mass
     )
+    from scipy import ndimage
+
     label, _ = ndimage.label(found < OPEN * areal_density * cell**2)
     size = np.bincount(label.ravel())
     size[0] = 0

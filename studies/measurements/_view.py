@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import ndimage
 
 from studies.measurements import RESOLUTION_IN_CELLS
 from studies.measurements._centre import centre_of_hole
@@ -169,6 +168,8 @@ def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarr
         return found
     occupied = np.zeros(_shape(geometry), bool)
     occupied.reshape(-1)[cell[among]] = True
+    from scipy import ndimage  # 0.1 s, which only a process that measures pays
+
     label, _ = ndimage.label(occupied, structure=np.ones((3, 3, 3), bool))
     labels = label.reshape(-1)[cell]
     found[among] = np.isin(labels[among], np.unique(labels[among & seed]))

@@ -23,8 +23,8 @@ class Victim(StrEnum):
     """A process of the four kinds that there are."""
 
     RUN = "run"  # the warm process that computes it, or publishes
-    WORKER = "worker"
-    SCHEDULER = "scheduler"  # one of its own; else it lives in the service
+    WORKER = "worker"  # of a cluster
+    SCHEDULER = "scheduler"  # the same
     SERVICE = "service"
 
 

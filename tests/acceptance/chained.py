@@ -28,6 +28,7 @@ def execute(
     directory: Path,
     progress: Callable[[Progress], None] | None = None,
     *,
+    threads: int = 1,
     checkpoint: Path | None = None,
     leave: Callable[[], bool] | None = None,
     saved: Callable[[int], object] | None = None,
@@ -52,7 +53,8 @@ def execute(
             progress(Progress(step / STEPS, 1.0, step, step / STEPS, None, {}))
         if leave is not None and leave():
             raise Interrupted(time=step / STEPS, step=step)
-    result = _result(run, value, checkpoint=f"on from step {begun}" if begun else "")
+    went_on = f"on from step {begun}" if begun else ""
+    result = _result(run, value, threads=threads, checkpoint=went_on)
     for name in ("state.npz", "film.npz")[: 1 + film]:
         write_text(directory / name, f"{run.id} {value!r}")
     write_text(directory / "result.json", json.dumps(result.as_json()))
@@ -76,7 +78,7 @@ def _begin(run: Run, checkpoint: Path | None) -> tuple[int, float]:
     return step, value
 
 
-def _result(run: Run, value: float, **provenance: str) -> RunResult:
+def _result(run: Run, value: float, **provenance: Any) -> RunResult:
     hole = Measured(0.01 * value, 1e-4, {}, (), {"time": [0.0], "value": [0.01 * value]}, 1)
     return RunResult(
         run.id,

@@ -203,7 +203,7 @@ def drill(
     settings: Mapping[str, str] | None = None,
     **more: Any,
 ) -> Iterator[Drill]:
-    """A service that can be drilled, on SQLite or a database, with workers of its own or a cluster's.
+    """A service that can be drilled, on SQLite or a database, on this machine or with a cluster.
 
     ``settings`` of the service, ``WHIPPLE_...``; ``more`` words for it: see ``serving.Service``.
     """

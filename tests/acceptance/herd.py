@@ -10,7 +10,6 @@ from pathlib import Path
 from tests.service.doubles import is_gone, wait_until
 
 MARK = "DRILL_OF"  # in the environment of every process that the block starts
-WORKER = b"service.worker"  # in the command of a warm process
 
 
 class Herd:
@@ -22,15 +21,6 @@ class Herd:
     def pids(self) -> set[int]:
         """Those that live now; one that has ended and was not waited for has no environment."""
         return {int(entry.name) for entry in Path("/proc").glob("[0-9]*") if self._has(entry)}
-
-    def warm(self) -> list[int]:
-        """Of these, the warm processes of slots."""
-        return [pid for pid in sorted(self.pids()) if WORKER in command(pid).split(b"\0")]
-
-    def workers(self) -> list[int]:
-        """Of these, the workers of Dask that have a warm process."""
-        parents = {parent_of(pid) for pid in self.warm()}
-        return sorted(parents & self.pids())
 
     def is_empty(self) -> bool:
         """Whether nothing is left."""
@@ -54,14 +44,6 @@ class Herd:
             return self._mark in (entry / "environ").read_bytes().split(b"\0")
         except OSError:  # it ended while we looked, or is somebody else's
             return False
-
-
-def command(pid: int) -> bytes:
-    """The words a process was started with, each ended by a zero byte."""
-    try:
-        return Path(f"/proc/{pid}/cmdline").read_bytes()
-    except OSError:
-        return b""
 
 
 def parent_of(pid: int) -> int:

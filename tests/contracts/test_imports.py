@@ -11,7 +11,7 @@ ROOT = Path(__file__).parents[2]
 
 ELSEWHERE = ("xarray", "netCDF4", "pandas", "plotly", "dask", "distributed", "pint")
 HEAVY = ("numba", "llvmlite", "scipy", *ELSEWHERE)
-NEVER_IN_THE_API_PROCESS = ("numba", "llvmlite", "xarray", "netCDF4")
+NEVER_IN_THE_API_PROCESS = ("numba", "llvmlite", "xarray", "netCDF4", "distributed")
 SOLVER_MAY_IMPORT = {"numpy", "scipy", "solver"}
 COMPILING = {ROOT / "solver" / "jit.py", *(ROOT / "solver" / "vectors").glob("*.py")}
 COMPILING_MAY_IMPORT = {*SOLVER_MAY_IMPORT, "numba", "llvmlite"}
@@ -26,6 +26,8 @@ def test_import__of_a_package_is_cheap(module: str) -> None:
     "module",
     [
         "service.app",
+        "service.execution.local",
+        "service.serve",
         "studies.laws",
         "studies.materials",
         "studies.run",

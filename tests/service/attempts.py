@@ -8,13 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from service import supervisor
 from service.attempt import Ending, Ticket
 from service.jobs import Kind
-from service.supervisor import supervise
+from service.supervisor import Supervisor, Tell
+from service.warm import Slot
 from tests.service.doubles import run_id, wait_until
 from tests.service.targets import MEBIBYTE, Run
 
+SLOT = Slot()  # of all attempts in this process
 LIMIT = 1024 * MEBIBYTE  # of memory; imports of the tests' targets take a tenth of it
 
 
@@ -35,18 +36,28 @@ def nobody(_words: Mapping[str, Any]) -> None:
     """Nobody listens."""
 
 
+def supervise(order: Ticket, tell: Tell) -> Ending:
+    """Compute an attempt here and now."""
+    return Supervisor(order, tell).run(SLOT)
+
+
 class Attempt:
     """An attempt under way in a thread."""
 
     def __init__(self, order: Ticket):
         self.order = order
         self.told: list[Mapping[str, Any]] = []
+        self.supervisor = Supervisor(order, self.told.append)
         self._endings: list[Ending] = []
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
 
     def _run(self) -> None:
-        self._endings.append(supervise(self.order, self.told.append))
+        self._endings.append(self.supervisor.run(SLOT))
+
+    def is_over(self) -> bool:
+        """Whether it has ended, though its thread may not have."""
+        return bool(self._endings)
 
     def end(self) -> Ending:
         """How it ended, as soon as it has and its thread is gone, with which a process that it kept goes."""
@@ -69,7 +80,7 @@ def under_way(order: Ticket) -> Iterator[Attempt]:
     try:
         yield attempt
     finally:
-        supervisor.stop([order.key])
+        attempt.supervisor.stop()
         attempt.end()
 
 

@@ -16,15 +16,16 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from service.attempt import Back, Ended, Ending, Inbox, Message, Ticket, Told
-from service.execution import Engine
+from service.execution.dask import DaskEngine, Remote
+from service.execution.protocol import Engine
 from service.jobs import Kind
-from service.scheduler import Remote
 from tests.service.doubles import is_gone, run_id, wait_until
 from tests.service.targets import Run
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = ROOT / "docs" / "cluster.md"
 patiently = partial(wait_until, seconds=180.0)  # what imports Dask starts slowly on a busy machine
+PRELOAD = "service.execution.dask_worker"
 EXAMPLE_HOST, EXAMPLE_PORT, EXAMPLE_COUNT = "scheduler.example.org", "8786", "--nworkers 4"
 
 
@@ -145,7 +146,7 @@ class Cluster:
     def start_workers(self, count: int = 1, *, preload: str = "", **more: str) -> Process:
         command = documented("dask worker").replace(EXAMPLE_COUNT, f"--nworkers {count}")
         if preload:
-            command = command.replace("--preload service.slot", preload)
+            command = command.replace(f"--preload {PRELOAD}", preload)
         return self._start(command, "workers", more)
 
     def end(self) -> None:
@@ -223,7 +224,7 @@ class Service:
 def serving(remote: Remote, *, leave_seconds: float | None = 0.0) -> Iterator[Service]:
     """An engine on a cluster, until the end of the block."""
     inbox: Inbox = SimpleQueue()
-    service = Service(Engine(remote, inbox), inbox)
+    service = Service(DaskEngine(remote, inbox), inbox)
     try:
         yield service
     finally:

@@ -6,7 +6,9 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
 from queue import SimpleQueue
@@ -14,13 +16,14 @@ from queue import SimpleQueue
 import pytest
 from pydantic import ByteSize, ValidationError
 
-from service import execution, slot
 from service.attempt import Away, Back, Ended, Inbox, Ticket
-from service.execution import Engine, probe
+from service.execution import dask
+from service.execution.dask import Connection, DaskEngine, probe
 from service.jobs import Cause
-from service.scheduler import Connection
 from service.settings import Settings
+from solver import PHYSICS_VERSION
 from tests.service.cluster import (
+    PRELOAD,
     ROOT,
     Cluster,
     Line,
@@ -46,11 +49,10 @@ import json, sys, time
 from pathlib import Path
 from queue import SimpleQueue
 from service.attempt import Ticket
-from service.execution import Engine
-from service.scheduler import Remote
+from service.execution.dask import DaskEngine, Remote
 said = json.loads(sys.argv[1])
 address, *files = said["remote"]
-engine = Engine(Remote(address, *map(Path, files)), SimpleQueue())
+engine = DaskEngine(Remote(address, *map(Path, files)), SimpleQueue())
 while not engine.slots():
     time.sleep(0.05)
 for order in said["orders"]:
@@ -104,34 +106,6 @@ def test_scheduler__is_said_to_be_away_until_it_answers(service: Service) -> Non
     assert [type(message) for message in service.listen()] == [Away, Back]
 
 
-@pytest.mark.parametrize("victim", ["process", "worker"])
-def test_killed__is_heard_and_the_neighbour_goes_on(
-    service: Service, tmp_path: Path, victim: str
-) -> None:
-    one, other = ticket(tmp_path, 1, seconds=20.0), ticket(tmp_path, 2, seconds=2.0)
-    for order in (one, other):
-        service.engine.submit(order)
-    pid = pid_of(one)
-    pid_of(other)
-    os.kill(parent_of(pid) if victim == "worker" else pid, signal.SIGKILL)
-    cause = Cause.LOST if victim == "worker" else Cause.CRASH
-    assert service.end_of(one).cause is cause
-    patiently(lambda: is_gone(pid))
-    assert service.end_of(other).cause is None
-    service.wait_for_slots(WORKERS)
-
-
-def test_stop_and_leave__reach_other_machines(service: Service, tmp_path: Path) -> None:
-    stopped, left = ticket(tmp_path, 1, "deaf"), ticket(tmp_path, 2, seconds=20.0)
-    for order in (stopped, left):
-        service.engine.submit(order)
-        pid_of(order)
-    service.engine.stop([stopped.key])
-    assert service.end_of(stopped).failure == "Stopped"
-    service.engine.close(30.0)
-    assert service.end_of(left, forget=False).failure == "Left"
-
-
 def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     cluster: Cluster, service: Service, tmp_path: Path
 ) -> None:
@@ -166,6 +140,25 @@ def test_nanny_killed__nothing_of_it_is_left(
     patiently(extra.is_gone)
     service.engine.stop([order.key for order in orders])
     assert {service.end_of(order).cause for order in orders} == {Cause.LOST}
+    service.wait_for_slots(WORKERS)
+
+
+def test_worker_frozen__stop_reaches_the_others(service: Service, tmp_path: Path) -> None:
+    stopped, other = ticket(tmp_path, 1, "hang"), ticket(tmp_path, 2, seconds=1.0)
+    for order in (stopped, other):
+        service.engine.submit(order)
+    pid_of(stopped)
+    frozen = parent_of(pid_of(other))
+    os.kill(frozen, signal.SIGSTOP)
+    try:
+        begin = time.monotonic()
+        for _ in range(3):
+            service.engine.stop([stopped.key, other.key])
+        assert time.monotonic() - begin < dask.ANSWER_SECONDS
+        assert service.end_of(stopped).failure == "Stopped"
+    finally:
+        os.kill(frozen, signal.SIGCONT)
+    service.end_of(other)
     service.wait_for_slots(WORKERS)
 
 
@@ -205,13 +198,6 @@ def test_service_killed__the_next_one_adopts_its_attempts(cluster: Cluster, tmp_
         ends = [one.key for one in service.listen() if isinstance(one, Ended)]
         assert sorted(ends) == sorted([short.key, long.key])
         assert not {short.key, long.key} & service.engine.known()
-
-
-def test_follow__what_the_scheduler_does_not_know_is_lost(service: Service, tmp_path: Path) -> None:
-    order = ticket(tmp_path)
-    service.engine.follow(order.key)
-    ending = service.end_of(order)
-    assert (ending.cause, ending.failure) == (Cause.LOST, "Gone")
 
 
 def test_service_that_goes_without_a_word__its_attempts_go_on(
@@ -287,6 +273,33 @@ def test_scheduler_killed__runs_leave_their_checkpoint_and_the_service_waits(
         assert service.end_of(again).cause is None
 
 
+def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as service:
+        [frozen] = cluster.processes
+        cluster.start_workers(1)
+        service.wait_for_slots(1)
+        order = ticket(tmp_path, seconds=3.0)
+        service.engine.submit(order)
+        pid = pid_of(order)
+        monkeypatch.setattr(dask, "ANSWER_SECONDS", 1.0)
+        os.killpg(frozen.process.pid, signal.SIGSTOP)
+        try:
+            with ThreadPoolExecutor(1) as thread:
+                assert thread.submit(service.engine.slots).result(60) == 0
+            with pytest.raises(OSError, match="away"):
+                service.engine.stop([order.key])
+            patiently(lambda: isinstance(service.listen()[-1], Away))
+            with pytest.raises(OSError, match="away"):
+                service.engine.follow("another")
+        finally:
+            os.killpg(frozen.process.pid, signal.SIGCONT)
+        assert service.end_of(order).cause is None
+        assert pid_of(order) == pid
+        service.wait_for_slots(1)
+
+
 def test_follow__that_failed_can_be_asked_for_again(
     service: Service, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -305,7 +318,7 @@ def test_follow__that_failed_can_be_asked_for_again(
 def test_no_worker_comes__attempts_that_wait_for_one_are_lost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(execution, "NO_SLOT_SECONDS", 1.0)
+    monkeypatch.setattr(dask, "NO_SLOT_SECONDS", 1.0)
     with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as service:
         order = ticket(tmp_path)
         service.wait_until_back()
@@ -323,8 +336,8 @@ OLDER = "import solver\n\nsolver.PHYSICS_VERSION = 0\n"
 @pytest.mark.parametrize(
     ("preload", "difference"),
     [
-        ("--preload older --preload service.slot", f"physics 0, here {slot.PHYSICS_VERSION}"),
-        ("--preload json", "it was started without --preload service.slot"),
+        (f"--preload older --preload {PRELOAD}", f"physics 0, here {PHYSICS_VERSION}"),
+        ("--preload json", f"it was started without --preload {PRELOAD}"),
     ],
 )
 def test_worker_of_another_kind__gets_no_work_and_is_named(
@@ -342,7 +355,7 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     patiently(lambda: set(probe(settings_of(cluster, tmp_path)).workers) - before)
     [address] = set(probe(settings_of(cluster, tmp_path)).workers) - before
     assert difference in probe(settings_of(cluster, tmp_path)).workers[address]
-    with caplog.at_level(logging.WARNING, logger=execution.__name__):
+    with caplog.at_level(logging.WARNING, logger=dask.__name__):
         assert service.engine.slots() == service.engine.slots() == WORKERS
     said = [one.getMessage() for one in caplog.records if address in one.getMessage()]
     assert said == [f"the worker {address} gets no work: {difference}"]
@@ -381,7 +394,7 @@ def test_nobody_there__is_said_once_and_tried_again(tmp_path: Path) -> None:
     cluster = Cluster(tmp_path, free_port())
     cluster.certify()
     inbox: Inbox = SimpleQueue()
-    engine = Engine(cluster.remote(), inbox)
+    engine = DaskEngine(cluster.remote(), inbox)
     try:
         service = Service(engine, inbox)
         patiently(lambda: len(service.listen()) == 2)

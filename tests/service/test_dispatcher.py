@@ -1,19 +1,16 @@
 """The dispatcher's thread: who leads, what goes on after trouble, and how it leaves."""
 
-import math
 import time
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
-from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from service.attempt import Away, Ended, Inbox, Ticket
-from service.dispatcher import NO_ENGINE, OTHER_LEADER, WELL_SECONDS, Dispatcher
+from service.attempt import Ended, Inbox, Ticket
+from service.dispatcher import OTHER_LEADER, Dispatcher
 from service.jobs import Cause, State, StoreUnavailable
 from service.reign import NO_WORKER
 from service.store import Leadership, Store
@@ -263,136 +260,8 @@ def test_engine_that_does_not_start__after_a_change_of_leader_is_tried_again(
     dispatcher = Dispatcher(bench.settings, bench.store, open_engine=refuse_once)
     with pytest.raises(OSError, match="no certificate"):
         dispatcher.turn()
-    assert dispatcher.trouble() == bench.store.queue().hindrance == NO_ENGINE
     dispatcher.turn()
     assert dispatcher.leads()
-    assert dispatcher.trouble() is bench.store.queue().hindrance is None
-
-
-def test_engine_without_workers__is_replaced_and_what_it_had_is_begun_again(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    engines = [StandStill(), StandStill()]
-    opened = iter(engines)
-    dispatcher = Dispatcher(bench.settings, bench.store, open_engine=lambda _: next(opened))
-    bench.store.create_sweep(sweep_of(1))
-    dispatcher.turn()
-    engines[0].free = 0
-    dispatcher.turn()
-    assert (dispatcher.trouble(), engines[0].closed) == (NO_WORKER, [])
-    monkeypatch.setattr("service.dispatcher.NO_WORKER_SECONDS", 0.0)
-    dispatcher.turn()
-    assert engines[0].closed == [bench.settings.leave_seconds]
-    dispatcher.turn()
-    assert len(engines[1].submitted) == 1
-    assert (bench.run().attempt, bench.run().crashes) == (2, 0)
-
-
-@dataclass
-class Replaced:
-    """A dispatcher whose engines lose all their workers when a test says so."""
-
-    dispatcher: Dispatcher
-    opened: list[StandStill]
-    lives: bool = True  # whether there are processes of workers
-
-    def starve(self) -> None:
-        """The engine cannot be asked any more; a turn notices that."""
-        self.opened[-1].free = 0
-        self.dispatcher.turn()
-
-
-@pytest.fixture
-def replaced(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Replaced:
-    monkeypatch.setattr("service.dispatcher.NO_WORKER_SECONDS", 1e-9)  # the next moment
-
-    def open_engine(_inbox: Inbox) -> StandStill:
-        made.opened.append(StandStill())
-        return made.opened[-1]
-
-    dispatcher = Dispatcher(
-        bench.settings, bench.store, open_engine=open_engine, has_processes=lambda: made.lives
-    )
-    made = Replaced(dispatcher, [])
-    bench.store.create_sweep(sweep_of(1))
-    dispatcher.turn()
-    return made
-
-
-def test_engine_that_cannot_be_asked__is_left_alone_while_its_processes_live(
-    bench: Bench, replaced: Replaced
-) -> None:
-    replaced.starve()
-    replaced.opened[0].free = 2
-    replaced.dispatcher.turn()
-    assert replaced.opened[0].closed == []
-    assert (bench.run().state, bench.run().attempt) == (State.RUNNING, 1)
-    replaced.lives = False
-    replaced.starve()
-    assert len(replaced.opened[0].closed) == 1
-
-
-def test_engine_that_cannot_be_asked__is_replaced_after_long_though_its_processes_live(
-    replaced: Replaced, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("service.dispatcher.SILENT_SECONDS", 0.0)
-    replaced.starve()
-    assert len(replaced.opened[0].closed) == 1
-
-
-def test_engine_that_does_not_close__is_replaced_all_the_same(
-    bench: Bench, replaced: Replaced, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def close(_seconds: float | None) -> None:
-        raise TimeoutError("timed out after 10 s.")
-
-    monkeypatch.setattr(replaced.opened[0], "close", close)
-    replaced.lives = False
-    replaced.starve()
-    replaced.dispatcher.turn()
-    assert len(replaced.opened[1].submitted) == 1
-
-
-def test_engine_that_is_replaced__its_last_words_are_not_those_of_the_next(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def close(_seconds: float | None) -> None:
-        bench.say(Away("the connection to the scheduler broke"))
-
-    monkeypatch.setattr("service.dispatcher.NO_WORKER_SECONDS", 1e-9)
-    monkeypatch.setattr(bench.engine, "close", close)
-    bench.engine.free = 0
-    bench.turn()
-    bench.engine.free = 2
-    bench.turn()
-    assert bench.dispatcher.trouble() is None
-
-
-def test_replacement__of_a_replacement_takes_twice_the_patience(
-    replaced: Replaced, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    seconds = float(math.ceil(time.monotonic()))
-    monkeypatch.setattr("service.dispatcher.NO_WORKER_SECONDS", 60.0)
-    clock = SimpleNamespace(monotonic=lambda: seconds)
-    monkeypatch.setattr("service.dispatcher.time", clock)
-    replaced.lives = False
-    waited = []
-    for _ in range(6):
-        replaced.dispatcher.turn()
-        begin, engine = seconds, replaced.opened[-1]
-        engine.free = 0
-        while not engine.closed:
-            seconds += 10.0
-            replaced.dispatcher.turn()
-        waited.append(seconds - begin)
-    assert waited == [60.0, 120.0, 240.0, 480.0, 480.0, 480.0]
-    replaced.dispatcher.turn()
-    seconds += WELL_SECONDS + 1.0
-    replaced.dispatcher.turn()
-    replaced.opened[-1].free = 0
-    seconds += 60.0
-    replaced.dispatcher.turn()
-    assert len(replaced.opened[-1].closed) == 1
 
 
 def test_thread__goes_on_after_trouble(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from service.leaving import ASKS, KILLED_BY, heeding, undisturbed
+from service.leaving import ASKS, KILLED_BY, heeding
 
 ROOT = Path(__file__).parents[2]
 WAKE_SECONDS = 30.0  # far more than a busy machine needs, far less than the test waits
@@ -219,46 +219,3 @@ def test_another_thread__changes_nothing() -> None:
     other.start()
     other.join()
     assert seen == [(None, signal.getsignal(signal.SIGINT))]
-
-
-def test_undisturbed__a_process_started_there_survives_an_interrupt() -> None:
-    waits = [sys.executable, "-c", "print('ready', flush=True); print(input())"]
-    with undisturbed():
-        process = subprocess.Popen(waits, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    process.send_signal(signal.SIGINT)
-    assert process.communicate("still here\n")[0] == "still here\n"
-    assert process.returncode == 0
-
-
-SPAWN = (
-    "import multiprocessing, threading\n"
-    "from pathlib import Path\n"
-    "from service.leaving import undisturbed\n"
-    "def spawn():\n"
-    "    process = multiprocessing.get_context('spawn').Process()\n"
-    "    process.start()\n"
-    "    print(Path(f'/proc/{process.pid}/status').read_text())\n"
-    "if __name__ == '__main__':\n"
-    "    with undisturbed():\n"
-    "        thread = threading.Thread(target=spawn)\n"
-    "        thread.start()\n"
-    "    thread.join()\n"
-)
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="asks /proc")
-def test_undisturbed__a_process_of_multiprocessing_from_its_first_moment() -> None:
-    answer = subprocess.run(
-        [sys.executable, "-c", SPAWN], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    blocked = int(answer.stdout.split("SigBlk:")[1].split()[0], 16)
-    assert blocked & 1 << signal.SIGINT - 1
-
-
-def test_undisturbed__only_within_the_block() -> None:
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [])
-    with undisturbed():
-        assert signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
-    assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == before

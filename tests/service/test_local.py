@@ -2,12 +2,8 @@
 
 import json
 import os
-import socket
-import ssl
 import subprocess
 import sys
-import urllib.error
-import urllib.request
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -121,56 +117,6 @@ def test_progress__is_seen_while_a_run_is_under_way(local: Local) -> None:
     local.store.cancel_sweep(row.id)
     local.end_of(row)
     wait_until(lambda: local.store.run(run.id).state is State.CANCELLED)
-
-
-def test_worker_killed__its_run_starts_again_uncharged_and_its_neighbour_goes_on(
-    local: Local,
-) -> None:
-    [victim] = runs_of("fine", first=500, seconds=15.0)  # until the neighbour has begun
-    [neighbour] = runs_of("fine", first=501, seconds=3.0)
-    row = local.ask([victim, neighbour])
-    pid = local.pid(victim)
-    local.pid(neighbour)
-    worker = int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
-    os.kill(worker, 9)
-    wait_until(lambda: is_gone(pid))
-    assert local.end_of(row).counts["succeeded"] == 2
-    lost, other = local.runs(row)
-    assert (lost.attempt, lost.crashes) == (2, 0)
-    assert (other.attempt, other.crashes) == (1, 0)
-
-
-def cluster_of(local: Local) -> Any:
-    """The scheduler and workers of the service."""
-    engine: Any = local.dispatcher._engine
-    return engine._place.cluster
-
-
-def test_scheduler__talks_to_nobody_without_our_certificate(local: Local) -> None:
-    scheme, _, place = cluster_of(local).scheduler_address.partition("://")
-    host, _, port = place.rpartition(":")
-    assert (scheme, host) == ("tls", "127.0.0.1")
-    anybody = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    anybody.check_hostname, anybody.verify_mode = False, ssl.CERT_NONE
-    with (
-        socket.create_connection((host, int(port))) as plain,
-        pytest.raises((ssl.SSLError, ConnectionError)),
-    ):
-        _greet(anybody.wrap_socket(plain))
-
-
-def _greet(connection: ssl.SSLSocket) -> None:
-    """Wait for a first byte; with TLS 1.3 a client hears only then that it is refused."""
-    with connection:
-        if not connection.recv(1):
-            raise ConnectionError("closed without a word")
-
-
-def test_scheduler__shows_no_page(local: Local) -> None:
-    port = cluster_of(local).scheduler.http_server.port
-    for page in ("status", "info/main/workers.html", "json/identity.json", "metrics"):
-        with pytest.raises(urllib.error.HTTPError, match="404"):
-            urllib.request.urlopen(f"http://127.0.0.1:{port}/{page}")
 
 
 # --- a sweep without a service -------------------------------------------------------------------

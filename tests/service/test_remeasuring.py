@@ -13,18 +13,17 @@ from typing import Any
 import pytest
 import xarray as xr
 
-from service import warm
 from service.artifacts import Artifacts
 from service.attempt import Ended, Ticket
 from service.directory import holding
 from service.jobs import Cause, Conflict, Kind, NotFound, State, SweepState
 from service.remeasuring import Plan, order, plan_of
 from service.store import Store
-from service.supervisor import supervise
 from studies import measurements
 from studies.files import STATE
 from studies.sweep import Sweep
 from tests.service.api import SWEEP
+from tests.service.attempts import SLOT, nobody, supervise
 from tests.service.bench import Bench
 from tests.service.by_hand import statements
 from tests.service.command import run
@@ -59,7 +58,7 @@ class Solved:
         done: list[Ticket] = []
         while tickets := self.bench.turn():
             for ticket in tickets:
-                ending = supervise(replace(ticket, targets=targets), lambda words: None)
+                ending = supervise(replace(ticket, targets=targets), nobody)
                 self.bench.say(Ended(ticket.key, ending))
                 done.append(ticket)
         return done
@@ -92,7 +91,7 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
             solved.store.create_sweep(Sweep.parse(document))
         solved.compute_all()
         assert {row.state for row in solved.store.sweeps().items} == {SweepState.SUCCEEDED}
-    warm.dismiss()  # the next process is one that knows the new definition
+    SLOT.close()  # the next process is one that knows the new definition
     return folder
 
 
@@ -107,7 +106,7 @@ def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
 @pytest.fixture(scope="module", autouse=True)
 def _processes() -> Iterator[None]:
     yield
-    warm.dismiss()
+    SLOT.close()
 
 
 @contextmanager
@@ -213,13 +212,13 @@ def test_death__between_reading_and_publishing_loses_nothing(
     solved: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     id = solved.id(TINY)
-    warm.dismiss()  # the next process sees the environment
+    SLOT.close()  # the next process sees the environment
     monkeypatch.setenv(FAULT, str(tmp_path / "died"))
     old = {one: solved.store.run(one).sha256 for one in solved.run_ids(id)}
     raise_the_version()
     order(solved.store, id)
     [ticket] = solved.bench.turn()
-    ending = supervise(replace(ticket, targets=RAISED), lambda words: None)
+    ending = supervise(replace(ticket, targets=RAISED), nobody)
     assert ending.failure == "SIGABRT"
     written = sorted(solved.bench.settings.data.glob("runs/*/*/a1-*/result-*.json"))
     assert len(written) == 2
@@ -228,7 +227,7 @@ def test_death__between_reading_and_publishing_loses_nothing(
     solved.bench.say(Ended(ticket.key, ending))
     again, _other = solved.compute_all(targets=RAISED)
     monkeypatch.delenv(FAULT)
-    warm.dismiss()
+    SLOT.close()
     assert again.spec["again"] == ticket.spec["again"]
     assert [file.stat().st_mtime_ns for file in written] == stamps  # read once
     assert (solved.cube(id)[MEASUREMENT] == VALUE).all()
@@ -244,7 +243,7 @@ def test_service__that_was_killed_while_it_read_does_it_again(solved: Solved) ->
     again, _other = solved.compute_all(targets=RAISED)
     assert again.spec["again"] == lost.spec["again"]
     assert again.key != lost.key
-    bench.say(Ended(lost.key, supervise(replace(lost, targets=RAISED), lambda words: None)))
+    bench.say(Ended(lost.key, supervise(replace(lost, targets=RAISED), nobody)))
     bench.turn()  # too late, it no longer counts
     assert (solved.cube(id)[MEASUREMENT] == VALUE).all()
     assert [one.kind for one in solved.store.events(id)].count("published") == 2
@@ -259,7 +258,7 @@ def test_publication__that_was_given_the_old_results_begins_again(solved: Solved
     order(solved.store, id)
     [reading] = solved.bench.turn()
     for ticket, targets in ((reading, RAISED), (stale, None)):
-        ending = supervise(replace(ticket, targets=targets), lambda words: None)
+        ending = supervise(replace(ticket, targets=targets), nobody)
         solved.bench.say(Ended(ticket.key, ending))
         if ticket is reading:
             solved.bench.engine.free = 0
@@ -279,9 +278,7 @@ def test_order__given_twice_is_done_once(solved: Solved) -> None:
         order(solved.store, id)
     [ticket] = solved.bench.turn()
     order(solved.store, id)  # while it is done
-    solved.bench.say(
-        Ended(ticket.key, supervise(replace(ticket, targets=RAISED), lambda words: None))
-    )
+    solved.bench.say(Ended(ticket.key, supervise(replace(ticket, targets=RAISED), nobody)))
     [of_other] = solved.compute_all(targets=RAISED)
     assert not of_other.spec["again"]
     kinds = [event.kind for event in solved.store.events(id) if event.sweep_id]

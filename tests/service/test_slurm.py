@@ -27,7 +27,7 @@ kill "$1" 2>/dev/null
 
 
 def test_slurm__the_documented_program_starts_workers_that_get_work(tmp_path: Path) -> None:
-    pytest.importorskip("dask_jobqueue", reason="the extra hpc is not installed")
+    pytest.importorskip("dask_jobqueue", reason="the extra cluster is not installed")
     cluster = Cluster(tmp_path)
     cluster.certify()
     for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL)):

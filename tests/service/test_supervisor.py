@@ -3,6 +3,7 @@
 import errno
 import os
 import signal
+import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -17,15 +18,17 @@ from service.artifacts import digest
 from service.attempt import Ticket
 from service.jobs import Cause, Keep, Kind
 from service.losses import list_in
-from service.supervisor import supervise
+from service.supervisor import Supervisor
 from tests.service.attempts import (
     LIMIT,
+    SLOT,
     Attempt,
     answer,
     kept,
     log_of,
     nobody,
     seen,
+    supervise,
     ticket,
     under_way,
 )
@@ -37,7 +40,7 @@ from tests.service.targets import MEBIBYTE, STEPS
 def _no_process_is_left() -> Iterator[None]:
     """Processes without an order end with the test that made them."""
     yield
-    warm.dismiss()
+    SLOT.close()
 
 
 @pytest.fixture
@@ -163,7 +166,7 @@ def test_no_process__costs_the_run_nothing(
     def refuse(*_arguments: Any, **_words: Any) -> None:
         raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
 
-    warm.dismiss()
+    SLOT.close()
     monkeypatch.setattr(warm.subprocess, "Popen", refuse)
     ending = supervise(ticket(tmp_path), nobody)
     assert (ending.cause, ending.failure) == (Cause.LOST, "BlockingIOError")
@@ -184,12 +187,16 @@ def test_worker_without_the_disk__makes_no_folders_of_its_own(
     assert not (tmp_path / "share").exists()
 
 
-def test_worker_without_the_disk__pauses_unless_it_shall_leave(tmp_path: Path) -> None:
+def test_worker_without_the_disk__pauses_unless_it_shall_leave(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pausing = threading.Event()
+    monkeypatch.setattr(supervisor, "free_bytes", lambda _folder: pausing.set())
     order = replace(ticket(tmp_path), directory=str(tmp_path / "share" / "run" / "a1-token"))
     with under_way(order) as attempt:
-        wait_until(lambda: order.key in supervisor._SUPERVISORS)
+        assert pausing.wait(DEADLINE)
         begin = time.monotonic()
-        supervisor.leave([order.key], seconds=60)
+        attempt.supervisor.leave(seconds=60)
         assert attempt.end().cause is Cause.LOST
         assert time.monotonic() - begin < supervisor.PAUSE_SECONDS / 2
 
@@ -233,8 +240,7 @@ def test_stop__ends_it_within_a_second_or_so(tmp_path: Path, behaviour: str) -> 
     with under_way(ticket(tmp_path, behaviour)) as attempt:
         pid = attempt.pid()
         begin = time.monotonic()
-        supervisor.stop(["another"])
-        supervisor.stop([attempt.order.key])
+        attempt.supervisor.stop()
         ending = attempt.end()
         # Patience and two ticks are 0.7 s; the rest is for a busy machine.
         assert time.monotonic() - begin < DEADLINE
@@ -242,10 +248,19 @@ def test_stop__ends_it_within_a_second_or_so(tmp_path: Path, behaviour: str) -> 
     assert is_gone(pid)
 
 
+def test_stop__before_it_began_ends_it_at_once(tmp_path: Path) -> None:
+    order = ticket(tmp_path)
+    waiting = Supervisor(order, nobody)
+    waiting.stop()
+    ending = waiting.run(SLOT)
+    assert (ending.cause, ending.failure) == (Cause.LOST, "Stopped")
+    assert not Path(order.directory).exists()
+
+
 def test_kill__takes_what_the_process_started_along(tmp_path: Path) -> None:
     with under_way(ticket(tmp_path, "litter")) as attempt:
         litter = attempt.pid("litter")
-        supervisor.stop()
+        attempt.supervisor.stop()
         attempt.end()
     wait_until(lambda: is_gone(litter))
 
@@ -270,7 +285,7 @@ def test_crash__what_it_forked_does_not_keep_it_alive(tmp_path: Path) -> None:
     order = ticket(tmp_path, "orphan")
     with under_way(order) as attempt:
         forked = attempt.pid("litter")
-        wait_until(lambda: order.key not in supervisor._SUPERVISORS)
+        wait_until(attempt.is_over)
         assert (attempt.end().cause, attempt.end().failure) == (Cause.CRASH, "SIGABRT")
     wait_until(lambda: is_gone(forked))
 
@@ -294,9 +309,9 @@ def test_process__that_does_not_even_die_is_left_alone(
     pid = attempt.pid()
     with monkeypatch.context() as patch:
         patch.setattr(warm.os, "killpg", lambda _pid, _signal: None)
-        supervisor.stop([order.key])
+        attempt.supervisor.stop()
         try:
-            wait_until(lambda: order.key not in supervisor._SUPERVISORS, seconds=20)
+            wait_until(attempt.is_over, seconds=20)
         finally:
             os.kill(pid, signal.SIGKILL)
     assert (attempt.end().cause, attempt.end().failure) == (Cause.LOST, "Stuck")
@@ -312,10 +327,10 @@ def test_order__a_large_one_to_a_process_that_does_not_listen_can_be_ended(
     order = ticket(tmp_path / "2", limit=limit, padding="x" * MEBIBYTE)
     attempt = Attempt(order)
     try:
-        wait_until(lambda: order.key in supervisor._SUPERVISORS)
+        wait_until(Path(order.directory).is_dir)  # it has begun
         if cause is Cause.LOST:
-            supervisor.stop([order.key])
-        wait_until(lambda: order.key not in supervisor._SUPERVISORS, seconds=20)
+            attempt.supervisor.stop()
+        wait_until(attempt.is_over, seconds=20)
     finally:
         with suppress(ProcessLookupError):
             os.kill(idle, signal.SIGKILL)
@@ -355,7 +370,7 @@ def test_killed__it_goes_on_from_the_last_checkpoint(tmp_path: Path) -> None:
 def test_leave__writes_a_checkpoint_and_spares_the_process(tmp_path: Path) -> None:
     with under_way(kept(tmp_path / "1", seconds=20.0)) as attempt:
         wait_until(lambda: attempt.told)
-        supervisor.leave([attempt.order.key], seconds=60)
+        attempt.supervisor.leave(seconds=60)
         ending = attempt.end()
     assert (ending.cause, ending.failure) == (Cause.LOST, "Left")
     assert ending.checkpoint == int((tmp_path / "1" / "checkpoint").read_text())
@@ -367,7 +382,7 @@ def test_leave__writes_a_checkpoint_and_spares_the_process(tmp_path: Path) -> No
 def test_leave__who_cannot_is_stopped(tmp_path: Path, behaviour: str) -> None:
     with under_way(ticket(tmp_path, behaviour)) as attempt:
         pid = attempt.pid()
-        supervisor.leave(seconds=0.5)
+        attempt.supervisor.leave(seconds=0.5)
         ending = attempt.end()
     assert (ending.cause, ending.failure, ending.checkpoint) == (Cause.LOST, "Stopped", None)
     assert is_gone(pid)
@@ -376,7 +391,7 @@ def test_leave__who_cannot_is_stopped(tmp_path: Path, behaviour: str) -> None:
 def test_leave__who_is_done_in_time_is_done(tmp_path: Path) -> None:
     with under_way(ticket(tmp_path, "busy")) as attempt:
         attempt.pid()
-        supervisor.leave(seconds=60)
+        attempt.supervisor.leave(seconds=60)
         assert attempt.end().cause is None
 
 

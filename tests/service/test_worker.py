@@ -16,13 +16,14 @@ import pytest
 from service import supervisor, warm, worker
 from service.attempt import Ticket
 from service.jobs import Cause
-from service.supervisor import supervise
 from studies.files import ANSWER
 from studies.run import resolve
 from tests.service.attempts import (
     LIMIT,
+    SLOT,
     nobody,
     seen,
+    supervise,
     ticket,
     under_way,
 )
@@ -35,7 +36,7 @@ ROOT = Path(__file__).parents[2]
 def _no_process_is_left() -> Iterator[None]:
     """Processes without an order end with the test that made them."""
     yield
-    warm.dismiss()
+    SLOT.close()
 
 
 # --- order after order ---------------------------------------------------------------------------
@@ -161,8 +162,8 @@ def start_supervisor(order: Ticket) -> "subprocess.Popen[bytes]":
     """A supervisor in a process of its own."""
     program = (
         "import json, sys, time; from service.attempt import Ticket; "
-        "from service.supervisor import supervise; "
-        "supervise(Ticket(**json.loads(sys.argv[1])), print); print('over', flush=True); "
+        "from service.supervisor import Supervisor; from service.warm import Slot; slot = Slot(); "
+        "Supervisor(Ticket(**json.loads(sys.argv[1])), print).run(slot); print('over', flush=True); "
         "time.sleep(600)"
     )
     command = [sys.executable, "-c", program, json.dumps(vars(order))]
@@ -218,7 +219,7 @@ def test_life_line__no_order_no_work() -> None:
 
 def test_dismissed__an_idle_process_ends(tmp_path: Path) -> None:
     process = int(seen(supervise(ticket(tmp_path), nobody))["process"])
-    warm.dismiss()
+    SLOT.close()
     assert is_gone(process)
 
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from studies import quantities
 from studies.errors import InvalidInput
 from studies.quantities import exact_number, parse_quantity, readable, round_quantity
 
@@ -140,15 +141,24 @@ def test_exact_number__keeps_the_decimals_of_a_float() -> None:
     assert exact_number(0.1, "field") + exact_number(0.2, "field") == Decimal("0.3")
 
 
-def test_import__of_quantities_leaves_pint_for_the_first_unit() -> None:
-    code = "import studies.quantities, sys; assert 'pint' not in sys.modules"
+@pytest.mark.parametrize(("unit_text", "unit"), quantities._FACTORS)
+def test_factors__of_usual_units_are_those_of_pint(unit_text: str, unit: str) -> None:
+    assert quantities._conversion(unit_text, unit) == (
+        quantities._FACTORS[unit_text, unit],
+        Decimal(0),
+    )
+
+
+def test_import__of_quantities_leaves_pint_for_the_first_unusual_unit() -> None:
+    parsed = "import studies.materials as kind; [kind.load(name) for name in kind.names()]"
+    code = f"import sys; {parsed}; assert 'pint' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
 def test_parse_quantity__loads_no_arrays_of_other_libraries() -> None:
     """And leaves them to be loaded by those who want them."""
     code = (
-        "import sys; from studies.quantities import parse_quantity; parse_quantity('6 km/s', 'm s-1', 'speed')\n"
+        "import sys; from studies.quantities import parse_quantity; parse_quantity('6 mi/h', 'm s-1', 'speed')\n"
         "heavy = {'dask', 'distributed', 'xarray', 'pandas', 'uncertainties'} & set(sys.modules)\n"
         "assert 'pint' in sys.modules and not heavy, heavy\n"
         "import dask.base"

@@ -39,9 +39,9 @@ def full(**victims: int) -> Mapping[Victim, int]:
 
 FULL_WORK = Work(speeds=10, sweeps=19, targets=SOLVER)
 SHORT_WORK = Work(speeds=5, sweeps=2)
-FULL = Plan(FULL_WORK, full(run=16, worker=12, service=12))
+FULL = Plan(FULL_WORK, full(run=28, service=12))
 FULL_EXTERNAL = Plan(FULL_WORK, full(run=12, worker=10, scheduler=8, service=10), external=True)
-SHORT = Plan(SHORT_WORK, full(run=1, worker=1, service=1))
+SHORT = Plan(SHORT_WORK, full(run=2, service=1))
 SHORT_EXTERNAL = Plan(SHORT_WORK, full(run=1, scheduler=1, service=1), external=True)
 
 
@@ -55,7 +55,7 @@ def kills_sqlite() -> Iterator[Row]:
 
 @claim(
     "kills-postgresql",
-    says="the same on PostgreSQL, with a scheduler of its own that is killed too",
+    says="the same on PostgreSQL and a Dask cluster, whose workers and scheduler are killed too",
 )
 def kills_postgresql() -> Iterator[Row]:
     yield from drilled(FULL_EXTERNAL, SEED)

@@ -19,7 +19,6 @@ from tests.acceptance import inspection, outage
 from tests.acceptance.blows import Moment
 from tests.acceptance.drill import Drill, Work, drill
 from tests.claims import Row, claim
-from tests.claims.computed import rows_of_tests
 from tests.claims.queue._common import (
     fetch,
     folder,
@@ -186,8 +185,6 @@ def _bodies(here: Drill, kind: str, seen: int) -> list[Mapping[str, Any]]:
 )
 def trouble_clock() -> Iterator[Row]:
     yield from clock_set()
-    # A message is caught between two batches by chance, and once in fifty throws of the clock; there it is always.
-    yield from rows_of_tests("tests/service/test_steady.py")
 
 
 def clock_set() -> Iterator[Row]:

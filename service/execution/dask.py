@@ -1,47 +1,171 @@
-"""The engine: workers of Dask over TLS. With ``service.scheduler`` all that imports ``distributed``.
+"""The engine on a Dask scheduler, over TLS: the only file that imports ``distributed``.
 
 Dask is muscle: it is never given more than it has free slots, never retries, and may lose anything
-at any moment. A slot is a worker process with ``service.slot`` in it; there a supervisor watches one
-child. The scheduler and its workers are our own (``Embedded``), or somebody's (``Remote``) who may go
-away and come back, and whose attempts go on when we die: they are found again by their keys.
+at any moment. A slot is a worker process with ``service.execution.dask_worker`` in it; there a
+supervisor watches one child. The scheduler is somebody's, may go away and come back, and its attempts
+go on when we die: they are found again by their keys. A scheduler that does not answer in time counts
+as away: its connection is given up, and another one takes its place when it answers again.
 """
 
+import asyncio
 import logging
+import socket
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import distributed
 
-from service import slot, supervisor
 from service.attempt import Away, Back, Ended, Ending, Inbox, Ticket, Told
-from service.jobs import Cause
-from service.scheduler import Connection, Embedded, Remote, ours
+from service.execution import Cluster, dask_worker
+from service.supervisor import LEAVE_SECONDS, STOP_SECONDS
 
 if TYPE_CHECKING:
     from service.settings import Settings
 
 log = logging.getLogger(__name__)
 
-PUBLISHED = (
-    "whipple/"  # begin of the names under which a scheduler keeps attempts for our next life
-)
-RETRY_SECONDS = 2.0  # between two tries to reach it
+# Begin of the names under which a scheduler keeps attempts for our next life.
+PUBLISHED = "whipple/"
+CONNECT_SECONDS = 5.0  # for a scheduler to be reached
+ANSWER_SECONDS = 5.0  # for it to answer, and for a worker to receive a message
+CLOSE_SECONDS = 10.0  # for a connection to close
+RETRY_SECONDS = 2.0  # between two tries to reach the scheduler
 WATCH_SECONDS = 0.25  # between two looks whether the connection still holds
 RESULT_SECONDS = 10.0  # for an answer to come from its worker
-STOP_SECONDS = 1.5  # for those that could not leave: half of it is the supervisor's patience
 NO_SLOT_SECONDS = 30.0  # without any worker, until its attempts count as lost
 
+Message = Callable[[list[str]], None]  # a function of ``dask_worker``, called with keys of attempts
 
-class Engine:
-    """Slots for attempts; what happens in them is put into ``inbox``."""
 
-    def __init__(self, place: Embedded | Remote, inbox: Inbox):
-        self._place = place
+class Connection(distributed.Client):
+    """A connection to a scheduler. One that broke is not mended: another one takes its place."""
+
+    def __init__(self, place: Any, **options: Any):
+        self.is_lost = threading.Event()
+        self._unheard: set[tuple[str, Message]] = set()  # under way, by the worker's address
+        super().__init__(place, set_as_default=False, **options)
+
+    async def _reconnect(self) -> None:
+        """Called in place of Dask's own, which gives every future up, and itself after a while."""
+        self.is_lost.set()
+        raise asyncio.CancelledError  # the loop that listens ends
+
+    def keep(self, name: str, future: distributed.Future) -> None:
+        """Let the scheduler keep an attempt, whoever dies; raises OSError, as all methods below."""
+        self._answer(self.publish_dataset, future, name=name)
+
+    def kept(self, name: str) -> distributed.Future | None:
+        """An attempt that it keeps."""
+        return self._answer(self.get_dataset, name, default=None)
+
+    def kept_names(self) -> list[str]:
+        """Of all that it keeps, for us or for others."""
+        return [name for name in self._answer(self.list_datasets) if isinstance(name, str)]
+
+    def release(self, names: list[str]) -> None:
+        """Let it forget what it keeps."""
+        self._answer(self.unpublish_dataset, names)
+
+    def workers(self) -> Mapping[str, str]:
+        """Why each worker gets no work, by address; empty for those that get some."""
+        said = self._ask("identity", n_workers=-1).get("workers", {})
+        return {
+            address: dask_worker.differences(worker.get(dask_worker.SOFTWARE))
+            for address, worker in said.items()
+        }
+
+    def tell(self, message: Message, keys: Sequence[str]) -> None:
+        """Call a function of ``dask_worker`` in the workers that have these attempts.
+
+        Nothing waits for them: one may be frozen, and the message must reach the others all the same.
+        """
+        for address, has in self._ask("processing").items():
+            theirs = sorted(set(keys) & set(has))
+            if theirs and (address, message) not in self._unheard:
+                self._send(address, message, theirs)
+
+    def hang_up(self) -> None:
+        """Let it go; what it followed is not lost by that."""
+        self.is_lost.set()
+        with suppress(OSError):
+            self.close(timeout=CLOSE_SECONDS)
+
+    def _send(self, address: str, message: Message, keys: list[str]) -> None:
+        assert self.loop is not None
+        sent = self._run(
+            dask_worker.call, message, keys, workers=[address], wait=False, on_error="ignore"
+        )
+        self._unheard.add((address, message))
+        hearing = asyncio.run_coroutine_threadsafe(
+            asyncio.wait_for(sent, ANSWER_SECONDS),
+            self.loop.asyncio_loop,  # type: ignore[attr-defined]
+        )
+        hearing.add_done_callback(lambda _: self._unheard.discard((address, message)))
+
+    def _ask(self, question: str, **words: Any) -> Any:
+        """What the scheduler says."""
+        if self.scheduler is None:
+            raise ConnectionError("the scheduler is away")
+        return self._answer(partial(self.sync, getattr(self.scheduler, question)), **words)
+
+    def _answer(self, ask: Callable[..., Any], *about: Any, **words: Any) -> Any:
+        """What comes back of a question, in time; raises OSError."""
+        try:
+            return ask(*about, callback_timeout=ANSWER_SECONDS, **words)
+        except TimeoutError:
+            self.is_lost.set()
+            silence = f"the scheduler has not answered within {ANSWER_SECONDS:g} s"
+            raise ConnectionError(silence) from None
+
+
+@dataclass(frozen=True)
+class Remote:
+    """A scheduler somewhere, and what proves that we may talk to it (files in PEM)."""
+
+    address: str  # tls://host:port
+    ca: Path
+    certificate: Path
+    key: Path
+
+    @classmethod
+    def of(cls, settings: "Settings") -> Self:
+        """The scheduler of the settings, which were checked to have all of it."""
+        files = (settings.tls_ca, settings.tls_cert, settings.tls_key)
+        ca, certificate, key = (file or Path() for file in files)
+        return cls(settings.engine or "", ca, certificate, key)
+
+    def connect(self) -> Connection:
+        """A connection; raises OSError."""
+        self.greet()
+        return Connection(self.address, security=self._security(), timeout=CONNECT_SECONDS)
+
+    def greet(self) -> None:
+        """Raises OSError where nobody is, or somebody else; a client of Dask leaves a thread behind."""
+        host, _, port = self.address.removeprefix("tls://").rpartition(":")
+        context = self._security().get_connection_args("client")["ssl_context"]
+        with socket.create_connection((host.strip("[]"), int(port)), CONNECT_SECONDS) as plain:
+            context.wrap_socket(plain).close()
+
+    def _security(self) -> distributed.Security:
+        return distributed.Security(
+            require_encryption=True,
+            tls_ca_file=str(self.ca),
+            tls_client_cert=str(self.certificate),
+            tls_client_key=str(self.key),
+        )
+
+
+class DaskEngine:
+    """``protocol.Engine`` on the workers of a scheduler."""
+
+    def __init__(self, remote: Remote, inbox: Inbox):
+        self._remote = remote
         self._inbox = inbox
         self._followed: dict[str, distributed.Future | None] = {}  # None: scheduler is away
         self._changed = threading.Condition()  # guards what is followed
@@ -49,10 +173,7 @@ class Engine:
         self._refused: set[str] = set()  # addresses of workers that get no work
         self._last_slot = time.monotonic()
         self._closing = threading.Event()
-        if isinstance(place, Embedded):
-            self._connect_or_close()
-        else:
-            inbox.put(Away("the scheduler has not answered yet"))
+        inbox.put(Away("the scheduler has not answered yet"))
         self._keeper = threading.Thread(target=self._stay_connected, name="engine", daemon=True)
         self._keeper.start()
 
@@ -68,7 +189,7 @@ class Engine:
         except OSError:  # it is going away
             return 0
         self._tell_of_refused(workers)
-        count = len(ours(workers))
+        count = sum(not why for why in workers.values())
         self._give_up_without_slots(count)
         return count
 
@@ -79,7 +200,12 @@ class Engine:
             self._followed[key] = None
         try:
             future = client.submit(
-                slot.compute, ticket, key=key, pure=False, retries=0, resources={slot.OFFER: 1}
+                dask_worker.compute,
+                ticket,
+                key=key,
+                pure=False,
+                retries=0,
+                resources={dask_worker.OFFER: 1},
             )
             client.keep(PUBLISHED + key, future)
         except BaseException:
@@ -90,7 +216,7 @@ class Engine:
 
     def stop(self, keys: list[str]) -> None:
         """Ask for the end of attempts; one that has not begun does not hear it, so ask again."""
-        self._connected().tell(supervisor.stop, keys)
+        self._connected().tell(dask_worker.stop, keys)
 
     def known(self) -> set[str]:
         """Attempts that the scheduler has, also ended ones until they are forgotten; raises OSError."""
@@ -116,7 +242,7 @@ class Engine:
         with suppress(OSError):  # away; it is forgotten after the next life has seen it
             self._connected().release([PUBLISHED + key for key in keys])
 
-    def close(self, leave_seconds: float | None = supervisor.LEAVE_SECONDS) -> None:
+    def close(self, leave_seconds: float | None = LEAVE_SECONDS) -> None:
         """Let every attempt write a checkpoint and leave; one that does not is stopped.
 
         With None they go on where workers outlive us: another service, or our next life, finds them.
@@ -127,7 +253,6 @@ class Engine:
             if leave_seconds is not None:
                 self._end_all(leave_seconds)
             self._client.hang_up()
-        self._place.close()
 
     # --- attempts --------------------------------------------------------------------------------
 
@@ -144,7 +269,7 @@ class Engine:
         if future is not None:
             self._attach(key, future)
         else:
-            self._end(key, _lost("Gone", "the scheduler no longer has it"))
+            self._end(key, Ending.lost("Gone", "the scheduler no longer has it"))
 
     def _note_end(self, future: distributed.Future) -> None:
         """Called in a thread of the client when a future is done, failed, cancelled or lost."""
@@ -153,7 +278,7 @@ class Engine:
         except BaseException as error:  # cancellation is no Exception here
             if future.client.is_lost.is_set():
                 return  # it is looked for when the scheduler is back
-            ending = _lost(type(error).__name__, f"the worker is lost: {error}")
+            ending = Ending.lost(type(error).__name__, f"the worker is lost: {error}")
         self._end(str(future.key), ending)
         future.release()
 
@@ -166,20 +291,20 @@ class Engine:
 
     def _hear(self, event: tuple[float, Mapping[str, Any]]) -> None:
         """Called in the loop of the client."""
-        words = dict(event[1])
-        key = words.pop("key")
+        progress = dict(event[1])
+        key = progress.pop("key")
         if key in self._followed:  # a scheduler may serve other services too
-            self._inbox.put(Told(key, words))
+            self._inbox.put(Told(key, progress))
 
     def _end_all(self, leave_seconds: float) -> None:
-        """Two words to all attempts, and the time that each leaves them."""
-        words = ((supervisor.leave, leave_seconds), (supervisor.stop, STOP_SECONDS))
-        for word, seconds in words:
+        """Let all attempts leave, then stop the others; each step has its time."""
+        steps = ((dask_worker.leave, leave_seconds), (dask_worker.stop, STOP_SECONDS))
+        for message, seconds in steps:
             with self._changed:
                 keys = list(self._followed)
             try:
                 if keys:
-                    self._connected().tell(word, keys)
+                    self._connected().tell(message, keys)
             except OSError:
                 return  # the scheduler is away, and with it the answers
             with self._changed:
@@ -214,9 +339,9 @@ class Engine:
         return client
 
     def _connect(self) -> None:
-        client = self._place.connect()
+        client = self._remote.connect()
         try:
-            client.subscribe_topic(slot.PROGRESS, self._hear)
+            client.subscribe_topic(dask_worker.PROGRESS, self._hear)
             with self._changed:
                 orphans = list(self._followed)
             for key in orphans:
@@ -227,17 +352,9 @@ class Engine:
         self._last_slot = time.monotonic()
         self._client = client
 
-    def _connect_or_close(self) -> None:
-        """The first connection to workers of our own, which end where there is none."""
-        try:
-            self._connect()
-        except BaseException:
-            self._place.close()
-            raise
-
     def _stay_connected(self) -> None:
         """The thread that looks after the connection."""
-        said = None if self._client is not None else ""
+        said: str | None = ""
         while not self._closing.wait(WATCH_SECONDS):
             if self._client is not None and self._client.is_lost.is_set():
                 self._let_go("the connection to the scheduler broke")
@@ -264,36 +381,11 @@ class Engine:
         client.hang_up()
 
 
-def open_engine(settings: "Settings", *, scratch: Path, inbox: Inbox) -> Engine:
-    """The engine that the settings ask for."""
-    if settings.engine is None:
-        return Engine(Embedded(settings.workers, scratch), inbox)
-    return Engine(_remote(settings), inbox)
-
-
-@dataclass(frozen=True)
-class Cluster:
-    """What answers at an address."""
-
-    address: str
-    workers: Mapping[str, str]  # by address: why it gets no work; empty if it gets some
-
-
 def probe(settings: "Settings") -> Cluster:
     """Ask the scheduler of the settings who works for it; raises OSError."""
-    place = _remote(settings)
-    client = place.connect()
+    remote = Remote.of(settings)
+    client = remote.connect()
     try:
-        return Cluster(place.address, client.workers())
+        return Cluster(remote.address, client.workers())
     finally:
         client.hang_up()
-
-
-def _remote(settings: "Settings") -> Remote:
-    files = (settings.tls_ca, settings.tls_cert, settings.tls_key)
-    ca, certificate, key = (file or Path() for file in files)  # the settings have seen to them
-    return Remote(settings.engine or "", ca, certificate, key)
-
-
-def _lost(failure: str, reason: str) -> Ending:
-    return Ending(Cause.LOST, failure, reason, (), 0.0)

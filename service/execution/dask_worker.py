@@ -1,6 +1,6 @@
 """What makes a Dask worker a slot: it says what it computes with, and lets attempts leave when it must.
 
-A worker loads this module with ``--preload service.slot``. It then offers one unit of the resource
+A worker loads this module with ``--preload service.execution.dask_worker``. It then offers one unit of the resource
 ``OFFER``, a name made of versions, and an attempt asks for one unit of its service's own: so work goes
 to workers that compute the same numbers, one attempt at a time, and to no other worker of the cluster.
 """
@@ -8,15 +8,14 @@ to workers that compute the same numbers, one attempt at a time, and to no other
 import platform
 from collections.abc import Callable, Mapping
 from importlib import metadata
-from multiprocessing import spawn
 from typing import Any
 
-from service import steady, supervisor, warm
 from service.attempt import Ending, Ticket
+from service.supervisor import LEAVE_SECONDS, Supervisor
 from service.version import version
+from service.warm import Slot
 from solver import PHYSICS_VERSION
 
-WORKER_PROCESS = "Dask Worker process"  # how distributed.nanny names them
 PROGRESS = "whipple-progress"  # topic under which workers tell the service
 SOFTWARE = "whipple-software"  # where a worker's description says what it computes with
 
@@ -37,18 +36,19 @@ OFFER = "whipple " + " ".join(f"{name}={value}" for name, value in software().it
 def differences(found: Mapping[str, str] | None) -> str:
     """Why a worker that says this of itself gets no work; empty if it gets some."""
     if found is None:
-        return "it was started without --preload service.slot"
-    ours = software()
-    names = [name for name in {**ours, **found} if ours.get(name) != found.get(name)]
-    return "; ".join(f"{name} {found.get(name)}, here {ours.get(name)}" for name in names)
+        return f"it was started without --preload {__name__}"
+    own = software()
+    names = [name for name in {**own, **found} if own.get(name) != found.get(name)]
+    return "; ".join(f"{name} {found.get(name)}, here {own.get(name)}" for name in names)
 
 
 _WORKERS: list[Any] = []  # of this process: one, unless a test starts more
+_SLOT = Slot()  # of this worker, which has one thread
+_UNDER_WAY: dict[str, Supervisor] = {}  # by key of the ticket
 
 
 def dask_setup(worker: Any) -> None:
     """Called in a worker before it tells the scheduler of itself."""
-    steady.keep_time()
     _WORKERS.append(worker)
     worker.startup_information[SOFTWARE] = _describe
     worker.state.total_resources[OFFER] = worker.state.available_resources[OFFER] = 1.0
@@ -56,8 +56,8 @@ def dask_setup(worker: Any) -> None:
 
 def dask_teardown(worker: Any) -> None:
     """Called in a worker that was told to end, or has lost its scheduler; it waits for its thread."""
-    supervisor.leave()
-    warm.dismiss()
+    leave(list(_UNDER_WAY))
+    _SLOT.close()
 
 
 def compute(ticket: Ticket) -> Ending:
@@ -67,31 +67,33 @@ def compute(ticket: Ticket) -> Ending:
     def tell(words: Mapping[str, Any]) -> None:
         worker.log_event(PROGRESS, {"key": ticket.key, **words})
 
-    return supervisor.supervise(ticket, tell)
+    supervisor = _UNDER_WAY[ticket.key] = Supervisor(ticket, tell)
+    try:
+        return supervisor.run(_SLOT)
+    finally:
+        del _UNDER_WAY[ticket.key]
 
 
-async def call(word: Callable[[list[str]], None], keys: list[str]) -> None:
+async def call(message: Callable[[list[str]], None], keys: list[str]) -> None:
     """Called in the loop of a worker, while its thread supervises."""
-    word(keys)
+    message(keys)
 
 
-def spare_the_main_module() -> None:
-    """Let workers start without importing the program that called us.
+def stop(keys: list[str]) -> None:
+    """Stop these attempts, as far as they are under way in this process."""
+    for supervisor in _chosen(keys):
+        supervisor.stop()
 
-    Else a script that calls ``run_sweep`` outside of ``if __name__ == "__main__"`` would run again
-    in each worker, and fail there; so would every worker that is replaced later.
-    """
-    plain = spawn.get_preparation_data
 
-    def prepare(name: str) -> dict[str, Any]:
-        prepared = plain(name)
-        if name.startswith(WORKER_PROCESS):
-            for entry in ("init_main_from_name", "init_main_from_path"):
-                prepared.pop(entry, None)
-        return prepared
+def leave(keys: list[str]) -> None:
+    """Let them write a checkpoint and leave; one that has not left in time is stopped."""
+    for supervisor in _chosen(keys):
+        supervisor.leave(LEAVE_SECONDS)
 
-    if plain.__module__ == spawn.__name__:  # else it is ours already
-        spawn.get_preparation_data = prepare
+
+def _chosen(keys: list[str]) -> list[Supervisor]:
+    under_way = _UNDER_WAY.copy()
+    return [under_way[key] for key in keys if key in under_way]
 
 
 async def _describe(worker: Any) -> dict[str, str]:

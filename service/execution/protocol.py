@@ -1,0 +1,50 @@
+"""What the dispatcher asks of an engine."""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from service.attempt import Inbox, Ticket
+
+
+class Engine(Protocol):
+    """Computes attempts in slots, one at a time in each.
+
+    It is opened with an inbox, where it puts ``Told`` (progress), ``Ended`` (exactly one for each attempt that was
+    submitted or followed, whatever happens), ``Away`` and ``Back``. The database row is the truth: an engine may lose
+    anything at any moment, and retries nothing. Methods that need somebody who is away raise OSError.
+    """
+
+    def slots(self) -> int:
+        """Attempts that can be under way at once; 0 while the engine is away."""
+        ...
+
+    def submit(self, ticket: Ticket) -> None:
+        """Begin an attempt; ``Ended`` follows. More of them than slots wait for one another."""
+        ...
+
+    def stop(self, keys: list[str]) -> None:
+        """Ask for the end of attempts, without a checkpoint; one that has not begun may miss it, so ask again."""
+        ...
+
+    def known(self) -> set[str]:
+        """Keys of the attempts that the engine has, also of earlier lives of this service."""
+        ...
+
+    def follow(self, key: str) -> None:
+        """Hear how an attempt of an earlier life ends; ``Ended`` follows, as lost if the engine does not have it."""
+        ...
+
+    def forget(self, keys: list[str]) -> None:
+        """Their rows tell how these attempts ended: nothing more needs to be kept of them."""
+        ...
+
+    def close(self, leave_seconds: float | None) -> None:
+        """Let every attempt write a checkpoint and leave, within so many seconds; one that does not is stopped.
+
+        Every process that the engine started has ended then; raises TimeoutError for those that have not. With None
+        attempts go on where they can outlive this process: another service, or the next life of this one, finds them.
+        """
+        ...
+
+
+OpenEngine = Callable[[Inbox], Engine]
