@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.artifacts import Artifacts, describe, digest
-from service.findings import summary_of
+from service.findings import Damaged, summary_of
 from service.jobs import State, Stored
 from service.leftovers import all_sweeps
 from service.settings import Settings
@@ -35,10 +35,6 @@ if TYPE_CHECKING:
     from service.store import Store
 
 AT_ONCE = 1000  # runs whose questions are in memory, about 2 kB each
-
-
-class Unreadable(WhippleError):
-    """A result that cannot be read again; it stays as it is."""
 
 
 @dataclass(frozen=True)
@@ -158,11 +154,11 @@ def _read_again(order: _Order) -> tuple[Stored, Mapping[str, Any]] | str:
 def _write_again(order: _Order) -> tuple[Stored, Mapping[str, Any]]:
     run = Run.from_json(order.spec)
     if run.id != order.run_id:
-        raise Unreadable("it was computed with another version of the physics")
+        raise WhippleError("it was computed with another version of the physics")
     earlier, state = Path(order.answer.path), Path(order.state.path)
     for file, sha256 in ((earlier, order.answer.sha256), (state, order.state.sha256)):
         if digest(file) != sha256:
-            raise Unreadable(f"{file.name} does not match its checksum")
+            raise Damaged(f"{file.name} does not match its checksum")
     before = RunResult.from_json(json.loads(earlier.read_bytes()))
     answer = remeasure(run, before, state, by=f"whipple {version()}").as_json()
     # Named after the earlier result, so that no registered file is ever written to.

@@ -98,6 +98,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
     solved: Solved, capsys: Capsys
 ) -> None:
     old = {id: solved.result(id) for id in solved.runs()}
+    earlier = [solved.store.run_file(id, ANSWER) for id in old]
     assert run("remeasure") == 0
     said = capsys.readouterr().out
     assert "changed: 2 results; unreadable: 0" in said
@@ -115,6 +116,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
         others = {name: one for name, one in result["measurements"].items() if name != MEASUREMENT}
         assert others.items() <= old[id]["measurements"].items()
     assert solved.is_intact()
+    assert all(solved.artifacts.is_intact(file) for file in earlier)  # nothing is written in place
     assert not [*solved.settings.data.glob("runs/**/*.part")]
 
 
@@ -151,8 +153,9 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(
     file.write_bytes(b"x" * file.stat().st_size)
     assert run("remeasure") == 3
     said = capsys.readouterr().out
+    assert "not kept: 0" in said
     assert "changed: 1 results; unreadable: 1" in said
-    assert f"{damaged} stays as it is: Unreadable: state.npz does not match its checksum" in said
+    assert f"{damaged} stays as it is: Damaged: state.npz does not match its checksum" in said
     assert solved.result(damaged) == before
     assert solved.result(fine)["measurements"][MEASUREMENT]["value"] == VALUE
     assert solved.store.sweep(other.id).state is SweepState.QUEUED  # no run was begun
