@@ -119,17 +119,6 @@ class Leftovers:
         return found
 
 
-def all_sweeps(store: Store) -> Iterator[SweepRow]:
-    """Every sweep, the youngest first, page by page."""
-    cursor: str | None = None
-    while True:
-        page = store.sweeps(cursor=cursor, limit=SWEEPS_ON_A_PAGE)
-        yield from page.items
-        cursor = page.next_cursor
-        if cursor is None:
-            return
-
-
 def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
     """Every registered file of the jobs from ``id`` on, in their order, page by page."""
     after = (id, "")

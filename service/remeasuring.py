@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from service.artifacts import Artifacts, describe, digest
 from service.findings import Damaged, summary_of
-from service.jobs import State, Stored
-from service.leftovers import all_sweeps
+from service.jobs import State, Stored, SweepRow
 from service.settings import Settings
 from service.version import version
 from service.worker import die_with_parent
@@ -70,7 +69,7 @@ def plan_of(store: "Store") -> Plan:
     read: set[str] = set()
     not_kept: set[str] = set()
     sweeps: dict[str, str] = {}
-    for sweep in all_sweeps(store):
+    for sweep in _sweeps(store):
         for run in store.measured_runs(sweep.id):
             measured = (run.summary or {}).get("measurements", {})
             if run.state is not State.SUCCEEDED or not outdated(run.scenario, measured):
@@ -81,6 +80,14 @@ def plan_of(store: "Store") -> Plan:
                 read.add(run.id)
                 sweeps[sweep.id] = sweep.name
     return Plan(tuple(sorted(read)), tuple(sorted(not_kept)), sweeps)
+
+
+def _sweeps(store: "Store") -> Iterator[SweepRow]:
+    page = store.sweeps()
+    yield from page.items
+    while page.next_cursor is not None:
+        page = store.sweeps(cursor=page.next_cursor)
+        yield from page.items
 
 
 def renew(settings: Settings, store: "Store", run_ids: Sequence[str]) -> Iterator[Renewal]:

@@ -122,8 +122,6 @@ def test_doctor__ends_with_0_where_nothing_is_wrong(store: Store, capsys: Capsys
     assert store.keys() == ()
 
 
-
-
 # --- files that are away ---------------------------------------------------------------------------
 
 
