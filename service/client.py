@@ -316,13 +316,6 @@ class SweepHandle:
         """Let it come sooner (smaller) or later; runs under way go on."""
         return self._order("PATCH", "", json={"priority": priority})
 
-    def remeasure(self) -> dict[str, Any]:
-        """Read what is of an older definition off the stored final states again; nothing is solved.
-
-        The answer counts runs: ``remeasured`` (in the queue now), ``up_to_date``, ``not_kept``.
-        """
-        return self._connection.json("POST", f"{self._path}/remeasure")
-
     def delete(self) -> None:
         """Forget the sweep, which has to have ended."""
         self._connection.json("DELETE", self._path)

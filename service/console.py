@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from typing import IO, TYPE_CHECKING, Any, Protocol
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from service.client import Happening
     from service.doctor import Check
     from service.jobs import KeyRow
+    from service.remeasuring import Plan, Renewal
     from studies.cost import Cost, PresetCost
 
 NAMED = 20  # of a list of runs
@@ -160,17 +161,40 @@ def print_check(check: "Check") -> None:
         print(f"{'':8} -> {check.cure}")
 
 
-def print_plan(sweep: str, counts: Mapping[str, Any], not_kept: "Iterable[str]") -> None:
-    """What is read again of a sweep, and which of its runs stay as they are."""
-    named = list(not_kept)
-    print(
-        f"{sweep}: {counts['remeasured']} to read again, {counts['up_to_date']} up to date, "
-        f"{counts['not_kept']} not kept, {counts['without_result']} without a result"
-    )
-    for id in named[:NAMED]:
-        print(f"  {id} stays as it is: its final state was not kept")
-    if len(named) > NAMED:
-        print(f"  ... and {len(named) - NAMED} more")
+def print_plan(plan: "Plan") -> None:
+    """Which results are outdated, and whether their measurements can be read again."""
+    read, stay = len(plan.read), len(plan.not_kept)
+    print(f"to read again: {read} results of {len(plan.sweeps)} sweeps; not kept: {stay}")
+    _print_some(f"{id} stays as it is: its final state was not kept" for id in plan.not_kept)
+
+
+def print_renewed(done: "Sequence[Renewal]", names: Mapping[str, str]) -> None:
+    """What became of outdated results, and the sweeps that are marked; ``names`` of sweeps by id."""
+    unreadable = [one for one in done if one.reason]
+    print(f"changed: {len(done) - len(unreadable)} results; unreadable: {len(unreadable)}")
+    _print_some(f"{one.run_id} stays as it is: {one.reason}" for one in unreadable)
+    marked = {id: None for one in done for id in one.marked}
+    print(f"to be published again by the next start of the service: {len(marked)} sweeps")
+    for id in marked:
+        print(f"  {id}  {names[id]}")
+
+
+def _print_some(lines: Iterable[str]) -> None:
+    """The first lines, and how many more there are."""
+    every = list(lines)
+    for line in every[:NAMED]:
+        print(f"  {line}")
+    if len(every) > NAMED:
+        print(f"  ... and {len(every) - NAMED} more")
+
+
+def tracking(renewals: "Iterable[Renewal]", count: int) -> "Iterable[Renewal]":
+    """The same renewals, with a bar on a terminal that says how many of them are done."""
+    from rich.console import Console
+    from rich.progress import track
+
+    screen = Console(stderr=True)
+    return track(renewals, "reading", count, console=screen, disable=not screen.is_terminal)
 
 
 def print_backup(done: "Backup") -> None:

@@ -21,7 +21,6 @@ from service.artifacts import LOG, Artifacts, describe
 from service.attempt import Ending, legible
 from service.jobs import Cause, Claim, Kind, Result, Stored
 from service.losses import Loss, ResultsLost, list_in
-from service.rereads import REREADS, Rereads, summary_of
 from service.supervisor import ILL
 from solver.errors import WhippleError
 from studies.files import ANSWER
@@ -55,7 +54,6 @@ class Found:
         Stored, ...
     ]  # with paths as rows have them; of a failed run its log, if there is one
     result: Result | None = None  # of a run
-    rereads: Rereads | None = None  # of a publication
     losses: tuple[Loss, ...] = ()  # results that a publication needs, and that are not there
 
 
@@ -107,20 +105,8 @@ class Inspector:
             raise Damaged(f"{', '.join(damaged)} does not match its checksum")
         self._artifacts.bring_to_disk(self._artifacts.attempt_directory(claim))
         if claim.kind is Kind.PUBLISH:
-            return Found(ending, files, rereads=self._rereads(files))
+            return Found(ending, files)
         return Found(ending, files, result=self._result(files, ending.seconds))
-
-    def _rereads(self, files: tuple[Stored, ...]) -> Rereads | None:
-        """Results that were read again for a publication, after a look at their digests."""
-        told = next((file for file in files if file.name == REREADS), None)
-        if told is None:
-            return None
-        rereads = Rereads.from_json(self._artifacts.read_json(told))
-        runs = [replace(one, answer=self._as_in_rows(one.answer)) for one in rereads.runs]
-        for one in runs:
-            if not self._artifacts.is_intact(one.answer):
-                raise Damaged(f"{one.answer.path} does not match its checksum")
-        return replace(rereads, runs=tuple(runs))
 
     def _result(self, files: tuple[Stored, ...], seconds: float) -> Result:
         """What rows keep of a result: everything but histories."""
@@ -216,6 +202,17 @@ class Looks:
     def close(self) -> None:
         """Begin no more of them."""
         self._threads.shutdown(wait=False, cancel_futures=True)
+
+
+def summary_of(answer: Mapping[str, Any]) -> dict[str, Any]:
+    """What rows keep of a result (``RunResult.as_json``): everything but histories."""
+    words = ("value", "uncertainty", "flags", "version")
+    measured = {
+        name: {word: one[word] for word in words if word in one}
+        for name, one in answer["measurements"].items()
+    }
+    told = {key: answer[key] for key in ("flags", "numbers", "stop") if key in answer}
+    return {"measurements": measured, **told}
 
 
 def _legible_or_none(text: Any) -> str | None:

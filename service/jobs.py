@@ -321,7 +321,7 @@ class Claim:
     priority: int
     keep: Keep
     state: State  # running, or cancelling when somebody asked to stop it
-    spec: Mapping[str, Any]  # a run as JSON; of a publication, what else it is to do
+    spec: Mapping[str, Any]  # a run as JSON
     sweep_id: str | None  # of a publication
 
     @property

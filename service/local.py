@@ -17,7 +17,6 @@ from service.faults import point
 from service.folders import check_same, held_in
 from service.jobs import SWEEP_TERMINAL, Stored, StoreUnavailable, SweepRow, SweepState
 from service.leaving import Leaving, heeding
-from service.rereads import REREADS
 from service.settings import Settings
 from service.store import Store, digest_of
 from solver.errors import WhippleError
@@ -131,7 +130,7 @@ def _check_begun(store: Store, folder: Path, sweep: Sweep) -> None:
 def _copy_out(files: Iterable[Stored], artifacts: Artifacts, folder: Path) -> None:
     """Cube and report in the person's own folder, in place of what an earlier sweep left."""
     for file in files:
-        if file.name not in (LOG, REREADS):
+        if file.name != LOG:
             for part in folder.glob(f".{file.name}.{PART}"):  # of a copy that was killed
                 part.unlink(missing_ok=True)
             artifacts.copy_out(file, folder)

@@ -61,7 +61,7 @@ class Registrar:
         if found.result is None:
             point("publication-before-registration")
             seconds = found.ending.seconds
-            counts = self._store.publish(claim, found.files, seconds=seconds, rereads=found.rereads)
+            counts = self._store.publish(claim, found.files, seconds=seconds)
             point("publication-after-commit")
             return counts
         point("result-before-registration")

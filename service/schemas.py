@@ -329,7 +329,7 @@ def links_of(row: SweepRow, files: Iterable[str]) -> dict[str, str]:
     links = {name: f"{here}/{name}" for name in ("runs", "events", "history", "document")}
     links = {"self": here, **links}
     if row.is_terminal:
-        links |= {"retry": f"{here}/retry", "remeasure": f"{here}/remeasure"}
+        links["retry"] = f"{here}/retry"
     else:
         links |= {"cancel": f"{here}/cancel"}
     return links | {name: f"{here}/{name}" for name in files if name in FILES}

@@ -18,7 +18,6 @@ from service import attempt_log, warm
 from service.artifacts import LOG, OF_A_RUN, describe
 from service.attempt import Ending, Ticket
 from service.jobs import Cause, Kind, Stored
-from service.rereads import REREADS
 from service.space import free_bytes
 from service.warm import Slot, Words
 from service.worker import STATUS_MEMORY
@@ -28,7 +27,7 @@ Tell = Callable[[Words], None]
 
 # What each kind of job must leave behind, and what it may.
 FILES = {Kind.RUN: (ANSWER,), Kind.PUBLISH: OF_A_SWEEP}
-MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (REREADS, LOG)}
+MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (LOG,)}
 
 TRIES = 3  # processes that may die before they take an order
 TICK = 0.1  # s, how often stop and limits are looked at

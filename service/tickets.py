@@ -6,7 +6,6 @@ from typing import Any
 from service.artifacts import Artifacts
 from service.attempt import Ticket
 from service.jobs import Claim, Kind
-from service.remeasuring import plan_of
 from service.settings import Settings
 from service.store import Store
 
@@ -44,12 +43,4 @@ class Tickets:
         assert claim.sweep_id is not None
         document, outcomes = self._store.question(claim.sweep_id)
         root = self._artifacts.root
-        order = {"document": document, "outcomes": [one.as_json(root) for one in outcomes]}
-        return order | {"again": self._states(claim.sweep_id) if claim.spec else {}}
-
-    def _states(self, sweep_id: str) -> dict[str, dict[str, str]]:
-        """Final states that are to be read again before the sweep is published, by run."""
-        return {
-            run_id: {"path": str(self._artifacts.path(state)), "sha256": state.sha256}
-            for run_id, state in plan_of(self._store, sweep_id).read.items()
-        }
+        return {"document": document, "outcomes": [one.as_json(root) for one in outcomes]}

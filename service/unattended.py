@@ -8,12 +8,8 @@ from contextlib import closing, contextmanager
 from service import identity
 from service.directory import DataInUse, holding
 from service.doctor import has_database
-from service.jobs import Cause, Kind
-from service.reign import Parts
 from service.settings import Settings
 from service.store import Store
-from service.supervisor import Supervisor
-from service.warm import Slot
 from solver.errors import WhippleError
 
 
@@ -38,37 +34,14 @@ def open_store(settings: Settings, *, make: bool = False) -> Iterator[Store]:
         yield store
 
 
-def publish_what_waits(settings: Settings, store: Store) -> bool:
-    """Publish, in a process of our own, every sweep that waits for it; False: a service sees to it.
-
-    Runs are left alone. Whatever ends this is made good by who comes next.
-    """
-    try:
-        with holding(settings):
-            leadership = store.lead(f"{socket.gethostname()}:{os.getpid()}")
-            if leadership is None:
-                return False
-            with closing(leadership):
-                identity.check(settings, store)
-                _publish_all(settings, store)
-            return True
-    except DataInUse:
-        return False
-
-
-def _publish_all(settings: Settings, store: Store) -> None:
-    parts = Parts.of(settings, store)
-    epoch = store.begin_epoch("whipple remeasure")
-    for lost in store.claimed():  # by somebody who is gone: else we would not lead
-        if lost.kind is Kind.PUBLISH:
-            store.requeue(lost, Cause.LOST, reason="the service was gone")
-    with closing(Slot()) as slot:
-        while claims := store.claim(1, epoch, publications_only=True):
-            for claim in claims:
-                ending = Supervisor(parts.tickets.write(claim), lambda _: None).run(slot)
-                parts.registrar.settle(claim, parts.inspector.look(claim, ending))
-                if ending.cause is Cause.LOST:
-                    raise WhippleError(ending.reason)
-                shortage = parts.space.shortage()
-                if shortage is not None:
-                    raise WhippleError(f"{shortage}; make room, and ask again")
+@contextmanager
+def without_services(settings: Settings, store: Store) -> Iterator[None]:
+    """Keep services from working on the store until the end of the block; raises DataInUse while one does."""
+    with holding(settings):
+        leadership = store.lead(f"{socket.gethostname()}:{os.getpid()}")
+        if leadership is None:
+            leader = store.queue().leader or "a service"
+            raise DataInUse(f"{leader} works on this database; stop every service on it first")
+        with closing(leadership):
+            identity.check(settings, store)
+            yield

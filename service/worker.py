@@ -49,7 +49,7 @@ HOME = "/"  # where the process is between two orders, so that folders can be re
 
 def main() -> None:
     """Take orders until stdin ends."""
-    _die_with_parent()
+    die_with_parent()
     for wish in (signal.SIGINT, signal.SIGTERM):  # meant for those who then say a word on stdin
         signal.signal(wish, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
@@ -100,10 +100,6 @@ def perform(
     target = import_module(order["targets"] or TARGETS[kind])
     if kind is Kind.PUBLISH:
         answers = _answers(spec["outcomes"], directory)
-        if spec.get("again"):
-            from service.rereading import read_again
-
-            answers |= read_again(spec, directory)
         target.publish(spec["document"], answers, directory)
         return
     run = target.Run.from_json(spec)
@@ -282,7 +278,7 @@ class _Listener(threading.Thread):
             self.orders.put(words["order"])
 
 
-def _die_with_parent() -> None:
+def die_with_parent() -> None:
     """On Linux the system kills us with our parent, even if compiled code blocks every thread."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,8 +14,6 @@ from service.commands.options import (
     WRONG,
     Data,
     DatabaseUrl,
-    KeyFile,
-    client_of,
     settings_of,
 )
 from studies.errors import Finding, InvalidInput
@@ -169,44 +168,32 @@ def forget_lost(
 
 @app.command()
 def remeasure(
-    ids: Annotated[
-        list[str] | None, typer.Argument(metavar="[ID]...", help="Sweeps; else all.")
-    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Only say what would be read again.")
     ] = False,
     data: Data = None,
     database_url: DatabaseUrl = None,
-    url: Annotated[
-        str | None, typer.Option(help="Ask the service there instead, about the sweeps named.")
-    ] = None,
-    key_file: KeyFile = None,
 ) -> None:
-    """Read measurements whose definition has changed off the stored final states. Nothing is solved."""
-    from service.unattended import open_store
+    """Read measurements whose definition has changed off the stored final states; first stop the service."""
+    from service.console import print_plan, print_renewed, tracking
+    from service.remeasuring import Renewal, plan_of, renew
+    from service.unattended import open_store, without_services
 
-    if url is not None:
-        if dry_run or not ids or data or database_url:
-            cure = "name sweeps, and leave out --dry-run, --data and --database-url"
-            raise InvalidInput([Finding("--url", url, "an order for sweeps of that service", cure)])
-        _remeasure_there(ids, url, key_file)
-        return
     settings = settings_of(data=data, database_url=database_url)
-    with open_store(settings) as store:
-        from service.commands.remeasuring import remeasure_here
-
-        raise typer.Exit(
-            SOME_FAILED if not remeasure_here(settings, store, ids, dry_run=dry_run) else FINE
-        )
-
-
-def _remeasure_there(ids: list[str], url: str, key_file: Path | None) -> None:
-    from service.console import print_plan
-
-    with client_of(url, key_file) as client:
-        for id in ids:
-            said = client.sweep(id).remeasure()
-            print_plan(id, said, said["not_kept_runs"])
+    done: list[Renewal] = []
+    with (
+        open_store(settings) as store,
+        nullcontext() if dry_run else without_services(settings, store),
+    ):
+        plan = plan_of(store)
+        print_plan(plan)
+        if dry_run or not plan.read:
+            return
+        try:
+            done.extend(tracking(renew(settings, store, plan.read), len(plan.read)))
+        finally:  # also of a part
+            print_renewed(done, plan.sweeps)
+    raise typer.Exit(SOME_FAILED if any(one.reason for one in done) else FINE)
 
 
 # --- small things ---------------------------------------------------------------------------------

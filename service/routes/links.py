@@ -10,7 +10,6 @@ OF_A_SWEEP = (
     "change_sweep",
     "cancel_sweep",
     "retry_sweep",
-    "remeasure_sweep",
     "delete_sweep",
     "list_sweep_events",
     "get_cube_nc",

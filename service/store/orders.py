@@ -1,8 +1,8 @@
 """What people order: accept, cancel, retry and delete sweeps; pause the queue, set priorities."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -10,13 +10,13 @@ from service.faults import point
 from service.jobs import (
     ACTIVE,
     SWEEP_TERMINAL,
-    TERMINAL,
     Conflict,
     Keep,
     KeyReused,
     Kind,
     QueueRow,
     State,
+    Stored,
     Submission,
     SweepRow,
     before,
@@ -35,10 +35,10 @@ from service.store.queries import (
     revive,
     sweep_row,
 )
-from service.store.rereads import REMEASURE
 from service.store.rows import Acceptance, acceptance_of
 from service.store.tables import ARTIFACTS, CONTROL, IDEMPOTENCY, JOBS, POINTS, SWEEPS
 from service.store.turns import IS_WANTED, MOVED_TURN, URGENCY
+from studies.files import ANSWER
 
 if TYPE_CHECKING:
     from studies.run import Run
@@ -147,8 +147,6 @@ class Orders(Overview):
             .join_from(JOBS, SWEEPS, SWEEPS.c.id == JOBS.c.sweep_id)
             .where(SWEEPS.c.id == id)
         )
-        # What failed at reading states again publishes what there is.
-        spec = sa.case((JOBS.c.state == State.FAILED, sa.null()), else_=JOBS.c.spec)
         take_up = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null())
         attach = POINTS.update().where(POINTS.c.sweep_id == id).values(detached=False)
         with self._ordering() as connection:
@@ -157,7 +155,7 @@ class Orders(Overview):
                 raise Conflict("the sweep is being published; retry it when that is done")
             connection.execute(take_up)
             revive(connection, connection.execute(attach).rowcount)
-            connection.execute(_publish_again(id, spec))
+            connection.execute(_publish_again(id))
             again = turns.queue_again(connection, id, moment, verdicts=verdicts)
             turns.take_turns(connection, id, known.priority)
             turns.follow_urgency(connection, id)
@@ -165,25 +163,31 @@ class Orders(Overview):
             log_event(connection, moment, "retried", sweep_id=id, runs=again)
             return sweep_row(connection, id)
 
-    def remeasure_sweep(self, id: str, *, runs: int) -> SweepRow:
-        """Publish a sweep that has ended again, and before that read so many of its runs again.
+    def replace_result(
+        self, id: str, was: str, answer: Stored, summary: Mapping[str, Any]
+    ) -> tuple[str, ...]:
+        """Give a run another result in place of the one with the SHA-256 ``was``; else nothing happens.
 
-        Ordered twice it is done once. Raises Conflict while the sweep is computed or published.
+        Sweeps that were published with the earlier one, or are being published, are published again: their ids.
         """
-        publication = JOBS.c.sweep_id == id
+        moment = now()
+        file = {"path": answer.path, "size": answer.size, "sha256": answer.sha256}
+        run = JOBS.update().where(JOBS.c.id == id, JOBS.c.sha256 == was)
+        registered = ARTIFACTS.update().where(ARTIFACTS.c.job_id == id, ARTIFACTS.c.name == ANSWER)
+        using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == id, ~POINTS.c.detached)
+        publication = JOBS.c.sweep_id.in_(using)
+        stale = JOBS.update().where(publication, JOBS.c.state.in_([State.SUCCEEDED, State.RUNNING]))
+        mark = stale.values(state=State.WAITING, crashes=0).returning(JOBS.c.sweep_id)
         with self._ordering() as connection:
-            query = sa.select(JOBS.c.state, JOBS.c.spec).where(publication)
-            known = one_row(connection, query, "sweep", id)
-            if known.spec is not None and known.state not in TERMINAL:
-                return sweep_row(connection, id)
-            if known.state in (State.WAITING, State.RUNNING):
-                state = sweep_row(connection, id).state
-                raise Conflict(f"the sweep is {state}; remeasure it when that is done")
-            connection.execute(_publish_again(id, REMEASURE))
-            moment = now()
+            if not connection.execute(run.values(**file, summary=dict(summary))).rowcount:
+                return ()
+            connection.execute(registered.values(file))
+            log_event(connection, moment, "remeasured", job_id=id, was=was, sha256=answer.sha256)
+            marked = connection.scalars(mark).all()
             release_publications(connection, moment, publication)
-            log_event(connection, moment, "remeasuring", sweep_id=id, runs=runs)
-            return sweep_row(connection, id)
+            for sweep_id in marked:
+                log_event(connection, moment, "outdated", sweep_id=sweep_id)
+        return tuple(marked)
 
     def set_priority(self, id: str, priority: int) -> SweepRow:
         """Let a sweep's runs come sooner or later; a shared run follows the most urgent sweep."""
@@ -215,11 +219,11 @@ class Orders(Overview):
             log_event(connection, moment, "deleted", sweep_id=id)
 
 
-def _publish_again(id: str, spec: object) -> sa.Update:
+def _publish_again(id: str) -> sa.Update:
     """Let a publication that has ended, or not begun, wait for its runs again."""
     wait = JOBS.update().where(JOBS.c.sweep_id == id, JOBS.c.state.in_(before(State.WAITING)))
     fresh = dict.fromkeys((*_ENDED, "witness"), sa.null())
-    return wait.values(state=State.WAITING, crashes=0, spec=spec, **fresh)
+    return wait.values(state=State.WAITING, crashes=0, **fresh)
 
 
 # --- acceptance --------------------------------------------------------------------------------

@@ -25,7 +25,6 @@ from service.jobs import (
     crashes_before,
 )
 from service.losses import Loss
-from service.rereads import Rereads
 from service.store import leadership
 from service.store.connection import Part
 from service.store.leadership import Leadership
@@ -48,7 +47,6 @@ from service.store.queries import (
     release_publications,
     unless_result,
 )
-from service.store.rereads import replace_results
 from service.store.rows import PUBLISH_PRIORITY, Row, claim_record
 from service.store.tables import ARTIFACTS, CONTROL, DISPATCHERS, JOBS, POINTS, SWEEPS
 from service.store.turns import IS_WANTED, TURN, advance_lanes, queue_for_film
@@ -265,27 +263,15 @@ class Queue(Part):
             log_attempt(connection, moment, "requeued", claim, **told)
         return True
 
-    def publish(
-        self,
-        claim: Claim,
-        files: Sequence[Stored],
-        *,
-        seconds: float,
-        rereads: Rereads | None = None,
-    ) -> bool:
-        """Register the files of a publication, in place of earlier ones, all at once.
-
-        So are the results of runs that were read again for it.
-        """
+    def publish(self, claim: Claim, files: Sequence[Stored], *, seconds: float) -> bool:
+        """Register the files of a publication, in place of earlier ones, all at once."""
         moment = now()
-        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment, "spec": None}
+        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
         with self._database.writing() as connection:
             if not connection.execute(JOBS.update().where(is_held(claim)).values(end)).rowcount:
                 return False
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == claim.id))
             register_files(connection, claim.id, files)
-            if rereads is not None:
-                replace_results(connection, moment, claim, rereads)
             names = [file.name for file in files]
             log_attempt(connection, moment, "published", claim, files=names)
             point("publication-before-commit")

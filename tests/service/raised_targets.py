@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from studies.publish import publish as publish_really
+from studies.publish import publish
 from studies.run import Run
 from tests.service.raised import FAULT, raise_the_version
 
@@ -16,16 +16,12 @@ __all__ = ["Run", "execute", "publish"]
 
 raise_the_version()
 
+mark = os.environ.get(FAULT)
+if mark and not Path(mark).exists():
+    Path(mark).touch()
+    os.abort()
+
 
 def execute(run: Run, *_: Any, **__: Any) -> None:
     """Nothing may be solved."""
     raise AssertionError(f"{run.id} was solved")
-
-
-def publish(document: Any, outcomes: Any, directory: Path) -> dict[str, str]:
-    """The real one; the first time it dies before it, where the environment names a file for that."""
-    mark = os.environ.get(FAULT)
-    if mark and not Path(mark).exists():
-        Path(mark).touch()
-        os.abort()
-    return publish_really(document, outcomes, directory)

@@ -188,16 +188,6 @@ def test_run__gives_its_files_and_its_log(
     assert "There is no such thing" in capsys.readouterr().err
 
 
-def test_remeasure__asks_the_service_and_says_what_it_will_do(
-    api: Api, smoke: Path, url: str, capsys: Capsys
-) -> None:
-    id = submitted(capsys, smoke)
-    api.compute()
-    assert run("remeasure", id, "--url", url) == 0
-    assert f"{id}: 0 to read again, 0 up to date, 2 not kept" in capsys.readouterr().out
-    assert run("remeasure", "--url", url) == 2
-
-
 # --- keys -----------------------------------------------------------------------------------------
 
 

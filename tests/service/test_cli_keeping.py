@@ -122,12 +122,6 @@ def test_doctor__ends_with_0_where_nothing_is_wrong(store: Store, capsys: Capsys
     assert store.keys() == ()
 
 
-def test_remeasure__with_nothing_outdated_says_so(store: Store, capsys: Capsys) -> None:
-    assert run("remeasure") == 0
-    assert capsys.readouterr().out == "nothing is to be read again\n"
-    assert run("remeasure", "0" * 32) == 1
-
-
 # --- files that are away ---------------------------------------------------------------------------
 
 

@@ -162,7 +162,6 @@ def test_refused_body__is_not_read_before_the_key(api: Api) -> None:
 ORDERS = (
     ("POST", "/cancel", None),
     ("POST", "/retry", None),
-    ("POST", "/remeasure", None),
     ("PATCH", "", {"priority": 3}),
     ("DELETE", "", None),
 )
