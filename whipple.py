@@ -54,7 +54,7 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
 
 def open_film(path: str | Path) -> "xarray.Dataset":
     """Open the film of a run, over time and particle: ``path`` is a ``film.npz``, or a folder that holds one."""
-    from studies.film_dataset import open_film
+    from studies.films.film_dataset import open_film
 
     return open_film(path)
 

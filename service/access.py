@@ -15,7 +15,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.errors import CrossSite, ForeignHost, Malformed, answer
 from service.settings import Settings
-from studies.errors import Finding, InvalidInput
+from studies.values.errors import Finding, InvalidInput
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 READING = frozenset({"GET", "HEAD", "OPTIONS"})

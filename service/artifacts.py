@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from service.jobs import Claim, Kind, Stored
-from studies.atomic import to_disk, write_atomically
-from studies.files import ANSWER, FILM, STATE
+from studies.values.atomic import to_disk, write_atomically
+from studies.values.files import ANSWER, FILM, STATE
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"

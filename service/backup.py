@@ -21,8 +21,8 @@ from service.jobs import Stored
 from service.leftovers import files_from
 from service.settings import Settings
 from service.store import Store
-from studies.atomic import to_disk, write_atomically
-from studies.errors import Finding, InvalidInput
+from studies.values.atomic import to_disk, write_atomically
+from studies.values.errors import Finding, InvalidInput
 
 DATABASE = "whipple.db"
 PART = f".{DATABASE}.part"

@@ -11,7 +11,7 @@ import typer
 from service.commands import asking, computing, keeping, serving
 from service.commands.options import REFUSED, WRONG
 from solver.errors import WhippleError
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 
 app = typer.Typer(
     name="whipple",

@@ -22,10 +22,10 @@ import httpx
 from service.connection import Connection, ServiceError, Unreachable
 from service.folders import check_same, held_in
 from solver.errors import WhippleError
-from studies.files import OF_A_SWEEP
+from studies.values.files import OF_A_SWEEP
 
 if TYPE_CHECKING:
-    from studies.opening import Dataset
+    from studies.values.opening import Dataset
 
 __all__ = [
     "Client",
@@ -333,7 +333,7 @@ def _body(sweep: Document, headers: Mapping[str, str] | None = None) -> dict[str
 def _document(sweep: Document) -> Mapping[str, Any]:
     if isinstance(sweep, Mapping):
         return sweep
-    from studies.sweep_document import read_sweep_file
+    from studies.sweeps.document import read_sweep_file
 
     return read_sweep_file(Path(sweep))
 

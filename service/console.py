@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import cache
 from typing import IO, TYPE_CHECKING, Any, Protocol
 
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 
 if TYPE_CHECKING:
     from service.backup import Backup
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from service.doctor import Check
     from service.jobs import KeyRow
     from service.remeasuring import Plan, Renewal
-    from studies.cost import Cost, PresetCost
+    from studies.sweeps.cost import Cost, PresetCost
 
 NAMED = 20  # of a list of runs
 DONE = ("succeeded", "failed")  # states of a point that was computed

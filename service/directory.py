@@ -8,7 +8,7 @@ from pathlib import Path
 
 from service.settings import Settings
 from solver.errors import WhippleError
-from studies.errors import Finding, InvalidInput
+from studies.values.errors import Finding, InvalidInput
 
 LOCK = "whipple.lock"  # named as the database is
 

@@ -14,9 +14,9 @@ from typing import Any
 
 import yaml
 
-from studies import sweep_document
-from studies.errors import Finding, InvalidInput
-from studies.nearest import shown
+from studies.sweeps import document as sweep_document
+from studies.values.errors import Finding, InvalidInput
+from studies.values.nearest import shown
 
 DEEPEST = 50  # levels of nesting; a sweep has about five
 LONGEST_NAME = 200  # characters of a key; those of a sweep have less than fifty

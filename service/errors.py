@@ -21,8 +21,8 @@ from starlette.requests import ClientDisconnect
 
 from service.jobs import Conflict, KeyReused, NotFound, StoreUnavailable
 from solver.errors import WhippleError
-from studies.errors import MOST_FINDINGS, Finding, InvalidInput
-from studies.nearest import shown
+from studies.values.errors import MOST_FINDINGS, Finding, InvalidInput
+from studies.values.nearest import shown
 
 log = logging.getLogger(__name__)
 

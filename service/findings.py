@@ -23,7 +23,7 @@ from service.jobs import Cause, Claim, Kind, Result, Stored
 from service.losses import Loss, ResultsLost, list_in
 from service.supervisor import ILL
 from solver.errors import WhippleError
-from studies.files import ANSWER
+from studies.values.files import ANSWER
 
 log = logging.getLogger(__name__)
 

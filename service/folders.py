@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.errors import Finding, InvalidInput
-from studies.files import TWIN
-from studies.nearest import shown
+from studies.values.errors import Finding, InvalidInput
+from studies.values.files import TWIN
+from studies.values.nearest import shown
 
 Document = Mapping[str, Any]  # of a sweep, canonical
 

@@ -11,8 +11,8 @@ from service.artifacts import RUNS
 from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
-from studies.atomic import write_text
-from studies.errors import Finding, InvalidInput
+from studies.values.atomic import write_text
+from studies.values.errors import Finding, InvalidInput
 
 FILE = "whipple.id"
 ADOPT = "join the two with `whipple adopt`, which takes --data and --database-url"

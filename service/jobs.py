@@ -25,10 +25,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from solver.errors import WhippleError
-from studies.files import ANSWER, FILM, STATE
+from studies.values.files import ANSWER, FILM, STATE
 
 if TYPE_CHECKING:
-    from studies.sweep import Sweep
+    from studies.sweeps.sweep import Sweep
 
 Item = TypeVar("Item")
 

@@ -20,8 +20,8 @@ from service.leaving import Leaving, heeding
 from service.settings import Settings
 from service.store import Store, digest_of
 from solver.errors import WhippleError
-from studies.sweep import Sweep, SweepLimits
-from studies.sweep_document import read_sweep_file
+from studies.sweeps.document import read_sweep_file
+from studies.sweeps.sweep import Sweep, SweepLimits
 
 if TYPE_CHECKING:
     from service.dispatcher import Dispatcher

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from service.artifacts import digest
 from solver.errors import WhippleError
-from studies.atomic import write_text
+from studies.values.atomic import write_text
 
 LOSSES = "losses.json"
 

@@ -30,7 +30,7 @@ from service.jobs import RUN_STATES, Cause, Kind, QueueRow, State, StoreUnavaila
 from service.live import Live
 from service.store import Store
 from service.version import version
-from studies.run import PHYSICS_VERSION
+from studies.runs.run import PHYSICS_VERSION
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 # Seconds of a run: a second to a week, three a decade.

@@ -92,7 +92,7 @@ def main(file: Path, seconds: int, memory: int) -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     # Ends the child where the service was killed.
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
-    from studies.publish import write_partial
+    from studies.reports.publish import write_partial
 
     order = json.load(sys.stdin)
     outcomes = {plain["run_id"]: _read_outcome(plain) for plain in order["outcomes"]}

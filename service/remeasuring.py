@@ -24,11 +24,11 @@ from service.settings import Settings
 from service.version import version
 from service.worker import die_with_parent
 from solver.errors import WhippleError
-from studies.atomic import write_text
-from studies.files import ANSWER, STATE
-from studies.remeasure import outdated, remeasure
 from studies.results import RunResult
-from studies.run import Run
+from studies.runs.remeasure import outdated, remeasure
+from studies.runs.run import Run
+from studies.values.atomic import write_text
+from studies.values.files import ANSWER, STATE
 
 if TYPE_CHECKING:
     from service.store import Store

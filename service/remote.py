@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from solver.errors import WhippleError
 
 if TYPE_CHECKING:
-    from studies.opening import Dataset
+    from studies.values.opening import Dataset
 
 BLOCK = 1 << 18  # bytes asked for at once
 
@@ -28,7 +28,7 @@ def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
             f"opening a cube where it is needs more libraries ({error}): pip install 'whipple[remote]'; "
             "or fetch it"
         ) from None
-    from studies.opening import open_file
+    from studies.values.opening import open_file
 
     there = fsspec.open(url, cache_type="blockcache", block_size=BLOCK, headers=dict(headers))
     return open_file(there.open())

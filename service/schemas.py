@@ -21,9 +21,9 @@ from service.jobs import (
     SweepState,
 )
 from studies import examples
-from studies.cost import PresetCost
-from studies.files import CUBE, PAGE, TWIN
-from studies.sweep_document import read_yaml
+from studies.sweeps.cost import PresetCost
+from studies.sweeps.document import read_yaml
+from studies.values.files import CUBE, PAGE, TWIN
 
 FILES = {
     CUBE: "application/x-netcdf",

@@ -13,7 +13,7 @@ from service.deadlines import LONGEST_HEAD, DeadlineProtocol
 from service.directory import check_names, holding
 from service.leaving import Leaving, heeding
 from service.settings import Settings
-from studies.errors import Finding, InvalidInput
+from studies.values.errors import Finding, InvalidInput
 
 LEAVE_SECONDS = 3  # that open connections get after SIGTERM
 # With so many requests under way a further one is answered 503 and its connection ends; streams that are open go

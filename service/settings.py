@@ -108,7 +108,8 @@ class Settings(BaseSettings):
         default=5.0, description="between two comparisons of the running rows with the engine"
     )
     targets_module: str | None = Field(
-        default=None, description="stands in for studies.execution and studies.publish (tests)"
+        default=None,
+        description="stands in for studies.runs.execution and studies.reports.publish (tests)",
     )
 
     @field_validator("trusted_proxy", mode="before")

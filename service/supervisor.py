@@ -21,7 +21,7 @@ from service.jobs import Cause, Kind, Stored
 from service.space import free_bytes
 from service.warm import Slot, Words
 from service.worker import STATUS_MEMORY
-from studies.files import ANSWER, OF_A_SWEEP
+from studies.values.files import ANSWER, OF_A_SWEEP
 
 Tell = Callable[[Words], None]
 

@@ -39,7 +39,7 @@ Words = Mapping[str, Any]
 Tell = Callable[[Words], None]
 
 # The module that knows how to make each kind of job.
-TARGETS = {Kind.RUN: "studies.execution", Kind.PUBLISH: "studies.publish"}
+TARGETS = {Kind.RUN: "studies.runs.execution", Kind.PUBLISH: "studies.reports.publish"}
 
 
 STATUS_STOPPED, STATUS_ORPHAN, STATUS_MEMORY = 20, 21, 22

@@ -30,7 +30,7 @@ from docs.recipe_study.measure import (
     measured,
 )
 from docs.recipe_study.variants import Variant, scan, variants
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 
 PROCESSES = 2
 Results = dict[str, dict[str, Any]]

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import WhippleError
-from studies.execution import execute
-from studies.recipes import Recipe
 from studies.results import RunResult
-from studies.sweep import Sweep
+from studies.runs.execution import execute
+from studies.sweeps.sweep import Sweep
+from studies.values.recipes import Recipe
 from studies.verification._hugoniot import Solid
 from studies.verification.bar_contact import contact_and_rebound
 from studies.verification.noh import gated_errors

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from studies.recipes import RECIPES, Recipe, Shape
+from studies.values.recipes import RECIPES, Recipe, Shape
 
 # Both start from the same place; only the shape differs. Constants of viscosity between those of the codes below.
 BASE = Recipe(

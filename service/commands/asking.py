@@ -226,7 +226,7 @@ def _told(id: str, url: str, key_file: Path | None) -> "Iterator[SweepHandle]":
 
 def _units_of_axes(document: Mapping[str, Any]) -> dict[str, str | None]:
     """The SI unit of each axis of an accepted sweep, and of what each point is refined by."""
-    from studies.sweep import ACCEPTED, Sweep
+    from studies.sweeps.sweep import ACCEPTED, Sweep
 
     sweep = Sweep.parse(document, ACCEPTED)
     return {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)}

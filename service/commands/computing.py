@@ -22,19 +22,19 @@ from service.commands.options import (
     settings_of,
 )
 from solver.errors import WhippleError
-from studies.errors import Finding, InvalidInput
+from studies.values.errors import Finding, InvalidInput
 
 app = typer.Typer()
 
 DEMO = ("holes", "craters")
-KERNELS = ("-m", "studies.kernels")  # what compiles them, after the interpreter
+KERNELS = ("-m", "studies.sweeps.kernels")  # what compiles them, after the interpreter
 
 
 @app.command()
 def demo(out: Out = Path("demo"), threads: Threads = None) -> None:
     """Compute the two example sweeps: holes in thin plates, craters in a thick block."""
     from studies import examples
-    from studies.sweep_document import read_yaml
+    from studies.sweeps.document import read_yaml
 
     folder = folder_of(out)
     begin = time.perf_counter()
@@ -64,8 +64,8 @@ def export(
     vtk: Annotated[Path, typer.Option(help="Folder for film.pvd and a VTU file for each frame.")],
 ) -> None:
     """Write the film of a run as files that ParaView opens."""
-    from studies.film_dataset import open_film
-    from studies.film_vtk import bodies, export_vtk
+    from studies.films.film_dataset import open_film
+    from studies.films.film_vtk import bodies, export_vtk
 
     with open_film(film) as opened:
         listed = export_vtk(opened, folder_of(vtk))
@@ -78,9 +78,9 @@ def estimate(file: SweepFile) -> None:
     """Say what a sweep would cost, as it is and at each accuracy. Nothing is computed."""
     from service.console import print_cost
     from service.settings import Settings
-    from studies.cost import cost_of, presets_of
-    from studies.sweep import Sweep, SweepLimits
-    from studies.sweep_document import read_sweep_file
+    from studies.sweeps.cost import cost_of, presets_of
+    from studies.sweeps.document import read_sweep_file
+    from studies.sweeps.sweep import Sweep, SweepLimits
 
     most = Settings().max_runs
     asked = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=most))
@@ -131,15 +131,15 @@ def warm(
 
 
 def _document(file: Path) -> Mapping[str, Any]:
-    from studies.sweep import Sweep
-    from studies.sweep_document import read_sweep_file
+    from studies.sweeps.document import read_sweep_file
+    from studies.sweeps.sweep import Sweep
 
     return Sweep.parse(read_sweep_file(file)).document()
 
 
 def _examples() -> Sequence[Mapping[str, Any]]:
     from studies import examples
-    from studies.sweep_document import read_yaml
+    from studies.sweeps.document import read_yaml
 
     documents = [read_yaml(examples.text(name), name) for name in examples.names()]
     thesis = [{**one, "fixed": {**one.get("fixed", {}), "recipe": "thesis"}} for one in documents]

@@ -16,7 +16,7 @@ from service.commands.options import (
     DatabaseUrl,
     settings_of,
 )
-from studies.errors import Finding, InvalidInput
+from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from datetime import timedelta

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from studies.errors import Finding, InvalidInput
+from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client import Client

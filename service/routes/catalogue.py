@@ -6,8 +6,8 @@ from fastapi import APIRouter
 
 from service.schemas import Catalogue, ParameterModel, ScenarioCatalogue, ScenarioModel
 from studies import laws, materials, scenarios
-from studies.parameters import declared, describe
-from studies.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
+from studies.values.parameters import declared, describe
+from studies.values.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 

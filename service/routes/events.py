@@ -13,8 +13,8 @@ from service.live import Stream
 from service.queue_schemas import EventModel, EventPage
 from service.routes.given import Cursor, Limit, LiveGiven, RunId, StoreGiven, SweepId
 from service.routes.pagination import link_next
-from studies.errors import Finding, InvalidInput
-from studies.nearest import shown
+from studies.values.errors import Finding, InvalidInput
+from studies.values.nearest import shown
 
 router = APIRouter(prefix="/v1", tags=["events"])
 

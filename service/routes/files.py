@@ -13,7 +13,7 @@ from service.partial_cubes import PartialCubes
 from service.routes.given import ArtifactsGiven, PartialCubesGiven, StoreGiven, SweepId
 from service.routes.serving import served_as, serves
 from service.store import Store
-from studies.files import CUBE, PAGE, TWIN
+from studies.values.files import CUBE, PAGE, TWIN
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 

@@ -20,9 +20,9 @@ from service.partial_cubes import PartialCubes
 from service.queue_schemas import Change
 from service.settings import Settings
 from service.store import Store
-from studies.errors import Finding, InvalidInput
-from studies.nearest import shown
-from studies.sweep import Sweep, SweepLimits
+from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.values.errors import Finding, InvalidInput
+from studies.values.nearest import shown
 
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
 LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number

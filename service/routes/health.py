@@ -19,7 +19,7 @@ from service.routes.given import SettingsGiven, StoreGiven, check_directory
 from service.schemas import Health, Readiness, VersionModel
 from service.settings import Settings
 from service.version import version
-from studies.run import PHYSICS_VERSION
+from studies.runs.run import PHYSICS_VERSION
 
 router = APIRouter(tags=["service"])
 

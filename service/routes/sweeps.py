@@ -31,8 +31,8 @@ from service.schemas import (
     example_sweeps,
 )
 from service.store import Store
-from studies.cost import presets_of
-from studies.run import estimate
+from studies.runs.run import estimate
+from studies.sweeps.cost import presets_of
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
 

@@ -38,11 +38,11 @@ from service.store.queries import (
 from service.store.rows import Acceptance, acceptance_of
 from service.store.tables import ARTIFACTS, CONTROL, IDEMPOTENCY, JOBS, POINTS, SWEEPS
 from service.store.turns import IS_WANTED, MOVED_TURN, URGENCY
-from studies.files import ANSWER
+from studies.values.files import ANSWER
 
 if TYPE_CHECKING:
-    from studies.run import Run
-    from studies.sweep import Sweep
+    from studies.runs.run import Run
+    from studies.sweeps.sweep import Sweep
 
 
 # What a publication says of its last end.

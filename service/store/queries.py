@@ -23,7 +23,7 @@ from service.jobs import (
 )
 from service.store.rows import Row, sweep_record
 from service.store.tables import ARTIFACTS, CAUSES, CONTROL, EVENTS, JOBS, POINTS, SWEEPS, words
-from studies.errors import Finding, InvalidInput
+from studies.values.errors import Finding, InvalidInput
 
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 

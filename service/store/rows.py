@@ -29,8 +29,8 @@ from service.jobs import (
 from service.store.tables import JOBS, POINTS
 
 if TYPE_CHECKING:
-    from studies.run import Run
-    from studies.sweep import Point, Sweep
+    from studies.runs.run import Run
+    from studies.sweeps.sweep import Point, Sweep
 
 Row = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 

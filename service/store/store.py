@@ -16,7 +16,7 @@ from service.store.questions import Questions
 from service.store.queue import Queue
 
 if TYPE_CHECKING:
-    from studies.run import Run
+    from studies.runs.run import Run
 
 
 class Store(Orders, Questions, Keys, Queue, Care, Identity):
@@ -28,7 +28,7 @@ class Store(Orders, Questions, Keys, Queue, Care, Identity):
     ) -> "Store":
         """Connect, and make the tables or bring them up to date; with ``migrate=False`` only check them.
 
-        ``cost`` estimates the core seconds of a run; without it ``studies.run.estimate`` does. Raises
+        ``cost`` estimates the core seconds of a run; without it ``studies.runs.run.estimate`` does. Raises
         StoreUnavailable, also for tables of another revision.
         """
         database = Database(url)
@@ -64,6 +64,6 @@ class Store(Orders, Questions, Keys, Queue, Care, Identity):
 
 def _estimated_core_seconds(run: "Run") -> float:
     """What the studies expect a run to cost."""
-    from studies.run import estimate
+    from studies.runs.run import estimate
 
     return estimate(run).core_seconds

@@ -24,7 +24,7 @@ from service.store.queries import (
     unless_result,
 )
 from service.store.tables import ARTIFACTS, JOBS, LANES, POINTS, SWEEPS
-from studies.files import FILM
+from studies.values.files import FILM
 
 LAST = 1e300  # a turn after every other
 TURN = [JOBS.c.priority, JOBS.c.turn, JOBS.c.ordinal]

@@ -6,8 +6,8 @@ by ``names()`` and offered by the command line.
 
 from importlib.resources import files
 
-from studies.nearest import nearest_cure
-from studies.quantities import refusal
+from studies.values.nearest import nearest_cure
+from studies.values.quantities import refusal
 
 
 def names() -> list[str]:

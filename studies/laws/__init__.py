@@ -19,8 +19,8 @@ from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
 from studies.laws._range import Limit, Range
 from studies.materials import Material
-from studies.nearest import nearest_cure
-from studies.quantities import refusal
+from studies.values.nearest import nearest_cure
+from studies.values.quantities import refusal
 
 __all__ = [
     "Law",
@@ -150,7 +150,7 @@ def answering(quantity: str) -> list[Law]:
 
 
 def shot_of(run: Any) -> Shot:
-    """The shot that a run (``studies.run.Run``) computes."""
+    """The shot that a run (``studies.runs.run.Run``) computes."""
     materials = {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
     return shot_from(run.parameters, materials)
 

@@ -35,8 +35,8 @@ from studies.materials.schema import (
     YieldStress,
     simulated,
 )
-from studies.nearest import nearest_cure
-from studies.quantities import refusal
+from studies.values.nearest import nearest_cure
+from studies.values.quantities import refusal
 
 __all__ = [
     "CONFIDENCES",

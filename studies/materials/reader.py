@@ -7,7 +7,6 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from studies.errors import Finding, Findings, InvalidInput
 from studies.materials.schema import (
     CONFIDENCES,
     SECTIONS,
@@ -17,9 +16,10 @@ from studies.materials.schema import (
     YieldStress,
     record_of,
 )
-from studies.nearest import nearest_cure, shown
-from studies.parameters import Parameter, declared, join, missing, parse_value
-from studies.quantities import convert, exact_number, refusal, round_quantity
+from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.nearest import nearest_cure, shown
+from studies.values.parameters import Parameter, declared, join, missing, parse_value
+from studies.values.quantities import convert, exact_number, refusal, round_quantity
 
 NUMBER = "{value = ..., unit = ..., source = ..., confidence = ...}"
 NUMBER_KEYS = ("value", "unit", "source", "confidence")

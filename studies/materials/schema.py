@@ -23,9 +23,9 @@ from solver.units import (
     PerPascal,
     PerSecond,
 )
-from studies.nearest import nearest_cure
-from studies.parameters import Parameter, declared
-from studies.quantities import refusal, round_quantity
+from studies.values.nearest import nearest_cure
+from studies.values.parameters import Parameter, declared
+from studies.values.quantities import refusal, round_quantity
 
 CONFIDENCES: Mapping[str, str] = {
     "read": "read in the cited document",

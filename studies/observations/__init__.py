@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import Any
 
-from studies.errors import Finding, Findings, InvalidInput
-from studies.nearest import nearest_cure, shown
-from studies.parameters import Parameter, Value, find, parse_value
-from studies.quantities import is_number, readable, refusal
+from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.nearest import nearest_cure, shown
+from studies.values.parameters import Parameter, Value, find, parse_value
+from studies.values.quantities import is_number, readable, refusal
 
 MOST_ROWS = 10_000  # a table of shots; more is another kind of file
 MOST_LINES = 10 * MOST_ROWS  # of a text, with those that are empty or a remark

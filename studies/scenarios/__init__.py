@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from solver.registry import entries
-from studies.errors import Finding
-from studies.nearest import nearest_cure
-from studies.quantities import refusal
+from studies.values.errors import Finding
+from studies.values.nearest import nearest_cure
+from studies.values.quantities import refusal
 
 if TYPE_CHECKING:
     from solver.problem import Problem

@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from studies.errors import Finding
 from studies.scenarios import Setting, Size
 from studies.scenarios._fields import explained
 from studies.scenarios._lattice import body, line, points
@@ -20,6 +19,7 @@ from studies.scenarios._numerics import (
     numerics,
     particles_per_cell,
 )
+from studies.values.errors import Finding
 
 if TYPE_CHECKING:
     import numpy as np

@@ -11,10 +11,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
 
 from solver.units import Dimensionless, Metre, MetrePerSecond, Second
-from studies.errors import Finding
-from studies.parameters import MaterialName
-from studies.quantities import readable, round_quantity
-from studies.recipes import IMPACT_RECIPES, DebrisName
 from studies.scenarios import ImpactSetting, Materials, Setting, Size
 from studies.scenarios._fields import described, explained
 from studies.scenarios._lattice import body, line, points
@@ -29,6 +25,10 @@ from studies.scenarios._numerics import (
     numerics,
     particles_per_cell,
 )
+from studies.values.errors import Finding
+from studies.values.parameters import MaterialName
+from studies.values.quantities import readable, round_quantity
+from studies.values.recipes import IMPACT_RECIPES, DebrisName
 
 if TYPE_CHECKING:
     import numpy as np

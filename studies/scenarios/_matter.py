@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from solver.registry import entries
 from solver.units import Dimensionless, Second
-from studies.errors import Finding
 from studies.materials.schema import MieGrueneisen, Tillotson
-from studies.quantities import readable
-from studies.recipes import Tension
 from studies.scenarios import Materials
 from studies.scenarios._fields import described, explained
 from studies.scenarios._numerics import filled_numerics
+from studies.values.errors import Finding
+from studies.values.quantities import readable
+from studies.values.recipes import Tension
 
 if TYPE_CHECKING:
     from solver.problem import Matter

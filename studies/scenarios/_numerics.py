@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from solver.units import Dimensionless, PerSecond, Second
-from studies.errors import Finding
-from studies.recipes import RECIPES, RecipeName, SchemeName, Shape, StepRuleName, Tension
 from studies.scenarios._fields import described, explained, label
+from studies.values.errors import Finding
+from studies.values.recipes import RECIPES, RecipeName, SchemeName, Shape, StepRuleName, Tension
 
 if TYPE_CHECKING:
     from solver.problem import Contact

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Second
-from studies.errors import Finding
-from studies.quantities import round_quantity
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._fields import described
 from studies.scenarios._numerics import check_numerics, filled_numerics
+from studies.values.errors import Finding
+from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
     from solver.problem import Matter

@@ -9,10 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from solver.units import Dimensionless, Metre, MetrePerSecond, Second
-from studies.errors import Finding
 from studies.materials.schema import MieGrueneisen
-from studies.parameters import MaterialName
-from studies.quantities import round_quantity
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
 from studies.scenarios._fields import described, explained
 from studies.scenarios._lattice import body, line, points
@@ -25,6 +22,9 @@ from studies.scenarios._numerics import (
     numerics,
     particles_per_cell,
 )
+from studies.values.errors import Finding
+from studies.values.parameters import MaterialName
+from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
     import numpy as np

@@ -4,15 +4,15 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from solver.units import Dimensionless, Metre, MetrePerSecond, Second
-from studies.errors import Finding
-from studies.parameters import MaterialName
-from studies.quantities import round_quantity
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._fields import described, explained
 from studies.scenarios._matter import check_boiling, check_constants, matter
 from studies.scenarios._numerics import check_numerics, filled_numerics
+from studies.values.errors import Finding
+from studies.values.parameters import MaterialName
+from studies.values.quantities import round_quantity
 
 # Ma (2005), section 2.3.2: until the kinetic energy no longer changes, 72 us for 25.4 mm.
 END_PER_LENGTH = 72e-6 / 25.4e-3  # s/m

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from solver.units import Metre
-from studies.errors import Finding
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios._fields import described
 from studies.scenarios._impact import (
@@ -17,6 +16,7 @@ from studies.scenarios._impact import (
 )
 from studies.scenarios._impact_watch import IMPACT
 from studies.scenarios._matter import check_boiling, check_constants, check_eos, check_failure
+from studies.values.errors import Finding
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
 # at 7 km/s is 3.5 diameters deep and three wide on each side. A fixed rim and a free back make a crater at 6 km/s 2 %

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 from solver.units import Metre, Radian
-from studies.errors import Finding
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios._fields import described
 from studies.scenarios._impact import (
@@ -17,6 +16,7 @@ from studies.scenarios._impact import (
 )
 from studies.scenarios._impact_watch import IMPACT
 from studies.scenarios._matter import check_boiling, check_constants, check_eos, check_failure
+from studies.values.errors import Finding
 
 RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
 

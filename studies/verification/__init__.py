@@ -21,9 +21,9 @@ from typing import Any
 
 from solver.errors import WhippleError
 from solver.registry import entries
-from studies.nearest import nearest_cure
-from studies.quantities import refusal
-from studies.recipes import RECIPES, Recipe
+from studies.values.nearest import nearest_cure
+from studies.values.quantities import refusal
+from studies.values.recipes import RECIPES, Recipe
 
 DEFAULT = RECIPES["whipple"]
 

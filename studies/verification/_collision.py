@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from solver.units import Metre, MetrePerSecond
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification._column import (
     Plateau,
     Profile,

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 from solver.units import JoulePerKilogram, KilogramPerCubicMetre, Metre, MetrePerSecond
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 
 if TYPE_CHECKING:
     import numpy as np

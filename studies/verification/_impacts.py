@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 
 if TYPE_CHECKING:
     import numpy as np

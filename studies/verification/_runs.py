@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import WhippleError
-from studies.recipes import Recipe
 from studies.results import RunResult
+from studies.values.recipes import Recipe
 
 
 def executed(
@@ -18,9 +18,9 @@ def executed(
     materials: Mapping[str, str] | None = None,
 ) -> RunResult:
     """The result of a scenario with the numerics of a recipe; raises WhippleError where the run failed."""
-    from studies.execution import execute
     from studies.materials import load
-    from studies.run import resolve
+    from studies.runs.execution import execute
+    from studies.runs.run import resolve
 
     named = dict(materials or {})
     given = {**asdict(recipe), **named, **parameters}

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_most, reported
 from studies.verification._column import Stretch, column, solver_numerics
 from studies.verification._matter import elastic

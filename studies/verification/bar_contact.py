@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_least, at_most, relative, reported
 from studies.verification._column import Stretch, column
 from studies.verification._matter import elastic

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from studies.recipes import Recipe, SchemeName, Shape
+from studies.values.recipes import Recipe, SchemeName, Shape
 from studies.verification import Case, Row, at_least, at_most
 from studies.verification._impacts import advanced, differing_values, impact_setting
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from studies.recipes import Recipe, Shape
+from studies.values.recipes import Recipe, Shape
 from studies.verification import Case, Row, absolute, at_least, at_most, reported
 from studies.verification._column import Stretch, column, solver_numerics
 from studies.verification._impacts import impact_setting

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, relative, reported
 from studies.verification._collision import Piece, collide, collision_problem, waves
 from studies.verification._column import solver_numerics

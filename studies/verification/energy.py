@@ -7,7 +7,7 @@ is known: behind a plane shock the internal energy is up^2 / 2. Its error agains
 
 from collections.abc import Iterator
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most, observed_order, relative, reported
 from studies.verification._collision import Piece, collide, collision_problem
 from studies.verification._hugoniot import COPPER, shocked

@@ -7,7 +7,7 @@ is (A + B eps^n) (1 + C ln rate*) (1 - T*^m) at the plastic strain that the poin
 import math
 from collections.abc import Iterator
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_most, relative
 
 # Copper: Johnson and Cook (1983), Proc. 7th Int. Symp. Ballistics, 541.

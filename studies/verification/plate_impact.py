@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, relative, reported
 from studies.verification._collision import (
     Collision,

@@ -5,7 +5,7 @@ The recipe was chosen without them: the study of recipes measures ``plate_impact
 
 from collections.abc import Iterator
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row
 from studies.verification._hugoniot import (
     ALUMINIUM_2024,

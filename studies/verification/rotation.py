@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most
 from studies.verification._column import solver_numerics
 from studies.verification._matter import elastic

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from studies.recipes import Recipe, Shape
+from studies.values.recipes import Recipe, Shape
 from studies.verification import Case, Row, observed_order, relative, reported
 from studies.verification._column import (
     INTERFACE_CELLS,

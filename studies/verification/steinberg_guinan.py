@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_most, relative
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
-from studies.recipes import RECIPES, Recipe
 from studies.results import RunResult
+from studies.values.recipes import RECIPES, Recipe
 from studies.verification import Case, Row, at_most, relative, reported
 from studies.verification._runs import executed, value
 from studies.verification._waves import Isotropic

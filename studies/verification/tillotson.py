@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from studies.recipes import Recipe
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, relative
 from studies.verification._collision import Piece, collide, collision_problem
 from studies.verification._hugoniot import Shock

@@ -10,7 +10,7 @@ from pathlib import Path
 from service.artifacts import Artifacts
 from service.jobs import Claim, Kind, State
 from service.store import Store
-from studies.files import ANSWER
+from studies.values.files import ANSWER
 from tests.service.doubles import is_gone
 
 FIRST, LAST = (

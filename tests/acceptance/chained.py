@@ -1,6 +1,6 @@
 """Runs in which each step needs the one before: whoever resumes wrongly gets another number.
 
-Stands in for ``studies.execution`` and ``studies.publish``. Cube and report are the real ones; a run takes
+Stands in for ``studies.runs.execution`` and ``studies.reports.publish``. Cube and report are the real ones; a run takes
 ``WHIPPLE_TEST_SECONDS``, keeps a checkpoint after each of its steps and leaves its process id in ``pid``.
 """
 
@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
-from studies import publish as real
-from studies.atomic import write_text
+from studies.reports import publish as real
 from studies.results import Measured, Progress, RunResult
+from studies.values.atomic import write_text
 from tests.service.targets import Run
 
 __all__ = ["Run", "execute", "publish"]

@@ -15,7 +15,7 @@ from service.app import CACHE
 from service.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
 from service.jobs import RunRow, State, Stored, SweepRow
 from service.store import Store
-from studies.files import ANSWER
+from studies.values.files import ANSWER
 from tests.service.test_store_races import check as nobody_waits_in_vain
 
 WALL_CLOCK = {"solver_seconds", "solver_threads"}  # what may differ between two times

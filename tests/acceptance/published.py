@@ -1,6 +1,6 @@
-"""Runs that cost nothing, really published: stands in for ``studies.execution`` and ``studies.publish``."""
+"""Runs that cost nothing, really published: for ``studies.runs.execution`` and ``studies.reports.publish``."""
 
-from studies.publish import publish
+from studies.reports.publish import publish
 from tests.service.targets import Run, execute
 
 __all__ = ["Run", "execute", "publish"]

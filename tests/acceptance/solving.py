@@ -1,6 +1,6 @@
 """The real solver and the real publication, but with a checkpoint every tenth of a second.
 
-Stands in for ``studies.execution`` and ``studies.publish``; each attempt leaves its process id in ``pid``.
+Stands in for ``studies.runs.execution`` and ``studies.reports.publish``; each attempt leaves its process id in ``pid``.
 """
 
 import os
@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.checkpoint import Checkpointing
-from studies import execution
-from studies import publish as real
+from studies.reports import publish as real
 from studies.results import RunResult
-from studies.run import Run
+from studies.runs import execution
+from studies.runs.run import Run
 
 __all__ = ["Run", "execute", "publish"]
 

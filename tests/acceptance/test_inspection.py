@@ -14,7 +14,7 @@ from service.app import CACHE
 from service.artifacts import Artifacts, describe
 from service.jobs import Claim, Stored
 from service.store import Store
-from studies.files import ANSWER
+from studies.values.files import ANSWER
 from tests.acceptance.inspection import damaged, differences, half_files
 from tests.service.by_hand import claim_runs, result
 from tests.service.doubles import sweep_of

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.publish import publish_sweep
+from studies.reports.publish import publish_sweep
 from tests.studies import fakes
 
 CHROMIUM = os.environ.get("WHIPPLE_CHROMIUM") or shutil.which("chromium")

@@ -10,7 +10,7 @@ import psutil
 import pytest
 
 from studies import examples
-from studies.sweep_document import read_yaml
+from studies.sweeps.document import read_yaml
 from tests.acceptance.serving import ROOT, Service, serving
 from tests.service.api import until
 

@@ -1,11 +1,11 @@
-"""Runs that keep a core busy for about a second, and nothing else. Stands in for ``studies.execution``."""
+"""Runs that keep a core busy for about a second, and nothing else. Stands in for ``studies.runs.execution``."""
 
 import json
 from pathlib import Path
 from typing import Any
 
-from studies.atomic import write_text
 from studies.results import Measured, RunResult
+from studies.values.atomic import write_text
 from tests.acceptance.chained import publish
 from tests.service.targets import Run
 

@@ -26,9 +26,9 @@ import numpy as np
 from solver.jit import Bound
 from solver.simulation import Simulation, simulate, start
 from studies import examples
-from studies.execution import observer_of, setting_of
-from studies.sweep import Sweep
-from studies.sweep_document import read_yaml
+from studies.runs.execution import observer_of, setting_of
+from studies.sweeps.document import read_yaml
+from studies.sweeps.sweep import Sweep
 from tests.benchmarks import thesis
 from tests.benchmarks.baseline import FILE, MEASURE, MEASURED, ROOT, measured
 from tests.benchmarks.measure import PAIRS, PROBLEMS, SWEEP, advance, question, simulation
@@ -247,7 +247,7 @@ def demo() -> Figures:
     with tempfile.TemporaryDirectory() as folder:
         cache, out = f"{folder}/kernels", Path(folder) / "demo"
         begin = time.perf_counter()
-        compiled = _core_seconds(["-m", "studies.kernels"], cache, json.dumps(documents))
+        compiled = _core_seconds(["-m", "studies.sweeps.kernels"], cache, json.dumps(documents))
         seconds = _core_seconds(["-m", "service", "demo", "--out", str(out)], cache)
         yield "demo_wall_s", time.perf_counter() - begin
         yield "demo_compile_core_s", compiled

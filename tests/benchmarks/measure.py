@@ -84,7 +84,7 @@ def reference_ns() -> float:
 def question(**parameters: Any) -> Any:
     """A copper sphere of 8 mm on a plate of 2 mm at 4 km/s, as a run."""
     from studies.materials import load
-    from studies.run import resolve
+    from studies.runs.run import resolve
 
     copper = load("copper-ofhc")
     given = {
@@ -101,7 +101,7 @@ def question(**parameters: Any) -> Any:
 def simulation(name: str, threads: int = 1, warm: int = WARM) -> Any:
     """A problem by its name, some steps on, so that the shock is inside."""
     from solver.simulation import start
-    from studies.execution import setting_of
+    from studies.runs.execution import setting_of
 
     made = start(setting_of(question(**PROBLEMS[name])).problem, threads=threads)
     advance(made, warm)
@@ -164,7 +164,7 @@ def _status(name: str) -> int:
 
 def converging(speed: float, cells: float) -> dict[str, float]:
     """Core-seconds of a run of the converged sweep, how many numbers of the reference that is, and its work."""
-    from studies.execution import execute
+    from studies.runs.execution import execute
 
     simulation("axisymmetric_default_12k", warm=1)  # its kernels are compiled or loaded
     run = question(speed=speed, cells_per_diameter=cells)
@@ -184,9 +184,9 @@ def converging(speed: float, cells: float) -> dict[str, float]:
 
 def coarse(geometry: str, shape: str, scheme: str) -> Any:
     """A coarse run by the former rule of the step, which both trees know."""
-    import studies.recipes
+    import studies.values.recipes
 
-    known = vars(studies.recipes.RECIPES["whipple"])
+    known = vars(studies.values.recipes.RECIPES["whipple"])
     rule = {name: value for name, value in FORMER_RULE.items() if name in known}
     return question(**COMMON, **COARSE[geometry], **rule, shape=shape, scheme=scheme)
 
@@ -194,7 +194,7 @@ def coarse(geometry: str, shape: str, scheme: str) -> Any:
 def states(cases: list[list[str]], folder: str) -> None:
     """The particles of coarse runs after some steps, in the order of their numbers, each into a file of numpy."""
     from solver.simulation import start
-    from studies.execution import setting_of
+    from studies.runs.execution import setting_of
 
     for case in cases:
         made = start(setting_of(coarse(*case)).problem, threads=1)
@@ -217,7 +217,7 @@ def _whole(case: list[str], seed: int) -> dict[str, Any]:
     """The run itself without a seed."""
     from solver.errors import UnphysicalState
     from solver.simulation import simulate
-    from studies.execution import observer_of
+    from studies.runs.execution import observer_of
 
     watched = observer_of(coarse(*case))
     problem = watched.setting.problem

@@ -21,9 +21,9 @@ import numpy as np
 
 from solver.problem import Problem
 from solver.simulation import start
-from studies.execution import setting_of
 from studies.materials import load
-from studies.run import resolve
+from studies.runs.execution import setting_of
+from studies.runs.run import resolve
 from tests.benchmarks.measure import advance
 
 MATERIAL = "copper-thesis-plastic"

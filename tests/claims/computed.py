@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.execution import execute
-from studies.run import Run
+from studies.runs.execution import execute
+from studies.runs.run import Run
 from tests.claims import Row
 
 ROOT = Path(__file__).parents[2]

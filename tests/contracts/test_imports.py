@@ -30,9 +30,9 @@ def test_import__of_a_package_is_cheap(module: str) -> None:
         "service.serve",
         "studies.laws",
         "studies.materials",
-        "studies.run",
+        "studies.runs.run",
         "studies.scenarios",
-        "studies.sweep",
+        "studies.sweeps.sweep",
     ],
 )
 def test_import__of_what_the_api_process_uses_loads_no_solver_and_no_datasets(module: str) -> None:
@@ -44,7 +44,7 @@ def test_import__of_the_worker_loads_neither_web_nor_store() -> None:
 
 
 def test_import__of_what_computes_a_run_loads_no_datasets_and_no_units() -> None:
-    code = "import service.worker, studies.execution"
+    code = "import service.worker, studies.runs.execution"
     assert not _loaded_by(code, (*ELSEWHERE, "fastapi", "sqlalchemy"))
 
 

@@ -16,11 +16,11 @@ from solver.problem import Face
 from solver.simulation import start
 from solver.units import units_of
 from studies import materials, measurements, scenarios
-from studies.errors import InvalidInput
-from studies.parameters import Parameter, declared
-from studies.run import Run, materials_of, resolve
+from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import ImpactSetting, Scenario, Setting
 from studies.scenarios.plate_impact import CROSSED, PlateSetting, shocks
+from studies.values.errors import InvalidInput
+from studies.values.parameters import Parameter, declared
 
 DIAMETER, CELLS = 8e-3, 4.0
 ROUND_OFF = 1e-12

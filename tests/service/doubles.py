@@ -10,7 +10,7 @@ from service.attempt import Ticket
 from service.jobs import Stored
 from service.settings import Settings
 from service.store import Store
-from studies.sweep import Sweep
+from studies.sweeps.sweep import Sweep
 from tests.service.targets import Run
 
 DEADLINE = 60.0  # s; a busy machine is slow, a hanging test is not waited for

@@ -1,4 +1,4 @@
-"""Stands in for ``studies.execution`` and ``studies.publish`` in a child: the real ones, a definition changed.
+"""For ``studies.runs.execution`` and ``studies.reports.publish`` in a child: the real ones, a definition changed.
 
 Importing it changes the definition (``tests.service.raised``), so no test imports it. Nothing is solved
 any more: a run that is asked for all the same fails, and says so.
@@ -8,8 +8,8 @@ import os
 from pathlib import Path
 from typing import Any
 
-from studies.publish import publish
-from studies.run import Run
+from studies.reports.publish import publish
+from studies.runs.run import Run
 from tests.service.raised import FAULT, raise_the_version
 
 __all__ = ["Run", "execute", "publish"]

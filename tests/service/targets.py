@@ -1,4 +1,4 @@
-"""Stands in for ``studies.execution`` and ``studies.publish``: runs that behave as their parameters say.
+"""Stands in for ``studies.runs.execution`` and ``studies.reports.publish``: runs that behave as their parameters say.
 
 A run is ``fine`` unless told otherwise. It can also return a ``verdict``, ``abort`` the interpreter
 (the first ``crashes`` times),
@@ -28,9 +28,9 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
-from studies import run as real
-from studies.atomic import write_text
 from studies.results import Measured, Progress, RunResult
+from studies.runs import run as real
+from studies.values.atomic import write_text
 
 GATES = RUN_GATE, SWEEP_GATE = "WHIPPLE_TEST_RUN_GATE", "WHIPPLE_TEST_SWEEP_GATE"
 PAUSE = 0.02  # s, between two looks at a gate

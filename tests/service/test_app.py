@@ -11,7 +11,7 @@ from fastapi.testclient import TestClient
 
 from service.access import FORBIDS, check_binding
 from service.settings import Settings
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 from tests.service.api import SWEEP, Api, open_api
 
 ROOT = Path(__file__).parents[2]

@@ -18,7 +18,7 @@ from service.jobs import SweepState
 from service.leftovers import files_from
 from service.settings import Settings
 from service.store import Store
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 from tests.service.bench import Bench, open_bench
 from tests.service.command import run
 from tests.service.databases import Postgresql

@@ -15,7 +15,7 @@ from service.commands import computing
 from service.jobs import RUN_STATES, Keep, SweepRow, SweepState
 from service.settings import Settings
 from studies import examples, verification
-from studies.recipes import ACCURACY
+from studies.values.recipes import ACCURACY
 from tests.service.api import FILES, Api, open_api, served
 from tests.service.command import run
 

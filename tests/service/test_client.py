@@ -9,7 +9,7 @@ import pytest
 
 from service.client import Client, ServiceError, StillRunning, SweepStatus, Unreachable
 from studies import examples
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 from tests.service.api import FILES, SWEEP, Api, open_api, served, sweep_of
 
 

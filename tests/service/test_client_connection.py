@@ -18,7 +18,7 @@ from service.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unre
 from service.jobs import Scope
 from service.remote import MissingExtra
 from service.server_events import messages
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 from tests.service.api import SWEEP, Api, open_api, served, sweep_of, until
 
 Answer = httpx.Response | Exception

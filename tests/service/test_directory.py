@@ -13,7 +13,7 @@ from service.directory import DataInUse, check_names, holding
 from service.local import run_sweep
 from service.serve import serve
 from service.settings import Settings
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 from tests.service.test_local import document, settings_of
 
 ROOT = Path(__file__).parents[2]

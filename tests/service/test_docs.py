@@ -9,8 +9,8 @@ import typer.main
 from service.cli import app
 from service.jobs import Cause, Keep, Scope, State, SweepState
 from service.settings import Settings
-from studies.errors import InvalidInput
 from studies.observations import OWN_COLUMNS, Known, read_observations
+from studies.values.errors import InvalidInput
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")

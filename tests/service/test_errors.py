@@ -11,7 +11,7 @@ import pytest
 
 from service.errors import pointer
 from service.routes.given import LONGEST_BODY
-from studies.sweep import MOST_PARTICLES
+from studies.sweeps.sweep import MOST_PARTICLES
 from tests.service.api import SWEEP, Api, open_api, served, sweep_of, until
 
 JSON = {"Content-Type": "application/json"}

@@ -10,8 +10,8 @@ import pytest
 from service.client import Client
 from service.folders import check_same, held_in
 from service.local import run_sweep
-from studies.errors import InvalidInput
-from studies.sweep import Sweep
+from studies.sweeps.sweep import Sweep
+from studies.values.errors import InvalidInput
 from tests.service.api import SWEEP, Api, open_api, served, sweep_of
 from tests.service.command import run
 from tests.service.doubles import settings_in

@@ -13,8 +13,8 @@ from service.identity import WrongDirectory
 from service.jobs import Cause, State
 from service.settings import Settings
 from service.store import Store
-from studies.errors import InvalidInput
-from studies.files import STATE
+from studies.values.errors import InvalidInput
+from studies.values.files import STATE
 from tests.service.api import open_api
 from tests.service.bench import Bench, open_bench
 from tests.service.by_hand import finish_all

@@ -19,7 +19,7 @@ from service.jobs import Cause, RunRow, State, Stored, SweepRow, SweepState
 from service.local import Finished, PublicationFailed, run_sweep, start_engine
 from service.settings import Settings
 from service.store import Store
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 from tests.service.cluster import patiently
 from tests.service.doubles import (
     is_gone,

@@ -16,10 +16,10 @@ import xarray as xr
 from service.errors import PartialCubeFailed
 from service.jobs import Claim, Result
 from service.partial_cubes import MOST_FILES, PartialCubes
-from studies import cube
-from studies.publish import outcome_from_json
+from studies.cubes import cube
+from studies.reports.publish import outcome_from_json
 from studies.results import Measured, RunResult
-from studies.sweep import Sweep
+from studies.sweeps.sweep import Sweep
 from tests.service.api import FILES, SWEEP, Api, open_api, served
 
 FRESH = itertools.count(4000)  # m/s, speeds that no run has yet

@@ -21,8 +21,8 @@ from service.settings import Settings
 from service.store import Store
 from service.unattended import without_services
 from studies import measurements
-from studies.files import ANSWER, STATE
-from studies.sweep import Sweep
+from studies.sweeps.sweep import Sweep
+from studies.values.files import ANSWER, STATE
 from tests.service.api import SWEEP
 from tests.service.command import run
 from tests.service.doubles import wait_until

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from studies import examples
-from studies.recipes import ACCURACY
+from studies.values.recipes import ACCURACY
 from tests.service.api import FILES, SWEEP, Api, open_api
 
 

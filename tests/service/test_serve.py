@@ -22,7 +22,7 @@ from service.leaving import heeding
 from service.live import MOST_STREAMS
 from service.serve import _listening, _Server
 from service.settings import Settings
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 from tests.service.doubles import DEADLINE
 
 ROOT = Path(__file__).parents[2]

@@ -4,7 +4,7 @@ import pytest
 
 from service.jobs import Cause, Kind, State, SweepState, Tally
 from service.store import Store
-from studies.errors import InvalidInput
+from studies.values.errors import InvalidInput
 from tests.service.by_hand import claim_runs, finish_all, result
 from tests.service.doubles import run_id, runs_of, sweep_of
 

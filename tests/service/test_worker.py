@@ -16,8 +16,8 @@ import pytest
 from service import supervisor, warm, worker
 from service.attempt import Ticket
 from service.jobs import Cause
-from studies.files import ANSWER
-from studies.run import resolve
+from studies.runs.run import resolve
+from studies.values.files import ANSWER
 from tests.service.attempts import (
     LIMIT,
     SLOT,

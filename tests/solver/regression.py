@@ -13,7 +13,7 @@ import numpy as np
 from solver import PHYSICS_VERSION
 from solver.simulation import start
 from studies import materials, scenarios
-from studies.run import materials_of, resolve
+from studies.runs.run import materials_of, resolve
 
 FILE = Path(__file__).with_name("regression.json")
 STEPS = 60

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from studies.catalogue import Catalogue, Observed
-from studies.layout import Outcome
-from studies.parameters import Parameter
-from studies.variables import Quantity
+from studies.cubes.catalogue import Catalogue, Observed
+from studies.cubes.layout import Outcome
+from studies.cubes.variables import Quantity
+from studies.values.parameters import Parameter
 
 DIAMETER = 0.008
 CELLS = (16.0, 32.0, 64.0)

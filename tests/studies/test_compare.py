@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies import cube
-from studies.compare import (
+from studies.cubes import cube
+from studies.reports.compare import (
     NO_MESH,
     NOT_BOTH,
     ONLY_SIMULATION,
@@ -19,7 +19,7 @@ from studies.compare import (
     sentence,
     statistics,
 )
-from studies.sightings import bring_to
+from studies.reports.sightings import bring_to
 from tests.studies import fakes
 
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.convergence import (
+from studies.convergence.orders import FORMAL_ORDER, ORDERS, farthest_limit, observed_order
+from studies.convergence.richardson import (
     SAFETY,
     SAFETY_UNOBSERVED,
     VERDICTS,
@@ -18,7 +19,6 @@ from studies.convergence import (
     converge,
     levels_of,
 )
-from studies.orders import FORMAL_ORDER, ORDERS, farthest_limit, observed_order
 
 HALVING = (1.0, 2.0, 4.0)
 UNEVEN = (1.0, 1.4, 2.6)  # r21 = 1.4, r32 = 1.857

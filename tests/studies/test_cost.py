@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from studies import examples, run
-from studies.cost import cost_of, presets_of
-from studies.recipes import ACCURACY
-from studies.sweep import Sweep
-from studies.sweep_document import read_yaml
+from studies import examples
+from studies.runs import run
+from studies.sweeps.cost import cost_of, presets_of
+from studies.sweeps.document import read_yaml
+from studies.sweeps.sweep import Sweep
+from studies.values.recipes import ACCURACY
 
 SWEEP = Sweep.parse(read_yaml(examples.text("smoke"), "smoke"))
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies import cube
-from studies.layout import Outcome
-from studies.variables import STATES, SchemaError
+from studies.cubes import cube
+from studies.cubes.layout import Outcome
+from studies.cubes.variables import STATES, SchemaError
 from tests.studies import compliance, fakes
 from tests.studies.fakes import Axis, Sweep
 
@@ -167,7 +167,7 @@ def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
 
 
 def test_histories__are_padded_and_keep_both_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("studies.columns.HISTORY_SAMPLES", 8)
+    monkeypatch.setattr("studies.cubes.columns.HISTORY_SAMPLES", 8)
     sweep = fakes.holes()
     known = fakes.results(sweep)
     history = known[sweep.runs()[0].run.id].measurements["hole_diameter"].history

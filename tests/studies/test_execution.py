@@ -11,12 +11,12 @@ import pytest
 from solver.errors import Interrupted
 from solver.simulation import start
 from studies import materials, scenarios
-from studies.execution import execute, observer_of
 from studies.measurements import Reading
-from studies.observer import Observer
-from studies.parameters import declared
 from studies.results import Progress, RunResult
-from studies.run import Run, materials_of, resolve
+from studies.runs.execution import execute, observer_of
+from studies.runs.observer import Observer
+from studies.runs.run import Run, materials_of, resolve
+from studies.values.parameters import declared
 
 # Small runs, one of each family.
 RUNS: dict[str, dict[str, Any]] = {
@@ -330,7 +330,7 @@ def shares_and_times_left(
     """What an observer says that sees the rest of a run, twenty times in the whole of it, once a second."""
     told: list[Progress] = []
     watched = observer_of(asked("thin_plate"), told.append)
-    monkeypatch.setattr("studies.observer.time", Clock())
+    monkeypatch.setattr("studies.runs.observer.time", Clock())
     snapshot = start(watched.setting.problem, threads=1).snapshot()
     end = watched.setting.problem.end_time
     for number in range(round(20 * begun), 21):

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies import cube
-from studies.compare import compare
-from studies.figures import Figure, Series
-from studies.layout import Outcome
-from studies.plot import plot
-from studies.report_figures import figures
-from studies.residual_figure import BAND
+from studies.cubes import cube
+from studies.cubes.layout import Outcome
+from studies.reports.compare import compare
+from studies.reports.figures import Figure, Series
+from studies.reports.plot import plot
+from studies.reports.report_figures import figures
+from studies.reports.residual_figure import BAND
 from tests.studies import fakes
 from tests.studies.fakes import Sweep
 

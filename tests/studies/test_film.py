@@ -11,10 +11,10 @@ from solver.errors import Interrupted
 from solver.problem import Problem
 from solver.simulation import simulate, start
 from solver.state import Snapshot, records
-from studies import film
-from studies.execution import execute, observer_of
-from studies.film import Film
-from studies.run import Run
+from studies.films import film
+from studies.films.film import Film
+from studies.runs.execution import execute, observer_of
+from studies.runs.run import Run
 from tests.studies.test_execution import BROKEN_OFF_AFTER, after, asked
 
 MOST = film.FRAMES + 2

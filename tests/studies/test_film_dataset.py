@@ -12,8 +12,8 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 import whipple
 from solver.state import Snapshot
-from studies.errors import InvalidInput
-from studies.film import Film
+from studies.films.film import Film
+from studies.values.errors import InvalidInput
 from tests.service.command import run
 from tests.studies.test_film import small_problem, states
 

@@ -3,10 +3,10 @@
 import pytest
 
 from studies import examples
-from studies.kernels import kinds_of
-from studies.run import Run
-from studies.sweep import Sweep
-from studies.sweep_document import read_yaml
+from studies.runs.run import Run
+from studies.sweeps.document import read_yaml
+from studies.sweeps.kernels import kinds_of
+from studies.sweeps.sweep import Sweep
 
 
 def runs_of(example: str, **fixed: str) -> list[Run]:

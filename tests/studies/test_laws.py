@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from studies import laws, materials
-from studies.errors import InvalidInput
 from studies.laws import Range, Shot
 from studies.laws._range import length_ratio
 from studies.laws.zhang_tan import hole_ratio, smallest_speed
+from studies.values.errors import InvalidInput
 
 COPPER = materials.load("copper-ofhc")
 ALUMINIUM = materials.load("al-2024-t3")

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from studies import materials
-from studies.errors import InvalidInput
 from studies.materials import JohnsonCook, Material
+from studies.values.errors import InvalidInput
 
 
 @pytest.fixture

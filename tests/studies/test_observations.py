@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.errors import InvalidInput
 from studies.observations import Known, Observation, read_observations
-from studies.parameters import Parameter, Value
-from studies.points import SUCCEEDED
-from studies.sightings import bring_to
+from studies.reports.points import SUCCEEDED
+from studies.reports.sightings import bring_to
+from studies.values.errors import InvalidInput
+from studies.values.parameters import Parameter, Value
 
 KNOWN = Known(
     quantities={"hole_diameter": "m", "crater_depth_over_diameter": "1"},

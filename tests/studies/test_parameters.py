@@ -7,8 +7,8 @@ from typing import Any, Literal
 import pytest
 
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
-from studies.errors import Finding, InvalidInput
-from studies.parameters import MaterialName, declared, describe, parse_parameters
+from studies.values.errors import Finding, InvalidInput
+from studies.values.parameters import MaterialName, declared, describe, parse_parameters
 
 
 @dataclass(frozen=True, kw_only=True)

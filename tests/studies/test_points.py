@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies import cube, report
-from studies.compare import compare
-from studies.convergence import Sample, converge
-from studies.layout import Outcome
-from studies.points import points_of, refined
-from studies.publish import publish_sweep
-from studies.variables import STATES, VERDICT_WORDS
+from studies.convergence.richardson import Sample, converge
+from studies.cubes import cube
+from studies.cubes.layout import Outcome
+from studies.cubes.variables import STATES, VERDICT_WORDS
+from studies.reports import report
+from studies.reports.compare import compare
+from studies.reports.points import points_of, refined
+from studies.reports.publish import publish_sweep
 from tests.studies import compliance, fakes
 from tests.studies.fakes import Axis, Sweep
 

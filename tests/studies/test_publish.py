@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies import compare, cube, page, report
-from studies.publish import publish, publish_sweep
+from studies.cubes import cube
+from studies.reports import compare, page, report
+from studies.reports.publish import publish, publish_sweep
 from studies.results import Measured, RunResult
-from studies.sweep import Sweep
+from studies.sweeps.sweep import Sweep
 from tests.studies import fakes
 
 HOLES = {

@@ -13,19 +13,8 @@ from solver.shapes.linear import Linear
 from solver.shapes.quadratic_bspline import QuadraticBSpline
 from solver.simulation import Simulation, start
 from studies import materials, scenarios
-from studies.errors import InvalidInput
-from studies.execution import setting_of
-from studies.parameters import declared
-from studies.recipes import (
-    ACCURACY,
-    IMPACT_RECIPES,
-    RECIPES,
-    DebrisName,
-    ImpactRecipe,
-    Recipe,
-    RecipeName,
-)
-from studies.run import Run, estimate, resolve
+from studies.runs.execution import setting_of
+from studies.runs.run import Run, estimate, resolve
 from studies.scenarios._impact import Shot
 from studies.scenarios._numerics import (
     BY_RECIPE,
@@ -33,6 +22,17 @@ from studies.scenarios._numerics import (
     check_numerics,
     filled_numerics,
     numerics,
+)
+from studies.values.errors import InvalidInput
+from studies.values.parameters import declared
+from studies.values.recipes import (
+    ACCURACY,
+    IMPACT_RECIPES,
+    RECIPES,
+    DebrisName,
+    ImpactRecipe,
+    Recipe,
+    RecipeName,
 )
 
 COPPER = materials.load("copper-ofhc")

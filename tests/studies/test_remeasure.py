@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 
 from solver import simulation
-from studies import execution, measurements
-from studies.execution import execute
+from studies import measurements
 from studies.measurements import Measurement, Reading
-from studies.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
 from studies.results import TOO_COARSE, RunResult
-from studies.run import Run
+from studies.runs import execution
+from studies.runs.execution import execute
+from studies.runs.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
+from studies.runs.run import Run
 from tests.studies.test_execution import RUNS, asked
 
 Raise = Callable[..., None]

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies import cube, page, report
-from studies.compare import compare
-from studies.formats import KINDS, display_of, printed, printed_in
+from studies.cubes import cube
+from studies.reports import page, report
+from studies.reports.compare import compare
+from studies.values.formats import KINDS, display_of, printed, printed_in
 from tests.studies import fakes
 from tests.studies.fakes import Axis, Sweep
 from tests.studies.printed import Page, at, read_page

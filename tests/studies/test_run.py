@@ -11,18 +11,19 @@ import numpy as np
 import pytest
 
 from solver.state import Particles, Retired, Snapshot
-from studies import materials, measurements, run, scenarios
-from studies.errors import InvalidInput
-from studies.execution import execute
+from studies import materials, measurements, scenarios
 from studies.materials import Material
 from studies.materials.schema import NOT_SIMULATED
 from studies.measurements._view import view
-from studies.parameters import Parameter, declared
-from studies.recipes import RECIPES
 from studies.results import Progress, RunResult
-from studies.run import PHYSICS_VERSION, Run, estimate, materials_of, resolve
+from studies.runs import run
+from studies.runs.execution import execute
+from studies.runs.run import PHYSICS_VERSION, Run, estimate, materials_of, resolve
 from studies.scenarios._impact import WINDOW_PER_DIAMETER
 from studies.scenarios._impact_watch import OBSERVATIONS_PER_WINDOW
+from studies.values.errors import InvalidInput
+from studies.values.parameters import Parameter, declared
+from studies.values.recipes import RECIPES
 
 COPPER = materials.load("copper-ofhc")
 GIVEN: dict[str, Any] = {

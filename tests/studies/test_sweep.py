@@ -16,15 +16,15 @@ from hypothesis import strategies as st
 
 from solver.units import Dimensionless, Metre, MetrePerSecond
 from studies import examples, materials
-from studies.axes import AxisReader
-from studies.errors import Finding, InvalidInput
-from studies.nearest import nearest_cure
-from studies.parameters import MaterialName, declared
-from studies.quantities import refusal
-from studies.recipes import ACCURACY
 from studies.scenarios import Size
-from studies.sweep import ACCEPTED, Sweep, SweepLimits
-from studies.sweep_document import read_sweep_file, read_yaml
+from studies.sweeps.axes import AxisReader
+from studies.sweeps.document import read_sweep_file, read_yaml
+from studies.sweeps.sweep import ACCEPTED, Sweep, SweepLimits
+from studies.values.errors import Finding, InvalidInput
+from studies.values.nearest import nearest_cure
+from studies.values.parameters import MaterialName, declared
+from studies.values.quantities import refusal
+from studies.values.recipes import ACCURACY
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +78,7 @@ def plate(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> No
     if "example" not in request.fixturenames:
         monkeypatch.setattr("studies.scenarios.load", load)
         monkeypatch.setattr("studies.scenarios.names", lambda: ["plate"])
-        monkeypatch.setattr("studies.run.resolve", resolve)
+        monkeypatch.setattr("studies.runs.run.resolve", resolve)
 
 
 DOCUMENT: dict[str, Any] = {

@@ -7,8 +7,8 @@ import pytest
 
 from solver.errors import ProblemError
 from studies import verification
-from studies.errors import InvalidInput
-from studies.recipes import RECIPES, Recipe
+from studies.values.errors import InvalidInput
+from studies.values.recipes import RECIPES, Recipe
 from studies.verification import Case, Row
 from tests.claims import framework
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.publish import outcome_from_json, publish
-from studies.sweep import Sweep
-from studies.variables import STATES
+from studies.cubes.variables import STATES
+from studies.reports.publish import outcome_from_json, publish
+from studies.sweeps.sweep import Sweep
 from tests.claims import Row, claim
 from tests.claims.computed import result_of, scratch
 from tests.studies import compliance

@@ -8,9 +8,9 @@ import numpy as np
 
 from solver.problem import ArtificialViscosity
 from solver.simulation import simulate
-from studies.execution import ENERGY_DRIFT_FLAG, setting_of
 from studies.materials import load
-from studies.run import resolve
+from studies.runs.execution import ENERGY_DRIFT_FLAG, setting_of
+from studies.runs.run import resolve
 from tests.claims import Row, at_most, claim
 from tests.verification.fields import expansion_error, force_of_uniform_pressure
 

@@ -12,10 +12,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from studies.execution import execute
 from studies.materials import load
 from studies.results import RunResult
-from studies.run import resolve
+from studies.runs.execution import execute
+from studies.runs.run import resolve
 from tests.claims import Row, claim, within
 
 THREADS = 2

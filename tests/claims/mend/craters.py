@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from studies import examples
-from studies.execution import execute, setting_of
 from studies.measurements._view import View, view
-from studies.remeasure import load_state
 from studies.results import RunResult
-from studies.run import Run
-from studies.sweep import Sweep
-from studies.sweep_document import read_yaml
+from studies.runs.execution import execute, setting_of
+from studies.runs.remeasure import load_state
+from studies.runs.run import Run
+from studies.sweeps.document import read_yaml
+from studies.sweeps.sweep import Sweep
 from tests.claims import Row, at_most, claim, within
 from tests.contracts.test_measurements import CELL, CRATER, WALLS, cratered, value
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from studies import verification
-from studies.recipes import RECIPES, Recipe
+from studies.values.recipes import RECIPES, Recipe
 from tests.claims import Row
 
 DEFAULT = RECIPES["whipple"]

@@ -9,12 +9,12 @@ from typing import Any
 
 import xarray as xr
 
-from studies.compare import Residual, compare, sentence
-from studies.convergence import Convergence, Sample, converge
-from studies.formats import of_share
-from studies.publish import publish
-from studies.run import Run
-from studies.sweep import Sweep
+from studies.convergence.richardson import Convergence, Sample, converge
+from studies.reports.compare import Residual, compare, sentence
+from studies.reports.publish import publish
+from studies.runs.run import Run
+from studies.sweeps.sweep import Sweep
+from studies.values.formats import of_share
 from tests.claims import Row, claim
 from tests.claims.computed import result_of, scratch
 

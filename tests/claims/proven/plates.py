@@ -18,9 +18,9 @@ import numpy as np
 
 from solver.errors import WhippleError
 from studies import materials
-from studies.convergence import Convergence, Sample, converge
-from studies.execution import HOTTEST_SHARE_FLAG, execute
-from studies.run import resolve
+from studies.convergence.richardson import Convergence, Sample, converge
+from studies.runs.execution import HOTTEST_SHARE_FLAG, execute
+from studies.runs.run import resolve
 from studies.verification.energy import CELLS_PER_DIAMETER, DRIFT
 from tests.claims import Row, at_most, claim, within
 

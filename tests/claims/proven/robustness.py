@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from studies import materials
-from studies.execution import execute
 from studies.results import RunResult
-from studies.run import resolve
+from studies.runs.execution import execute
+from studies.runs.run import resolve
 from studies.verification.energy import CELLS_PER_DIAMETER
 from tests.claims import Row, claim
 

@@ -10,8 +10,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from studies.files import ANSWER
-from studies.sweep import Sweep
+from studies.sweeps.sweep import Sweep
+from studies.values.files import ANSWER
 from tests.acceptance import inspection
 from tests.acceptance.drill import Drill, Work
 from tests.claims import Row

@@ -19,7 +19,7 @@ from service.artifacts import Artifacts, digest
 from service.faults import POINTS, VARIABLE
 from service.jobs import Kind, State, SweepRow, SweepState
 from service.store import Store
-from studies.files import ANSWER
+from studies.values.files import ANSWER
 from tests.acceptance import inspection, small
 from tests.acceptance.drill import Drill, Work, drill
 from tests.acceptance.herd import herded

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from service.jobs import Cause
-from studies.atomic import write_text
+from studies.values.atomic import write_text
 from tests.acceptance import inspection, outage
 from tests.acceptance.blows import Moment
 from tests.acceptance.drill import Drill, Work, drill

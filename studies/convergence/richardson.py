@@ -1,0 +1,362 @@
+"""Convergence of a measured number under refinement: observed order, Richardson's value, error bar, verdict.
+
+The rules:
+
+- The value of a resolution is the mean over its sub-cell offsets; its scatter is half the range of two or three
+  offsets, the standard deviation of more. An offset that failed is left out, and counted in the reason.
+- The three finest resolutions count; coarser ones are shown and decide nothing.
+- A finest resolution that is flagged ``too_coarse`` has no error bar at all, and nothing is
+  extrapolated from it.
+- A run that succeeded and found nothing to measure (no hole, say) contradicts the others: where one of those that
+  count did, nothing is extrapolated and the mesh's part is unknown.
+- The noise of a resolution is its scatter, or, where only one offset has a value, what the
+  measurement says a single run cannot see; of a resolution that lost an offset, the larger of the two.
+- Their differences are compared with the noise first: a difference that is not above it says
+  nothing about the mesh. Then a change of sign is ``oscillatory``; an order outside of ``ORDERS``
+  is ``not in the asymptotic range``.
+- Only ``converging`` gives an extrapolated number, and then it is the value. Otherwise the finest
+  resolution is.
+- The error bar is the root of the sum of the squares of three parts:
+
+  ``mesh``
+      The grid convergence index (factor of safety 1.25; 3 for two grids, whose order is assumed),
+      taken whole. Three grids that do not converge have the largest of their range, of the noise of
+      the finest difference, and of the index that this difference would have at the lowest order of
+      ``ORDERS``: no bar is smaller than one that the same difference could have by converging. The
+      factor of that index is 3 where the observed order is lower still (Eça and Hoekstra 2014,
+      Appendix A), which covers power laws of orders down to 0.2 where cells are halved.
+      Of three grids it is never less than the distance to the farthest limit of any power law, of an order in
+      ``ORDERS``, that passes each of their values within its noise: a difference little above the noise
+      leaves the order open, and with it the limit. Unknown for a single grid, and where grids do not differ and no
+      noise is stated.
+  ``offsets``
+      The noise of the finest resolution.
+  ``measurement``
+      All else that the finest runs state (growth, azimuth), root mean square over their offsets.
+
+Sources: Richardson (1911); Roache (1994), J. Fluids Eng. 116, 405; Celik et al. (2008), J. Fluids
+Eng. 130, 078001; Eça and Hoekstra (2014), J. Comput. Phys. 262, 104.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from studies.convergence.orders import FORMAL_ORDER, ORDERS, farthest_limit, observed_order
+from studies.results import TOO_COARSE
+
+Verdict = Literal[
+    "converging",
+    "oscillatory",
+    "not in the asymptotic range",
+    "two grids",
+    "single grid",
+    "no value",
+]
+VERDICTS: tuple[Verdict, ...] = (
+    "converging",
+    "oscillatory",
+    "not in the asymptotic range",
+    "two grids",
+    "single grid",
+    "no value",
+)
+
+# Of two grids, which cannot show one: shocks and free surfaces are of first order whatever the scheme is (Banks, Aslam
+# and Rider 2008, J. Comput. Phys. 227, 6985).
+ASSUMED_ORDER = 1.0
+# Factors of safety of Roache (1994): three grids with an observed order, two with an assumed one.
+# Eça and Hoekstra (2014), Appendix A, take the same two: 1.25 for an observed order that they
+# accept, and 3 for one that they do not.
+SAFETY, SAFETY_UNOBSERVED = 1.25, 3.0
+ROUND_OFF = 1e-9  # relative: values that differ by less are equal
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What one run says about one quantity; lengths in any unit, the same for all."""
+
+    spacing: float  # size of a cell
+    value: float  # NaN where the run has none
+    sub_cell: float = 0.0  # standard uncertainty that it states for what a single run cannot see
+    rest: float = 0.0  # root of the sum of the squares of all else that it states
+    nothing: bool = (
+        False  # without a value because there was nothing to measure, not because it failed
+    )
+    doubts: tuple[str, ...] = ()  # flags of the run that concern its value
+
+
+@dataclass(frozen=True)
+class Level:
+    """One resolution."""
+
+    spacing: float
+    value: float  # mean over the offsets that have a value; NaN without any
+    scatter: float  # over the offsets; NaN for fewer than two
+    values: int  # offsets that have a value
+    runs: int  # offsets that were asked
+    sub_cell: float  # root mean square over the offsets that have a value
+    rest: float
+    nothing: int = 0  # offsets that succeeded and found nothing to measure
+    doubts: tuple[str, ...] = ()  # of the offsets that have a value, each once
+
+    @property
+    def noise(self) -> float:
+        """What the position of the grid leaves open: the scatter, or what a run alone states."""
+        if math.isnan(self.scatter):
+            return self.sub_cell
+        return self.scatter if self.values == self.runs else max(self.scatter, self.sub_cell)
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """What a quantity is worth, with its error bar, and what refinement says about it."""
+
+    verdict: Verdict
+    reason: str  # in words; what was left out, too
+    value: float  # extrapolated where converging, else of the finest resolution with a value
+    mesh: float  # parts of the uncertainty; the mesh's is NaN where nothing tells it
+    offsets: float
+    measurement: float
+    order: float = math.nan  # as observed; NaN where there is none
+    extrapolated: float = math.nan  # NaN unless converging
+    gci: float = math.nan  # grid convergence index of the finest resolution, relative to its value
+    levels: tuple[Level, ...] = ()  # the finest first, those without a value too
+
+    @property
+    def uncertainty(self) -> float:
+        """Root of the sum of the squares of the known parts; NaN without any."""
+        if math.isnan(self.mesh):
+            return _known(math.hypot(self.offsets, self.measurement))
+        return math.hypot(self.mesh, self.offsets, self.measurement)
+
+
+def converge(samples: Iterable[Sample]) -> Convergence:
+    """The verdict over runs at several spacings and offsets, in any order."""
+    levels = levels_of(samples)
+    known = [level for level in levels if level.values]
+    if not known:
+        nothing = (math.nan, math.nan, math.nan, math.nan)
+        return Convergence("no value", "no run has a value", *nothing, levels=levels)
+    judged = (_of_one, _of_two, _of_three)[min(len(known), 3) - 1](known)
+    verdict, reason, value, mesh, more = (
+        _too_coarse(known) or _contradicted(levels, known) or judged
+    )
+    finest = known[0]
+    unknown = TOO_COARSE in finest.doubts
+    return Convergence(
+        verdict,
+        "; ".join([reason, *_unstated(known), *_doubted(known), *_left_out(levels)]),
+        value,
+        mesh,
+        math.nan if unknown else finest.noise,
+        math.nan if unknown else finest.rest,
+        levels=levels,
+        **more,
+    )
+
+
+def levels_of(samples: Iterable[Sample]) -> tuple[Level, ...]:
+    """The resolutions, the finest first."""
+    groups: dict[float, list[Sample]] = {}
+    for sample in samples:
+        groups.setdefault(sample.spacing, []).append(sample)
+    return tuple(_level(spacing, groups[spacing]) for spacing in sorted(groups))
+
+
+def extrapolate(fine: Level, middle: Level, order: float) -> float:
+    """Richardson's value at spacing zero: f1 + (f1 - f2)/(r^p - 1)."""
+    return fine.value - _error(fine, middle, order)
+
+
+# ---- resolutions ---------------------------------------------------------------------------------
+
+
+def _level(spacing: float, samples: Sequence[Sample]) -> Level:
+    known = [sample for sample in samples if math.isfinite(sample.value)]
+    values = sorted(sample.value for sample in known)  # so that their order changes no bit
+    return Level(
+        spacing,
+        math.fsum(values) / len(values) if values else math.nan,
+        _scatter(values),
+        len(values),
+        len(samples),
+        _root_mean_square([sample.sub_cell for sample in known]),
+        _root_mean_square([sample.rest for sample in known]),
+        sum(sample.nothing for sample in samples),
+        tuple(sorted({doubt for sample in known for doubt in sample.doubts})),
+    )
+
+
+def _scatter(values: Sequence[float]) -> float:
+    """Half the range of two or three ascending values, the standard deviation of more; NaN of fewer."""
+    if len(values) < 2:
+        return math.nan
+    if len(values) <= 3:
+        return 0.5 * (values[-1] - values[0])
+    mean = math.fsum(values) / len(values)
+    return math.sqrt(math.fsum((value - mean) ** 2 for value in values) / (len(values) - 1))
+
+
+def _root_mean_square(values: Sequence[float]) -> float:
+    known = sorted(value for value in values if math.isfinite(value))
+    return math.sqrt(math.fsum(value**2 for value in known) / len(known)) if known else 0.0
+
+
+def _unstated(known: Sequence[Level]) -> Iterator[str]:
+    """That differences stand against no noise, in words."""
+    alone = any(math.isnan(level.scatter) and not level.sub_cell for level in known[:3])
+    if alone and len(known) > 1:
+        yield "one offset, and no statement of what it cannot see"
+
+
+def _doubted(known: Sequence[Level]) -> Iterator[str]:
+    """What the runs of the resolutions that count say against their own values, in words."""
+    counted = known[:3]
+    for doubt in sorted({doubt for level in counted for doubt in level.doubts}):
+        places = [place for place, level in enumerate(counted) if doubt in level.doubts]
+        which = " and ".join(("the finest", "the second", "the third")[place] for place in places)
+        yield f"{doubt.replace('_', ' ')} at {which} of the resolutions that count"
+
+
+def _left_out(levels: Sequence[Level]) -> list[str]:
+    """What has no value, in words."""
+    empty = [level for level in levels if not level.values]
+    gaps = [level for level in levels if 0 < level.values < level.runs]
+    words = []
+    if empty:
+        words.append(f"{len(empty)} of {len(levels)} resolutions without a value")
+        if not levels[0].values:
+            words.append("the finest among them")
+    if gaps:
+        lost = sum(level.runs - level.values for level in gaps)
+        words.append(f"{lost} of {sum(level.runs for level in gaps)} offsets without a value")
+    return words
+
+
+# ---- verdicts ------------------------------------------------------------------------------------
+
+_Judged = tuple[Verdict, str, float, float, dict[str, float]]  # with value, mesh, and more numbers
+
+
+def _too_coarse(known: Sequence[Level]) -> _Judged | None:
+    """The verdict where even the finest resolution with a value is too coarse to have an error bar."""
+    if TOO_COARSE not in known[0].doubts:
+        return None
+    verdict: Verdict = "single grid" if len(known) == 1 else "not in the asymptotic range"
+    reason = "the finest resolution has too few cells for any error bar"
+    return verdict, reason, known[0].value, math.nan, {}
+
+
+def _contradicted(levels: Sequence[Level], known: Sequence[Level]) -> _Judged | None:
+    """The verdict where runs that count found nothing to measure; None where none did, or one grid stands alone."""
+    counted = known[:3]
+    judged = [level for level in levels if level.spacing <= counted[-1].spacing]
+    nothing = sum(level.nothing for level in judged)
+    if len(known) == 1 or not nothing:
+        return None
+    runs = sum(level.runs for level in judged)
+    reason = f"{nothing} of {runs} runs found nothing to measure, and the others did"
+    return "not in the asymptotic range", reason, known[0].value, math.nan, {}
+
+
+def _of_one(known: Sequence[Level]) -> _Judged:
+    return "single grid", "one resolution says nothing about the mesh", known[0].value, math.nan, {}
+
+
+def _of_two(known: Sequence[Level]) -> _Judged:
+    fine, coarse = known
+    index = SAFETY_UNOBSERVED * abs(_error(fine, coarse, ASSUMED_ORDER))
+    reason = (
+        f"two resolutions show no order; order {ASSUMED_ORDER:g} assumed, "
+        f"factor of safety {SAFETY_UNOBSERVED:g}"
+    )
+    hidden = _noise(fine, coarse) / (coarse.spacing / fine.spacing - 1.0)  # of first order, too
+    mesh = _known(max(index, hidden, _noise(fine, coarse)))
+    return "two grids", reason, fine.value, mesh, {"gci": _relative(index, fine)}
+
+
+def _of_three(known: Sequence[Level]) -> _Judged:
+    fine, middle, coarse = three = known[:3]
+    steps = middle.value - fine.value, coarse.value - middle.value
+    order = observed_order([level.spacing for level in three], [level.value for level in three])
+    mesh = _unsettled(three, order)
+    if not (_resolved(fine, middle) and _resolved(middle, coarse)):
+        return "not in the asymptotic range", _unresolved(three), fine.value, mesh, {}
+    if steps[0] * steps[1] < 0.0:
+        reason = "the differences between resolutions change sign"
+        if abs(steps[0]) >= abs(steps[1]):
+            reason += " and do not shrink"
+        return "oscillatory", reason, fine.value, mesh, {}
+    if not ORDERS[0] <= order <= ORDERS[1]:
+        reason = f"the observed order {order:.2g} is outside of {ORDERS[0]:g} to {ORDERS[1]:g}"
+        if order <= 0.0:
+            reason = "the differences between resolutions grow with refinement"
+        return "not in the asymptotic range", reason, fine.value, mesh, {"order": order}
+    used = min(order, FORMAL_ORDER)
+    value = extrapolate(fine, middle, used)
+    index = SAFETY * abs(value - fine.value)
+    mesh = max(index, _farthest(three, value))
+    reason = f"extrapolated with the {'observed' if used == order else 'formal'} order {used:.2g}"
+    more = {"order": order, "extrapolated": value, "gci": _relative(index, fine)}
+    return "converging", reason, value, mesh, more
+
+
+def _unsettled(three: Sequence[Level], order: float) -> float:
+    """Mesh error of three grids that do not converge; NaN where neither they nor noise tell any."""
+    fine, middle = three[:2]
+    values = [level.value for level in three]
+    turned = (values[1] - values[0]) * (values[2] - values[1]) < 0.0
+    safety = SAFETY if turned or order >= ORDERS[0] else SAFETY_UNOBSERVED
+    slowest = safety * abs(_error(fine, middle, ORDERS[0]))
+    farthest = _farthest(three, fine.value)
+    return _known(max(max(values) - min(values), slowest, _noise(fine, middle), farthest))
+
+
+def _farthest(three: Sequence[Level], origin: float) -> float:
+    """Distance from a value to the farthest limit that the noise of three resolutions leaves open."""
+    return farthest_limit(
+        [level.spacing for level in three],
+        [level.value for level in three],
+        [level.noise for level in three],
+        origin,
+    )
+
+
+def _unresolved(three: Sequence[Level]) -> str:
+    """Why differences say nothing about the mesh, in words."""
+    values = [level.value for level in three]
+    if max(values) == min(values):
+        return "the values do not differ"
+    if not any(level.noise for level in three):
+        return "two resolutions have the same value"
+    if all(math.isnan(level.scatter) for level in three):
+        return "a difference between resolutions is not above what a single run cannot see"
+    return "a difference between resolutions is not above the scatter over offsets"
+
+
+def _resolved(fine: Level, coarse: Level) -> bool:
+    """Whether two resolutions differ by more than the noise of either."""
+    least = ROUND_OFF * max(abs(fine.value), abs(coarse.value))
+    return abs(coarse.value - fine.value) > max(least, _noise(fine, coarse))
+
+
+def _noise(fine: Level, coarse: Level) -> float:
+    """Noise of the difference of two resolutions: the larger of theirs."""
+    return max(fine.noise, coarse.noise)
+
+
+def _known(error: float) -> float:
+    """An error that something tells; NaN for zero, which nothing can tell."""
+    return error or math.nan
+
+
+def _error(fine: Level, coarse: Level, order: float) -> float:
+    """Estimated error of the finer of two resolutions: (f2 - f1)/(r^p - 1)."""
+    ratio = coarse.spacing / fine.spacing
+    return (coarse.value - fine.value) / math.expm1(order * math.log(ratio))
+
+
+def _relative(index: float, fine: Level) -> float:
+    return index / abs(fine.value) if fine.value else math.nan

@@ -1,0 +1,112 @@
+"""The film of a run: where its particles were and how they fared, from begin to end, in a bounded file.
+
+``film.npz`` holds, in SI and single precision, particle by particle in the order of ``number`` (permanent)::
+
+    time (f,)   position (f, n, 3)   speed, pressure, temperature (f, n)   number, body (n,)   bodies, stride, whole
+
+``body`` counts in ``bodies``, their names. A particle that has left the grid is NaN from then on; one that was retired
+flies straight until then, without pressure and as hot as it was. Of a large run every
+``stride``-th particle is shown. A run that went on from a checkpoint shows the frames of before too; ``whole`` is false
+where they were lost, and the film begins with the frame at ``time[0]``.
+"""
+
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from solver.debris import flown
+from solver.problem import Problem
+from solver.state import Snapshot
+from studies.values.atomic import write_atomically
+
+FRAMES = 48  # evenly in time; the first and the last state come on top
+BYTES = 32 << 20  # of all frames; the file is smaller, it is compressed
+SCALARS = ("speed", "pressure", "temperature")
+VALUES = 3 + len(SCALARS)  # of a particle in a frame; three of position
+BYTES_PER_VALUE = np.dtype(np.float32).itemsize
+
+
+class Film:
+    """The frames of a run so far."""
+
+    def __init__(self, problem: Problem):
+        self.problem = problem
+        particles = sum(body.mass.size for body in problem.bodies)
+        most = BYTES // (VALUES * BYTES_PER_VALUE * (FRAMES + 2))
+        self.stride = -(-particles // most)
+        self.interval = problem.end_time / FRAMES
+        self.bodies = [body.name for body in problem.bodies]
+        self.count = -(-particles // self.stride)
+        self.body = np.full(self.count, -1, np.int16)
+        self.times: list[float] = []
+        self.frames: list[np.ndarray] = []  # (n, VALUES)
+        self.whole = True
+
+    def see(self, snapshot: Snapshot, *, last: bool) -> None:
+        """Take a frame if one is due, and of the last state always."""
+        due = self.times[-1] + self.interval * (1.0 - 1e-9) if self.times else snapshot.time
+        if last or snapshot.time >= due:
+            self.times.append(snapshot.time)
+            self.frames.append(self._frame(snapshot))
+
+    def save(self, path: Path, *, compressed: bool = False) -> None:
+        """Write the film: whole, or not at all."""
+        write = np.savez_compressed if compressed else np.savez
+        frames = np.stack(self.frames) if self.frames else np.empty((0, self.count, VALUES))
+        scalars = dict(zip(SCALARS, np.moveaxis(frames[..., 3:], -1, 0), strict=True))
+
+        def fill(part: Path) -> None:
+            with open(part, "wb") as file:
+                write(
+                    file,
+                    time=np.array(self.times),
+                    position=frames[..., :3],
+                    number=np.arange(self.count) * self.stride,
+                    body=self.body,
+                    bodies=self.bodies,
+                    stride=self.stride,
+                    whole=self.whole,
+                    **scalars,
+                )
+
+        write_atomically(path, fill)
+
+    def resume(self, path: Path, frames: int) -> None:
+        """Go on behind so many frames of a film that was saved, or begin here where they are lost."""
+        try:
+            with np.load(path) as saved:
+                fits = saved["time"].size >= frames and int(saved["stride"]) == self.stride
+                if fits and frames:
+                    self._take(saved, frames)
+                    return
+        except (OSError, KeyError, ValueError, BadZipFile):
+            pass  # not there, or damaged
+        self.whole = False
+
+    def _frame(self, snapshot: Snapshot) -> np.ndarray:
+        particles = snapshot.particles
+        seen = (particles.number % self.stride == 0) & (particles.alive == 1)
+        place = particles.number[seen] // self.stride
+        frame = np.full((self.count, VALUES), np.nan, np.float32)
+        frame[place, :3] = particles.position[seen]
+        frame[place, 3] = np.linalg.norm(particles.velocity[seen], axis=1)
+        frame[place, 4] = particles.pressure[seen]
+        frame[place, 5] = particles.temperature[seen]
+        self.body[place] = snapshot.body[seen]
+        retired = snapshot.retired
+        shown = retired.number % self.stride == 0
+        place = retired.number[shown] // self.stride
+        frame[place, :3] = flown(self.problem, retired, snapshot.time)[shown]
+        frame[place, 3] = np.linalg.norm(retired.velocity[shown], axis=1)
+        frame[place, 4] = 0.0
+        frame[place, 5] = retired.temperature[shown]
+        frame[np.isnan(frame[:, 0])] = np.nan
+        return frame
+
+    def _take(self, saved: "np.lib.npyio.NpzFile", frames: int) -> None:
+        columns = [saved["position"], *(saved[name][..., None] for name in SCALARS)]
+        self.frames = list(np.concatenate(columns, axis=-1)[:frames])
+        self.times = saved["time"][:frames].tolist()
+        self.body = saved["body"]
+        self.whole = bool(saved["whole"])

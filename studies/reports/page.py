@@ -1,0 +1,177 @@
+"""The page: a report's document printed as one HTML file, and nothing that is not in the document.
+
+A template cannot print a number: it hands it to one of the filters, with its place in the document.
+So every number and every text of the page carries its place in the JSON twin (``data-path``) and,
+in full, its value.
+"""
+
+import json
+from collections.abc import Iterator
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, FunctionLoader, StrictUndefined
+from markupsafe import Markup
+
+from studies.reports.figures import Figure, Panel, Series
+from studies.reports.plot import plot
+from studies.reports.view import Scale
+from studies.values.formats import display_of, kind_of, printed, printed_in, with_unit
+
+MOST_ROWS = 100  # of a table on the page; the twin has them all
+MOST_REASONS = 4  # of a law, in its row
+
+
+class Node:
+    """A value of the document that knows its place in it (a JSON pointer)."""
+
+    def __init__(self, value: Any, path: str = ""):
+        self._value = value
+        self._path = path
+
+    def __getitem__(self, key: Any) -> "Node":
+        step = str(key).replace("~", "~0").replace("/", "~1")
+        return Node(self._value[key], f"{self._path}/{step}")
+
+    def __getattr__(self, name: str) -> "Node":
+        try:
+            return self[name]
+        except (KeyError, TypeError) as error:
+            raise AttributeError(name) from error
+
+    def __iter__(self) -> Iterator["Node"]:
+        keys = self._value if isinstance(self._value, dict) else range(len(self._value))
+        return (self[key] for key in keys)
+
+    def __len__(self) -> int:
+        return len(self._value)
+
+    def __bool__(self) -> bool:
+        return bool(self._value)
+
+
+def bare(node: Any) -> Any:
+    """The value of a node, for tests in a template."""
+    return node._value if isinstance(node, Node) else node
+
+
+def number(node: Node, kind: str) -> Markup:
+    """A number of the document on the page: in full for programs, as its kind for people."""
+    return _marked(node, printed(bare(node), kind))
+
+
+def quantity(node: Node, unit: Any) -> Markup:
+    """A number (or a text) with a unit, in the unit that people read."""
+    value = bare(node)
+    return _marked(node, value if isinstance(value, str) else printed_in(value, bare(unit)))
+
+
+def _marked(node: Node, text: str) -> Markup:
+    value = bare(node)
+    full = "" if value is None else json.dumps(value, ensure_ascii=False)
+    return Markup('<data value="{}" data-path="{}">{}</data>').format(full, node._path, text)
+
+
+def _only_marked(value: Any) -> Any:
+    """What ``{{ }}`` prints: texts of the document with their place, and no number at all."""
+    if isinstance(value, Node) and isinstance(bare(value), str):
+        return Markup('<span data-path="{}">{}</span>').format(value._path, bare(value))
+    if isinstance(value, str | Markup):
+        return value
+    raise TypeError(f"{bare(value)!r} is printed without a format: use number or quantity")
+
+
+def page(report: dict[str, Any]) -> str:
+    """A document as one HTML file that needs no network."""
+    drawings = [plot(_figure(one)) for one in report["figures"]]
+    return (
+        environment()
+        .get_template("report.html")
+        .render(
+            report=Node(report),
+            drawings=[_script_json(drawing) for drawing in drawings],
+            plotly=Markup(_file("static", "plotly-basic.min.js")),
+            style=Markup(_file("templates", "report.css")),
+        )
+    )
+
+
+def _figure(plain_figure: dict[str, Any]) -> Figure:
+    """A figure from its place in the document: what is drawn is what the twin says."""
+    panels = tuple(
+        Panel(**{**panel, "series": tuple(Series(**series) for series in panel["series"])})
+        for panel in plain_figure["panels"]
+    )
+    scales = {axis: Scale(**plain_figure[axis]) for axis in ("x", "y")}
+    return Figure(**{**plain_figure, **scales, "panels": panels})
+
+
+def _script_json(value: Any) -> Markup:
+    """JSON that cannot end the script element that it stands in."""
+    return Markup(json.dumps(value, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"))
+
+
+def _sweep_text(node: Node) -> Markup:
+    """The submitted document, indented."""
+    text = json.dumps(bare(node), ensure_ascii=False, indent=2)
+    return Markup('<pre data-path="{}">{}</pre>').format(node._path, text)
+
+
+def _heading(words: Any, unit: Any) -> str:
+    """A name as a column heading, with the unit that people read."""
+    return with_unit(bare(words).replace("_", " "), bare(unit) or "1")
+
+
+def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node]:
+    return [
+        row
+        for row in residuals
+        if bare(row.quantity) == bare(quantity_name) and bare(row.reference) == reference
+    ]
+
+
+def _cut_note(rows: Any) -> str:
+    """What is said above a table that does not show all rows."""
+    return (
+        "" if len(rows) <= MOST_ROWS else "Only the first rows are printed; the JSON twin has all."
+    )
+
+
+@cache
+def environment() -> Environment:
+    environment = Environment(
+        loader=FunctionLoader(lambda name: _file("templates", name)),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=_only_marked,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(
+        bare=bare,
+        number=number,
+        quantity=quantity,
+        document=_sweep_text,
+        kind_of=lambda unit: kind_of(bare(unit)),
+        residual_kind=lambda unit: kind_of(bare(unit), residual=True),
+        heading=_heading,
+        unit=lambda unit: display_of(bare(unit)).unit,
+        plain_kind=lambda kind: kind.removesuffix("_residual"),
+        keys=lambda node: list(bare(node)),
+        matching=_matching,
+        troubled=lambda runs: [
+            run for run in runs if bare(run.flags) or bare(run.state) != "succeeded"
+        ],
+        first_rows=lambda rows: [row for row, _ in zip(rows, range(MOST_ROWS), strict=False)],
+        some_reasons=lambda reasons: [
+            one for one, _ in zip(reasons, range(MOST_REASONS), strict=False)
+        ],
+        cut_note=_cut_note,
+    )
+    return environment
+
+
+@cache
+def _file(folder: str, name: str) -> str:
+    return files("studies.reports").joinpath(folder, name).read_text(encoding="utf-8")

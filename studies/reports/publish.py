@@ -1,0 +1,81 @@
+"""From a sweep's runs to the three files of its result: cube, report, and its twin.
+
+The service calls it in a child process. The report is made from the cube as it was read
+back from the disk, so that nothing can be in the report that is not in the file.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from studies.cubes import cube
+from studies.cubes.catalogue import Catalogue
+from studies.cubes.layout import Outcome
+from studies.reports import compare, page, report
+from studies.values.atomic import write_text
+from studies.values.files import CUBE, PAGE, TWIN
+
+
+def publish(
+    sweep_document: Mapping[str, Any],
+    outcomes: Mapping[str, Mapping[str, Any]],
+    directory: Path | str,
+) -> dict[str, str]:
+    """Write ``cube.nc``, ``report.html``, ``report.json`` into a folder; paths by name.
+
+    ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}``
+    of a run that left none; a run that is not in it is "missing". Each file appears whole or not at
+    all, and replaces what was there.
+    """
+    return publish_sweep(*_parsed(sweep_document, outcomes), Path(directory))
+
+
+def publish_sweep(
+    sweep: Any, results: Mapping[str, Any], directory: Path, catalogue: Catalogue | None = None
+) -> dict[str, str]:
+    """The same for a parsed sweep and results that are records."""
+    directory.mkdir(parents=True, exist_ok=True)
+    files = {name: directory / name for name in (CUBE, PAGE, TWIN)}
+    cube.write(cube.build(sweep, results, catalogue), files[CUBE])
+    with xr.open_dataset(files[CUBE]) as dataset:
+        said = report.document(dataset, compare.compare(dataset))
+    write_text(files[TWIN], report.as_json(said))
+    write_text(files[PAGE], page.page(said))
+    return {name: str(file) for name, file in files.items()}
+
+
+def write_partial(
+    sweep_document: Mapping[str, Any],
+    outcomes: Mapping[str, Mapping[str, Any]],
+    file: Path,
+    *,
+    state: str,
+) -> Path:
+    """Write the cube of a sweep that has not ended; its attributes say so, with ``state``.
+
+    The numbers of a run that is ``pending`` or ``running`` are NaN.
+    """
+    dataset = cube.build(*_parsed(sweep_document, outcomes))
+    comment = f"Not complete: the sweep was {state}. {dataset.attrs['comment']}"
+    return cube.write(dataset.assign_attrs(sweep_state=state, comment=comment), file)
+
+
+def _parsed(
+    document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]
+) -> tuple[Any, dict[str, Any]]:
+    """A sweep and the results of its runs, as records."""
+    from studies.sweeps.sweep import ACCEPTED, Sweep
+
+    results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
+    return Sweep.parse(document, ACCEPTED), results
+
+
+def outcome_from_json(plain: Mapping[str, Any]) -> Any:
+    """A ``RunResult``, or an ``Outcome`` where there is only a state and a reason."""
+    if "measurements" in plain:
+        from studies.results import RunResult
+
+        return RunResult.from_json(plain)
+    return Outcome(str(plain["state"]), str(plain.get("reason") or ""))

@@ -1,0 +1,185 @@
+"""Observed shots, and what the simulation gives at their parameters."""
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from studies.reports.places import Place, axes_of, places_of, plain
+from studies.reports.points import comparable, simulated
+
+ELSEWHERE = "not simulated: another"
+LINEAR = "linear between neighbouring runs"
+SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """An observed shot with what the simulation gives for it."""
+
+    observation: int
+    quantity: str
+    unit: str
+    source: str
+    at: Place
+    diameter: float | None  # of the equivalent sphere, m
+    value: float
+    uncertainty: float | None
+    simulation: float | None
+    simulation_uncertainty: float | None  # between runs with the interpolation's part
+    how: str  # how the simulation was brought to the shot's parameters, or why it could not be
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether the shot is of another set-up than any run: it has no place among them."""
+        return self.how.startswith(ELSEWHERE)
+
+
+def sightings_of(dataset: xr.Dataset, name: str) -> Iterator[Sighting]:
+    """The observed shots of a measured variable."""
+    if f"{name}_observed" not in dataset:
+        return
+    for row in range(dataset.sizes["observation"]):
+        shot = dataset.isel(observation=row)
+        value = float(shot[f"{name}_observed"])
+        if math.isfinite(value):
+            at = _parameters_of(shot)
+            simulation, uncertainty, how = bring_to(dataset, name, at)
+            yield Sighting(
+                observation=row,
+                quantity=name,
+                unit=dataset[name].attrs["units"],
+                source=str(shot.observation_source.item()),
+                at=at,
+                diameter=_none(float(shot.observation_equivalent_diameter)),
+                value=value,
+                uncertainty=_none(float(shot[f"{name}_observed_uncertainty"])),
+                simulation=_none(simulation),
+                simulation_uncertainty=_none(uncertainty),
+                how=how,
+            )
+
+
+def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:
+    """What the shot states of itself, by parameter."""
+    known = json.loads(shot.attrs["vocabulary"])["parameters"]
+    names = {f"observation_{name}".replace(".", "_"): name for name in known}
+    found = {
+        name.removeprefix("observation_"): plain(shot[name].item())
+        for name in names
+        if name in shot
+    }
+    return {name: value for name, value in found.items() if value == value and value != ""}
+
+
+def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, str]:
+    """The simulated value and uncertainty at parameters off the grid, and how it was found.
+
+    Linear between the neighbouring runs of a grid; the same axis values, along a zip. Never beyond
+    the axes. The uncertainty is that of the runs, weighted, and between runs the error of the
+    interpolation with it, root of the sum of squares; NaN where a run has none.
+    """
+    axes = axes_of(dataset)
+    absent = [axis for axis in axes if axis not in at]
+    if absent:
+        return math.nan, math.nan, f"the shot does not state {', '.join(absent)}"
+    other = [name for name in at if name not in axes and _is_another(dataset, name, at[name])]
+    if other:
+        return math.nan, math.nan, f"{ELSEWHERE} {', '.join(other)}"
+    try:
+        sides = _sides_of(dataset, axes, at)
+    except LookupError as error:
+        return math.nan, math.nan, str(error.args[0])
+    values = comparable(dataset, name)
+    value = float(_mixed(values, sides))
+    if math.isnan(value):
+        return value, math.nan, "a neighbouring run has no value that may be compared"
+    weighted = float(_mixed(simulated(dataset, f"{name}_uncertainty"), sides))
+    chords = [axis for axis, around in sides.items() if len(around) > 1]
+    if not chords:
+        return value, weighted, "computed"
+    # Plainly summed: chords err by the curve's bend, and two axes that bend the same way err the same way.
+    bent = sum(_chord_error(values, sides, axis, dataset[axis].values) for axis in chords)
+    barred = "" if math.isnan(weighted) else "; the error bar holds the interpolation's part"
+    return value, math.hypot(weighted, bent), LINEAR + barred
+
+
+def _is_another(dataset: xr.Dataset, name: str, wanted: float | str) -> bool:
+    """Whether the shot states a value for something fixed that no run of the sweep has."""
+    if name not in dataset:
+        return False
+    return not any(_same(plain(value), wanted) for value in dataset[name].values.ravel())
+
+
+Sides = Mapping[str, list[tuple[float, int]]]  # by dimension: weights, and places around the shot
+
+
+def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
+    if "run" in dataset.dims:
+        return {"run": [(1.0, _run_at(dataset, axes, at))]}
+    return {axis: _sides(dataset[axis].values, axis, at[axis]) for axis in axes}
+
+
+def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[float, int]]:
+    """One value of an axis, or the two around it, with weights; LookupError outside the axis."""
+    for place, value in enumerate(values):
+        if _same(value, wanted):
+            return [(1.0, place)]
+    if isinstance(wanted, str) or not values.min() < wanted < values.max():
+        raise LookupError(f"outside the axis {axis}")
+    above = int(np.searchsorted(values, wanted))
+    share = float((wanted - values[above - 1]) / (values[above] - values[above - 1]))
+    return [(1.0 - share, above - 1), (share, above)]
+
+
+def _run_at(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> int:
+    for run, place in enumerate(places_of(dataset)):
+        if all(_same(place[axis], at[axis]) for axis in axes):
+            return run
+    raise LookupError("no run has these parameters")
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, str) or isinstance(other, str):
+        return str(one) == str(other)
+    return math.isclose(one, other, rel_tol=SAME)
+
+
+def _mixed(values: xr.DataArray, sides: Sides) -> xr.DataArray:
+    """Values with each dimension of ``sides`` brought to the shot; NaN where a run has none."""
+    for dimension, around in sides.items():
+        weights = xr.DataArray([weight for weight, _ in around], dims=dimension)
+        values = values.isel({dimension: [place for _, place in around]}).dot(weights)
+    return values
+
+
+def _chord_error(values: xr.DataArray, sides: Sides, axis: str, x: np.ndarray) -> float:
+    """How far off a chord along one axis may be, at the shot's place on the others.
+
+    The next order, |f[x0, x1, x2] (x - x0) (x - x1)|, estimates it: x2 is the next value of the axis
+    on either side, the one that gives more. Where neither has a run with a value the next order is
+    unknown: then it is half the difference of the chord's ends times 4 w (1 - w), w the weight, which is
+    twice the most that a monotonic quadratic can be off.
+    """
+    others = {name: around for name, around in sides.items() if name != axis}
+    f = _mixed(values, others).values
+    (below, low), (above, high) = sides[axis]
+    rise = f[high] - f[low]
+    bends = [
+        ((f[third] - f[high]) / (x[third] - x[high]) - rise / (x[high] - x[low]))
+        / (x[third] - x[low])
+        for third in (low - 1, high + 1)
+        if 0 <= third < len(x) and math.isfinite(f[third])
+    ]
+    if not bends:
+        return 0.5 * abs(float(rise)) * 4.0 * below * above
+    # (x - x0) (x1 - x) = w (1 - w) (x1 - x0)^2
+    return max(abs(float(bend)) for bend in bends) * below * above * float(x[high] - x[low]) ** 2
+
+
+def _none(value: float) -> float | None:
+    return value if math.isfinite(value) else None

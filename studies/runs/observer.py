@@ -1,0 +1,177 @@
+"""Watches a run: reads its measurements at each observation, and decides when they have settled."""
+
+import json
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from solver.state import Snapshot
+from studies import measurements
+from studies.films.film import Film
+from studies.measurements import History, Measurement, Reading
+from studies.results import TOO_COARSE, Measured, Progress
+from studies.scenarios import Scenario, Setting
+
+# A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
+# the share of the value.
+SETTLED_IN_CELLS = 0.25
+
+LEAST_SHARE = (
+    0.02  # of a run that has to be done here before the time left is told: an observation or two
+)
+
+
+@dataclass
+class Observer:
+    """Reads the scenario's measurements at each observation and decides when they have settled."""
+
+    scenario: Scenario
+    given: Any  # parameters
+    setting: Setting
+    progress: Callable[[Progress], None] | None
+    film: Film | None = None
+    times: list[float] = field(default_factory=list)
+    readings: list[dict[str, Reading]] = field(default_factory=list)
+    last_view: Any = None
+    first: tuple[float, float] | None = (
+        None  # clock (s) and share of the run at our first observation
+    )
+
+    def __post_init__(self) -> None:
+        self.pace = self.scenario.watch.pace(self.given, self.setting)
+        measured = [measurements.load(name) for name in self.scenario.measurements]
+        self.of_a_state = [one for one in measured if not one.follows]
+        self.of_a_history = [one for one in measured if one.follows]
+
+    def __call__(self, snapshot: Snapshot) -> str | None:
+        """Observe a state; returns "settled" when the run may end."""
+        seen = self.scenario.watch.view(self.setting, snapshot)
+        self.times.append(snapshot.time)
+        self.readings.append({one.name: one.read(seen) for one in self.of_a_state})
+        self.readings[-1].update({one.name: self._follow(one) for one in self.of_a_history})
+        self.last_view = seen
+        if self.progress:
+            self.progress(self._progress(snapshot))
+        settled = self.pace.early and all(self._settled(name) for name in self.scenario.settles)
+        if self.film:
+            self.film.see(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
+        return "settled" if settled else None
+
+    def remember(self) -> str:
+        """What was read so far, as text: ``recall`` gives it back, bit for bit."""
+        readings = [
+            {name: (one.value, dict(one.parts), one.flags) for name, one in reading.items()}
+            for reading in self.readings
+        ]
+        return json.dumps({"times": self.times, "readings": readings})
+
+    def recall(self, text: str) -> None:
+        """Go on from what ``remember`` wrote."""
+        plain = json.loads(text)
+        self.times = list(plain["times"])
+        self.readings = [
+            {name: Reading(value, parts, tuple(flags)) for name, (value, parts, flags) in r.items()}
+            for r in plain["readings"]
+        ]
+
+    def definitions(self) -> str:
+        """Scenario and versions of what it measures: another set could not go on from ``remember``."""
+        versions = {one.name: one.version for one in (*self.of_a_state, *self.of_a_history)}
+        return json.dumps([self.scenario.name, versions], sort_keys=True)
+
+    def measured(self) -> dict[str, Measured]:
+        """The last readings with their uncertainty and history."""
+        return {name: self.measured_as(name) for name in self.scenario.measurements}
+
+    def growth(self, name: str) -> float:
+        """Range of a measurement within the last window; NaN before one has passed, and without a present value.
+
+        A length that was not there yet, as a hole, has grown from nothing.
+        """
+        # Observations are up to a step late; half of an interval leaves as many of them in every window.
+        begin = self.times[-1] - self.pace.window + 0.5 * self.pace.interval
+        earlier = [index for index, at in enumerate(self.times) if at <= begin]
+        if not earlier:
+            return math.nan
+        values = np.array([reading[name].value for reading in self.readings[earlier[-1] :]])
+        if self._is_judged(name):
+            values[:-1] = np.nan_to_num(values[:-1])
+        return float(np.ptp(values))
+
+    def _follow(self, measurement: Measurement) -> Reading:
+        values = {
+            name: np.array([reading[name].value for reading in self.readings])
+            for name in measurement.follows
+        }
+        return measurement.read(History(np.array(self.times), values))
+
+    def _is_judged(self, name: str) -> bool:
+        """Whether it is said of a measurement that it still grows: of lengths, and of what a run waits for."""
+        waited = name in self.scenario.settles
+        return waited or (measurements.load(name).unit == "m" and math.isfinite(self.pace.window))
+
+    def _settled(self, name: str) -> bool:
+        """Two windows at least, and a range within the last one below a share of the value or a quarter of a cell."""
+        if self.times[-1] < 2.0 * self.pace.window:
+            return False
+        share = self.pace.growth * abs(self.readings[-1][name].value)
+        cells = SETTLED_IN_CELLS * self.setting.problem.geometry.spacing
+        return self.growth(name) < max(share, cells)
+
+    def measured_as(self, name: str) -> Measured:
+        """The last reading of a measurement with its uncertainty, flags and history."""
+        reading = self.readings[-1][name]
+        growth = self.growth(name)
+        parts = dict(reading.parts)
+        if math.isfinite(growth):
+            parts["growth"] = growth
+        known = math.isfinite(reading.value)
+        flags = reading.flags
+        if known and self._is_judged(name) and not self._settled(name):
+            flags = (*flags, "still_growing")
+        uncertainty = math.hypot(*parts.values()) if known and parts else None
+        if uncertainty and uncertainty > measurements.load(name).widest * abs(reading.value):
+            flags = (*flags, "wide_bar")
+        if known and self.scenario.watch.too_coarse(self.scenario.cells(self.given)):
+            uncertainty, flags = None, (*flags, TOO_COARSE)
+        return Measured(
+            value=reading.value if known else None,
+            uncertainty=uncertainty,
+            parts=parts if known else {},
+            flags=flags,
+            history={
+                "time": list(self.times),
+                "value": [_finite(reading[name].value) for reading in self.readings],
+            },
+            version=measurements.load(name).version,
+        )
+
+    def _progress(self, snapshot: Snapshot) -> Progress:
+        end = self.setting.problem.end_time
+        fraction = min(snapshot.time / end, 1.0)
+        measured = {name: reading.value for name, reading in self.readings[-1].items()}
+        return Progress(
+            time=snapshot.time,
+            end_time=end,
+            step=snapshot.step,
+            fraction=fraction,
+            eta_seconds=self._time_left(fraction),
+            measured={name: value for name, value in measured.items() if math.isfinite(value)},
+        )
+
+    def _time_left(self, fraction: float) -> float | None:
+        """Seconds at the pace of this process, which may have gone on from a checkpoint; None until it has one."""
+        now = time.monotonic()
+        if self.first is None:
+            self.first = (now, fraction)
+        clock, begun = self.first
+        done = fraction - begun
+        return (now - clock) * (1.0 - fraction) / done if done > LEAST_SHARE else None
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

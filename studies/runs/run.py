@@ -1,0 +1,118 @@
+"""A run: one point of a sweep, its identity, and its cost.
+
+The identity of a run is its content: the fully resolved problem (every default filled in, every quantity rounded to 12
+significant digits) and ``PHYSICS_VERSION``. The same question asked twice is the same run. ``studies.runs.execution``
+computes it; this module loads no solver.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from solver import PHYSICS_VERSION
+from studies import scenarios
+from studies.materials import Material, simulated
+from studies.values.errors import Finding, InvalidInput
+from studies.values.parameters import parse_parameters
+
+if TYPE_CHECKING:
+    from studies.scenarios import Materials
+
+# Cost of a particle-step on one core by geometry and shape, s: processor time of the problems of ``make bench``, copper
+# with Johnson-Cook, 2026-11-22. A particle in three dimensions reaches 27 nodes with a wide shape, 8 with a linear one.
+SECONDS_PER_PARTICLE_STEP = {
+    "axisymmetric": {"linear": 0.094e-6, "gimp": 0.122e-6, "quadratic-bspline": 0.106e-6},
+    "cartesian": {"linear": 0.204e-6, "gimp": 0.269e-6, "quadratic-bspline": 0.237e-6},
+}
+BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a run is expected to cost."""
+
+    particles: int
+    steps: int
+    core_seconds: float
+    bytes: int
+
+
+@dataclass(frozen=True)
+class Run:
+    """One resolved question; everything in SI."""
+
+    scenario: str
+    parameters: Mapping[str, float | str | int | bool | None]
+    materials: Mapping[str, Mapping[str, Any]]  # resolved, by the parameter that names them
+
+    @cached_property
+    def id(self) -> str:
+        """Content hash, 32 hexadecimal digits."""
+        return hashlib.sha256(_canonical(self._content()).encode()).hexdigest()[:32]
+
+    def as_json(self) -> dict[str, Any]:
+        """As plain objects."""
+        return {
+            "scenario": self.scenario,
+            "parameters": dict(self.parameters),
+            "materials": {role: dict(plain) for role, plain in self.materials.items()},
+        }
+
+    @staticmethod
+    def from_json(plain: Mapping[str, Any]) -> "Run":
+        """The run that ``as_json`` wrote."""
+        return Run(plain["scenario"], plain["parameters"], plain["materials"])
+
+    def _content(self) -> dict[str, Any]:
+        chosen = scenarios.load(self.scenario)
+        labels = {one.name for one in fields(chosen.parameters) if one.metadata.get("label")}
+        words = labels.union(chosen.materials)  # what they stand for is here itself
+        return {
+            "physics": PHYSICS_VERSION,
+            "scenario": self.scenario,
+            "parameters": {k: v for k, v in self.parameters.items() if k not in words},
+            "materials": {role: simulated(plain) for role, plain in self.materials.items()},
+        }
+
+
+def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str, Material]) -> Run:
+    """The run of a scenario with checked parameters (SI) and its materials; raises InvalidInput with every finding."""
+    chosen = scenarios.load(scenario)
+    values = parse_parameters(chosen.parameters, parameters, "parameters", si=True)
+    absent = [name for name in chosen.materials if name not in materials]
+    if absent:
+        raise InvalidInput(
+            Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent
+        )
+    given = chosen.fill(chosen.parameters(**values))
+    resolved = {name: materials[name].resolved() for name in chosen.materials}
+    findings = chosen.check(given, {name: materials[name] for name in chosen.materials})
+    if findings:
+        raise InvalidInput(findings)
+    return Run(scenario, dict(vars(given)), resolved)
+
+
+def materials_of(run: Run) -> "Materials":
+    """The material records of a run."""
+    return {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
+
+
+def estimate(run: Run) -> Estimate:
+    """What a run is expected to cost on one core."""
+    chosen = scenarios.load(run.scenario)
+    size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
+    flat = run.parameters.get("geometry") == "axisymmetric"
+    rates = SECONDS_PER_PARTICLE_STEP["axisymmetric" if flat else "cartesian"]
+    return Estimate(
+        particles=size.particles,
+        steps=size.steps,
+        core_seconds=size.particles * size.steps * rates[str(run.parameters["shape"])],
+        bytes=size.particles * BYTES_PER_PARTICLE,
+    )
+
+
+def _canonical(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -1,0 +1,142 @@
+"""An axis of a sweep: a parameter and the values it takes, by list or by start, stop and step."""
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Any
+
+from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.nearest import nearest_cure, shown
+from studies.values.parameters import Parameter, Value, parse_value
+from studies.values.quantities import (
+    exact_number,
+    parse_quantity,
+    readable,
+    refusal,
+    round_quantity,
+)
+
+RANGE_KEYS = ("start", "stop", "step")
+FORMS = "a list of values, or start, stop and step"
+EXAMPLE = "write [2 mm, 3 mm] or {start: 2 mm, stop: 4 mm, step: 1 mm}"
+
+# Of a step: how near stop must be to a whole number of steps. Lengths are exact decimals, an angle
+# in degrees is not.
+HIT = Decimal("1e-9")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A parameter that varies."""
+
+    name: str  # as a user writes it: "target.strength.A"
+    unit: str | None  # SI symbol; None for words
+    values: tuple[Value, ...]  # SI, in the order given
+
+
+@dataclass(frozen=True)
+class AxisReader:
+    """What turns a document's axis into an ``Axis``."""
+
+    most_values: int
+    materials: Collection[str]  # names that an axis over materials may take
+
+    def read(self, parameter: Parameter, name: str, given: Any, field: str) -> Axis:
+        """One axis, every value checked; raises InvalidInput with every finding."""
+        if isinstance(given, Mapping):
+            values = self._range(parameter, given, field)
+        elif isinstance(given, list | tuple):
+            values = self._list(parameter, given, field)
+        else:
+            raise refusal(field, given, FORMS, EXAMPLE)
+        return Axis(name, parameter.unit, tuple(values))
+
+    def _list(self, parameter: Parameter, given: Collection[Any], field: str) -> list[Value]:
+        self._check_count(len(given), field)
+        values: list[Value] = []
+        findings = Findings()
+        for position, value in enumerate(given):
+            where = f"{field}[{position}]"
+            try:
+                if value is None:
+                    raise refusal(where, value, parameter.limit(), "give a value")
+                values.append(parse_value(parameter, value, where, materials=self.materials))
+            except InvalidInput as error:
+                findings.extend(error.findings)
+        if findings:
+            raise InvalidInput(findings)
+        return values
+
+    def _range(self, parameter: Parameter, given: Mapping[str, Any], field: str) -> list[Value]:
+        if parameter.kind not in ("quantity", "integer"):
+            raise refusal(field, given, "a list of values", "write [first, second]")
+        start, stop, step = _bounds(parameter, given, field)
+        count = self._steps(start, stop, step, (parameter, field)) + 1
+        values = [start + step * number for number in range(count)]
+        return [parse_value(parameter, round_quantity(value), field, si=True) for value in values]
+
+    def _steps(
+        self, start: Decimal, stop: Decimal, step: Decimal, context: tuple[Parameter, str]
+    ) -> int:
+        """The number of steps from start to stop, which must be whole; nothing is expanded yet."""
+        parameter, field = context
+        unit = parameter.unit or "1"
+        if step == 0 or (stop - start) / step < 0:
+            limit = "a step that leads from start to stop"
+            raise refusal(f"{field}.step", readable(float(step), unit), limit, "turn its sign")
+        steps = (stop - start) / step
+        self._check_count(int(steps) + 1, field)
+        if abs(steps - round(steps)) > HIT:
+            below = readable(float(start + step * int(steps)), unit)
+            above = readable(float(start + step * (int(steps) + 1)), unit)
+            limit = "start plus a whole number of steps"
+            cure = f"write stop: {below} or stop: {above}, or another step"
+            raise refusal(f"{field}.stop", readable(float(stop), unit), limit, cure)
+        return round(steps)
+
+    def _check_count(self, count: int, field: str) -> None:
+        if count == 0:
+            raise refusal(field, "no value", FORMS, "give at least one value")
+        if count > self.most_values:
+            limit = f"at most {self.most_values} values on an axis"
+            raise refusal(field, f"{count} values", limit, "take fewer, or split the sweep")
+
+
+def repeated(values: tuple[Any, ...]) -> Iterator[Any]:
+    """The values that stand a second time."""
+    seen: set[Any] = set()
+    for value in values:
+        if value in seen:
+            yield value
+        seen.add(value)
+
+
+def _bounds(
+    parameter: Parameter, given: Mapping[str, Any], field: str
+) -> tuple[Decimal, Decimal, Decimal]:
+    """Start, stop and step, exact, in SI; raises InvalidInput with every finding."""
+    findings = Findings()
+    for key in given:
+        if key not in RANGE_KEYS:
+            cure = nearest_cure(key, RANGE_KEYS)
+            findings.append(Finding(f"{field}.{key}", shown(key), FORMS, cure))
+    numbers: dict[str, Decimal] = {}
+    for key in RANGE_KEYS:
+        try:
+            numbers[key] = _bound(parameter, key, given, field)
+        except InvalidInput as error:
+            findings.extend(error.findings)
+    if findings:
+        raise InvalidInput(findings)
+    return numbers["start"], numbers["stop"], numbers["step"]
+
+
+def _bound(parameter: Parameter, key: str, given: Mapping[str, Any], field: str) -> Decimal:
+    where = f"{field}.{key}"
+    if given.get(key) is None:
+        raise refusal(where, None, FORMS, f"give {key}")
+    if key != "step":
+        parse_value(parameter, given[key], where)  # the bounds of the parameter
+    if parameter.kind == "integer":
+        return exact_number(given[key], where)
+    return parse_quantity(given[key], parameter.unit or "1", where)

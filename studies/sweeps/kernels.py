@@ -1,0 +1,75 @@
+"""Compiles the kernels of sweeps into the cache before their runs ask for them: ``python -m studies.sweeps.kernels``.
+
+Which kernels a run needs is decided by its geometry, its numerical choices and the laws of its materials; runs that
+agree in these are of one kind, and one step of one of them compiles all. Each kind is compiled in a process of its own,
+as many at once as there are cores.
+"""
+
+import json
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from typing import Any
+
+from studies.runs.run import Run
+from studies.sweeps.sweep import Sweep
+
+Kind = tuple[Any, ...]
+
+
+def kinds_of(runs: Iterable[Run]) -> list[Run]:
+    """One run of each kind."""
+    found: dict[Kind, Run] = {}
+    for run in runs:
+        found.setdefault(_kind(run), run)
+    return list(found.values())
+
+
+def compile_kernels(runs: Iterable[Run]) -> int:
+    """Compile what runs need; returns how many kinds they are of."""
+    kinds = [run.as_json() for run in kinds_of(runs)]
+    at_once = min(len(kinds), os.cpu_count() or 1)
+    if at_once <= 1:
+        for kind in kinds:
+            _compile(kind)
+        return len(kinds)
+    with ProcessPoolExecutor(at_once, mp_context=get_context("spawn")) as pool:
+        list(pool.map(_compile, kinds))
+    return len(kinds)
+
+
+def _compile(run: Mapping[str, Any]) -> None:
+    from solver.simulation import simulate
+    from studies.runs.execution import setting_of
+
+    problem = setting_of(Run.from_json(run)).problem
+    simulate(replace(problem, end_time=1e-15))
+
+
+def _kind(run: Run) -> Kind:
+    """What runs share whose kernels are the same: scenario, choices, and the laws of their materials."""
+    choices = {
+        name: value
+        for name, value in run.parameters.items()
+        if isinstance(value, str) and name not in (*run.materials, "recipe")
+    }
+    laws = {
+        (role, section): part["kind"]
+        for role, plain in run.materials.items()
+        for section, part in plain.items()
+        if isinstance(part, Mapping) and "kind" in part
+    }
+    return run.scenario, tuple(sorted(choices.items())), tuple(sorted(laws.items()))
+
+
+def main(documents: Sequence[Mapping[str, Any]]) -> None:
+    """Compile the kernels of some sweeps, and print how many kinds there are."""
+    runs = [point.run for document in documents for point in Sweep.parse(document).runs()]
+    print(compile_kernels(runs))
+
+
+if __name__ == "__main__":
+    main(json.load(sys.stdin))

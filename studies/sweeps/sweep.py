@@ -1,0 +1,271 @@
+"""A sweep: a scenario, fixed parameters, axes to vary; checked, canonical, expanded into runs."""
+
+import itertools
+import math
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from studies import materials as shipped
+from studies import measurements, scenarios
+from studies.materials import Material
+from studies.observations import Known, Observation, written
+from studies.runs import run
+from studies.sweeps.axes import Axis
+from studies.values.errors import Finding, InvalidInput
+from studies.values.parameters import Parameter, Value, declared
+from studies.values.quantities import round_quantity
+from studies.values.recipes import ACCURACY
+
+Combine = Literal["grid", "zip"]
+
+RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
+OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
+FINDINGS_SHOWN = 20  # of refused points; a wrong sweep is wrong at thousands of them
+
+# The most that could sensibly run. A particle takes 500 bytes of memory (a plate as thick as its projectile is wide, in
+# three dimensions, with its nodes), 120 of a stored state and a microsecond of one core a step: 2e9 of them are 1 TB,
+# 0.24 TB and half an hour a step.
+MOST_PARTICLES = 2_000_000_000
+
+
+@dataclass(frozen=True)
+class SweepLimits:
+    """How large a sweep may be, counted before anything is expanded; and how large each of its runs."""
+
+    max_runs: int = 10_000
+    max_axes: int = 20
+    max_values: int = 1_000  # on one axis
+    max_particles: int = MOST_PARTICLES  # of one run, as estimated
+
+
+# Of a sweep that was accepted before: the door that let it in had limits of its own.
+ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run of a sweep, in its place."""
+
+    index: tuple[int, ...]  # one number an axis (grid), or one (zip); then one a refinement
+    coordinates: Mapping[str, Value]  # SI, by axis name
+    run: "run.Run"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """What a user asks: every value checked, in SI, at 12 significant digits."""
+
+    name: str
+    title: str
+    scenario: str
+    fixed: Mapping[str, Value]  # by parameter name or dotted material path
+    axes: tuple[Axis, ...]
+    combine: Combine
+    resolutions: tuple[float, ...]  # cells per projectile diameter; empty: it is fixed or an axis
+    offsets: int = 1  # sub-cell positions of the grid for each resolution, evenly over a cell
+    materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
+    observations: tuple[Observation, ...] = ()
+    max_particles: int = field(default=MOST_PARTICLES, compare=False)  # the door's, not the user's
+
+    @staticmethod
+    def parse(document: Any, limits: SweepLimits | None = None) -> "Sweep":
+        """The sweep of a document; raises InvalidInput with everything that is wrong with it.
+
+        What depends on several parameters at once is checked by ``runs()``.
+        """
+        from studies.sweeps.document import read_sweep
+
+        return read_sweep(document, limits or SweepLimits())
+
+    @property
+    def refinements(self) -> tuple[Axis, ...]:
+        """What each point is computed several times over: resolution, offset, or neither."""
+        positions = tuple(round_quantity(place / self.offsets) for place in range(self.offsets))
+        both = (Axis(RESOLUTION, "1", self.resolutions), Axis(OFFSET, "1", positions))
+        return tuple(axis for axis in both if len(axis.values) > 1)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The number of values on each axis (grid), or of points (zip); then on each refinement."""
+        lengths = tuple(len(axis.values) for axis in self.axes)
+        lengths = lengths if self.combine == "grid" else lengths[:1]
+        return lengths + tuple(len(axis.values) for axis in self.refinements)
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return math.prod(self.shape)
+
+    def document(self) -> dict[str, Any]:
+        """The sweep as plain values that ``parse`` reads as itself; the order of axes counts."""
+        known = known_words(self.scenario, self.roles(), self.materials)
+        document: dict[str, Any] = {
+            "name": self.name,
+            "title": self.title,
+            "scenario": self.scenario,
+            "fixed": {
+                name: written(value, known.parameters[name].unit)
+                for name, value in self.fixed.items()
+            },
+            "axes": {a.name: [written(value, a.unit) for value in a.values] for a in self.axes},
+            "combine": self.combine,
+            "resolution": _one_or_all(self.resolutions),
+            "offsets": self.offsets if self.offsets > 1 else None,
+            "materials": {name: one.document() for name, one in self.materials.items()},
+            "observations": [one.document(known) for one in self.observations],
+        }
+        return {key: value for key, value in document.items() if value not in (None, {}, [])}
+
+    def runs(self) -> list[Point]:
+        """All runs, the last axis fastest; raises InvalidInput naming the refused points."""
+        points: list[Point] = []
+        findings: dict[Finding, str] = {}
+        for index, coordinates in self._places():
+            try:
+                points.append(Point(index, coordinates, self._run(coordinates)))
+            except InvalidInput as error:
+                place = _words(coordinates, (*self.axes, *self.refinements))
+                findings |= {
+                    finding: place for finding in error.findings if finding not in findings
+                }
+            if len(findings) >= FINDINGS_SHOWN:
+                break
+        if findings:
+            raise InvalidInput(_placed(finding, place) for finding, place in findings.items())
+        return points
+
+    def roles(self) -> dict[str, tuple[str, ...]]:
+        """The names of the materials that each material parameter takes."""
+        scenario = scenarios.load(self.scenario)
+        varied = {axis.name: axis.values for axis in self.axes}
+        defaults = declared(scenario.parameters)
+        return {
+            role: tuple(
+                str(name)
+                for name in varied.get(role, (self.fixed.get(role, defaults[role].default),))
+            )
+            for role in scenario.materials
+        }
+
+    def material(self, name: str) -> Material:
+        """A material by name: the user's own, or one that ships."""
+        return self.materials[name] if name in self.materials else shipped.load(name)
+
+    def at_accuracy(self, name: str) -> "Sweep":
+        """The same sweep with the resolutions and offsets of a preset; ValueError where it has none.
+
+        A sweep has none whose scenario is not resolved so, or that fixes or varies what a preset sets.
+        """
+        preset = ACCURACY[name]
+        known = declared(scenarios.load(self.scenario).parameters)
+        free = known.keys() - {*self.fixed, *(axis.name for axis in self.axes)}
+        if RESOLUTION not in free or (preset.offsets > 1 and OFFSET not in free):
+            raise ValueError(f"{self.name}: the preset {name} cannot set its resolution")
+        return replace(self, resolutions=preset.resolutions, offsets=preset.offsets)
+
+    def _places(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
+        """Index and coordinates of every run."""
+        for place, at in self._points():
+            for step, refined in _product(self.refinements):
+                yield place + step, at | refined
+
+    def _points(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
+        """Index and coordinates of every point, before it is refined."""
+        if self.combine == "grid":
+            yield from _product(self.axes)
+            return
+        names = [axis.name for axis in self.axes]
+        for number, values in enumerate(zip(*(axis.values for axis in self.axes), strict=True)):
+            yield (number,), dict(zip(names, values, strict=True))
+
+    def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
+        given = {**self.fixed, **coordinates}
+        if len(self.resolutions) == 1:
+            given[RESOLUTION] = self.resolutions[0]
+        parameters = {name: value for name, value in given.items() if "." not in name}
+        defaults = declared(scenarios.load(self.scenario).parameters)
+        materials = {
+            role: self.material(str(parameters.get(role, defaults[role].default)))
+            for role in scenarios.load(self.scenario).materials
+        }
+        for path, value in given.items():
+            role, dot, constant = path.partition(".")
+            if dot:
+                assert value is None or isinstance(value, float)
+                materials[role] = materials[role].with_value(constant, value)
+        resolved = run.resolve(self.scenario, parameters, materials)
+        self._check_particles(resolved, materials)
+        return resolved
+
+    def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
+        """One run fits into a machine."""
+        scenario = scenarios.load(self.scenario)
+        given = scenario.parameters(**resolved.parameters)
+        particles = scenario.estimate(given, materials).particles
+        if particles > self.max_particles:
+            count = f"about {particles:.2g} particles"
+            limit = f"at most {self.max_particles:.12g} in a run"
+            cure = "take fewer cells, or smaller bodies"
+            raise InvalidInput([Finding("particles", count, limit, cure)])
+
+
+def known_words(
+    scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]
+) -> Known:
+    """What a document of this scenario may name: parameters, constants of materials, quantities.
+
+    ``roles`` are the materials that each material parameter takes: a constant must belong to all.
+    """
+    scenario = scenarios.load(scenario_name)
+    parameters = dict(declared(scenario.parameters))
+    for role, names in roles.items():
+        parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
+    quantities = {name: measurements.load(name).unit for name in scenario.measurements}
+    return Known(quantities, parameters, sorted({*shipped.names(), *own}))
+
+
+def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
+    """The constants that all materials of a role have, by dotted path; of one name and two units, they are two.
+
+    Where no material of the role is known, one finding says so; any constant is let through then.
+    """
+    known = [material.parameters() for material in candidates] or [_all_constants()]
+    units = [{path: one.unit for path, one in constants.items()} for constants in known]
+    shared = set.intersection(*(set(one.items()) for one in units))
+    return {
+        f"{role}.{path}": known[0][path]
+        for path, unit in units[0].items()
+        if (path, unit) in shared
+    }
+
+
+def _all_constants() -> dict[str, Parameter]:
+    """The constants of all materials that ship."""
+    constants: dict[str, Parameter] = {}
+    for name in shipped.names():
+        constants |= shipped.load(name).parameters()
+    return constants
+
+
+def _product(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
+    """Index and coordinates of every cell of a grid, the last axis fastest."""
+    names = [axis.name for axis in axes]
+    for cell in itertools.product(*(enumerate(axis.values) for axis in axes)):
+        values = (value for _, value in cell)
+        yield tuple(place for place, _ in cell), dict(zip(names, values, strict=True))
+
+
+def _one_or_all(values: tuple[float, ...]) -> float | list[float] | None:
+    """Values as a document writes them: one as itself, several as a list."""
+    return list(values) if len(values) > 1 else next(iter(values), None)
+
+
+def _words(coordinates: Mapping[str, Value], axes: tuple[Axis, ...]) -> str:
+    """The coordinates of a point in words: "speed = 6 km/s, plate_thickness = 2 mm"."""
+    return ", ".join(f"{a.name} = {written(coordinates[a.name], a.unit)}" for a in axes)
+
+
+def _placed(finding: Finding, place: str) -> Finding:
+    return Finding(finding.field, f"{finding.value} (at {place})", finding.limit, finding.cure)

@@ -1,0 +1,311 @@
+"""Checked parameters: what a person wrote, against a record's own annotations and limits.
+
+A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``,
+``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``; the metadata of a field may
+hold ``meaning``, ``minimum`` and ``maximum`` (SI, inclusive). Scenarios and materials have such
+records.
+"""
+
+import dataclasses
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import MISSING, dataclass
+from functools import cache
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from solver.units import Unit
+from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.nearest import nearest_cure
+from studies.values.quantities import (
+    a_quantity,
+    exact_number,
+    is_number,
+    parse_quantity,
+    readable,
+    refusal,
+    round_quantity,
+)
+
+Value = float | int | bool | str | None
+Kind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
+
+LONGEST_WORD = 200  # characters of a text parameter
+
+
+class _MaterialMark:
+    """Marks a text that names a material."""
+
+
+MaterialName = Annotated[str, _MaterialMark()]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One field that a person may set: what it holds and what it allows."""
+
+    name: str
+    kind: Kind
+    unit: str | None = None  # SI symbol, "1" for a plain number; None for words
+    meaning: str = ""
+    minimum: float | None = None  # SI, inclusive, at the 12 digits of what it bounds
+    maximum: float | None = None  # SI, inclusive, likewise
+    choices: tuple[str, ...] = ()
+    optional: bool = False  # null is an answer
+    required: bool = True  # there is no default
+    default: Value = None
+
+    def limit(self) -> str:
+        """What is allowed, in words."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        if self.unit is None:
+            return _WORDS[self.kind]
+        what = "a whole number" if self.kind == "integer" else a_quantity(self.unit)
+        return what + _between(self.minimum, self.maximum, self.unit)
+
+
+def declared(record: type) -> Mapping[str, Parameter]:
+    """The parameters that a record declares, by name; TypeError for an annotation of no use."""
+    return _declared(record)
+
+
+def parse_parameters(
+    record: type,
+    given: Mapping[str, Any],
+    path: str = "",
+    *,
+    materials: Collection[str] = (),
+    si: bool = False,
+) -> dict[str, Value]:
+    """All parameters of a record, checked, in SI, defaults filled in.
+
+    ``path`` goes before each field name in a finding; ``materials`` are the names that a material
+    parameter may hold (empty: any); with ``si`` a bare number on a field with a unit is taken as SI
+    (a value that went through a door before). Raises InvalidInput with every finding.
+    """
+    known = declared(record)
+    values, findings = parse_given(known, given, path, materials=materials, si=si)
+    for parameter in known.values():
+        if parameter.name not in given:
+            if parameter.required:
+                findings.append(missing(parameter, path))
+            values[parameter.name] = _rounded(parameter.default)
+    if findings:
+        raise InvalidInput(findings)
+    return {name: values[name] for name in known}
+
+
+def parse_given(
+    known: Mapping[str, Parameter],
+    given: Mapping[str, Any],
+    path: str = "",
+    *,
+    materials: Collection[str] = (),
+    si: bool = False,
+) -> tuple[dict[str, Value], list[Finding]]:
+    """The given values alone, and what was found wrong with the others."""
+    values: dict[str, Value] = {}
+    findings = Findings()
+    for name, value in given.items():
+        try:
+            parameter = find(known, name, path)
+            values[name] = parse_value(
+                parameter, value, join(path, name), materials=materials, si=si
+            )
+        except InvalidInput as error:
+            findings.extend(error.findings)
+    return values, findings
+
+
+def parse_value(
+    parameter: Parameter,
+    given: Any,
+    field: str,
+    *,
+    materials: Collection[str] = (),
+    si: bool = False,
+) -> Value:
+    """One value, checked, in SI, at 12 significant digits; raises InvalidInput."""
+    if given is None:
+        if parameter.optional:
+            return None
+        raise refusal(field, given, parameter.limit(), "give a value, or leave the field out")
+    if parameter.kind == "material":
+        return _parse_material(given, field, materials)
+    if si and is_number(given) and parameter.kind == "quantity":
+        return _within(round_quantity(exact_number(given, field)), parameter, given, field)
+    return _PARSERS[parameter.kind](parameter, given, field)
+
+
+def find(known: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:
+    """The parameter of a name; raises InvalidInput with the nearest one."""
+    if isinstance(name, str) and name in known:
+        return known[name]
+    raise refusal(join(path, name), name, "a name of a parameter", nearest_cure(name, known))
+
+
+def missing(parameter: Parameter, path: str = "") -> Finding:
+    """The finding for a parameter that must be given and is not."""
+    cure = f"give {parameter.meaning}" if parameter.meaning else f"give {parameter.name}"
+    return Finding(join(path, parameter.name), "nothing", parameter.limit(), cure)
+
+
+def join(path: str, name: object) -> str:
+    """A dotted path: "fixed" and "speed" make "fixed.speed"."""
+    return f"{path}.{name}" if path else str(name)
+
+
+def _rounded(value: Any) -> Any:
+    return round_quantity(value) if isinstance(value, float) else value
+
+
+@cache
+def _declared(record: type) -> Mapping[str, Parameter]:
+    hints = get_type_hints(record, include_extras=True)
+    return MappingProxyType(
+        {f.name: _parameter(f, hints[f.name]) for f in dataclasses.fields(record)}
+    )
+
+
+def _parameter(field: "dataclasses.Field[Any]", hint: Any) -> Parameter:
+    inner, optional = _without_none(hint)
+    if get_origin(inner) is Literal:
+        kind: Kind = "choice"
+    else:
+        kind = _kind(inner, field.name)
+    return Parameter(
+        name=field.name,
+        kind=kind,
+        unit=_unit(inner, kind),
+        meaning=field.metadata.get("meaning", ""),
+        minimum=_rounded(field.metadata.get("minimum")),
+        maximum=_rounded(field.metadata.get("maximum")),
+        choices=tuple(get_args(inner)) if kind == "choice" else (),
+        optional=optional,
+        required=field.default is MISSING and field.default_factory is MISSING,
+        default=None if field.default is MISSING else field.default,
+    )
+
+
+def _without_none(hint: Any) -> tuple[Any, bool]:
+    if get_origin(hint) not in (Union, UnionType):
+        return hint, False
+    others = [part for part in get_args(hint) if part is not NoneType]
+    return others[0] if len(others) == 1 else hint, NoneType in get_args(hint)
+
+
+def _kind(hint: Any, name: str) -> Kind:
+    marks = getattr(hint, "__metadata__", ())
+    if any(isinstance(mark, _MaterialMark) for mark in marks):
+        return "material"
+    if any(isinstance(mark, Unit) for mark in marks):
+        return "quantity"
+    plain: dict[Any, Kind] = {int: "integer", bool: "boolean", str: "text"}
+    if hint not in plain:
+        raise TypeError(
+            f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName"
+        )
+    return plain[hint]
+
+
+def _unit(hint: Any, kind: Kind) -> str | None:
+    if kind == "quantity":
+        return next(mark.symbol for mark in hint.__metadata__ if isinstance(mark, Unit))
+    return "1" if kind == "integer" else None
+
+
+def _parse_quantity(parameter: Parameter, given: Any, field: str) -> float:
+    assert parameter.unit is not None
+    if parameter.unit == "1":
+        exact = exact_number(given, field, readable(_nearest(0.5, parameter), "1"))
+    else:
+        exact = parse_quantity(given, parameter.unit, field)
+    return _within(round_quantity(exact), parameter, given, field)
+
+
+def _parse_integer(parameter: Parameter, given: Any, field: str) -> int:
+    value = exact_number(given, field, str(_nearest(1, parameter)))
+    if value != value.to_integral_value():
+        cure = f"write {_nearest(round(value), parameter)}"
+        raise refusal(field, given, parameter.limit(), cure)
+    return int(_within(int(value), parameter, given, field))
+
+
+def _parse_boolean(parameter: Parameter, given: Any, field: str) -> bool:
+    if not isinstance(given, bool):
+        raise refusal(field, given, _WORDS["boolean"], "write true or false")
+    return given
+
+
+def _parse_text(parameter: Parameter, given: Any, field: str) -> str:
+    if not isinstance(given, str) or not given.strip() or len(given) > LONGEST_WORD:
+        raise refusal(field, given, _WORDS["text"], "write a text")
+    return given.strip()
+
+
+def _parse_choice(parameter: Parameter, given: Any, field: str) -> str:
+    if not isinstance(given, str) or given not in parameter.choices:
+        raise refusal(field, given, parameter.limit(), nearest_cure(given, parameter.choices))
+    return given
+
+
+def _parse_material(given: Any, field: str, materials: Collection[str]) -> str:
+    if not isinstance(given, str) or not given:
+        raise refusal(field, given, _WORDS["material"], nearest_cure(given, materials))
+    if materials and given not in materials:
+        raise refusal(
+            field,
+            given,
+            "a material that ships or that the sweep brings",
+            nearest_cure(given, materials),
+        )
+    return given
+
+
+def _within(value: Any, parameter: Parameter, given: Any, field: str) -> Any:
+    nearest = _nearest(value, parameter)
+    if nearest != value:
+        assert parameter.unit is not None
+        cure = f"the nearest allowed value is {readable(nearest, parameter.unit)}"
+        raise refusal(field, given, parameter.limit(), cure)
+    return value
+
+
+def _nearest(value: Any, parameter: Parameter) -> Any:
+    """The allowed number that is nearest to a value."""
+    if parameter.minimum is not None and value < parameter.minimum:
+        return parameter.minimum
+    if parameter.maximum is not None and value > parameter.maximum:
+        return parameter.maximum
+    return value
+
+
+def _between(minimum: float | None, maximum: float | None, unit: str) -> str:
+    """The bounds in words, with a leading space; nothing where there are none."""
+    words = [
+        f"{side} {readable(bound, unit)}"
+        for side, bound in (("from", minimum), ("to", maximum))
+        if bound is not None
+    ]
+    return " " + " ".join(words) if words else ""
+
+
+def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
+    """Parameters as plain objects, for a catalogue."""
+    return [
+        dataclasses.asdict(parameter) | {"limit": parameter.limit()} for parameter in parameters
+    ]
+
+
+_WORDS: dict[Kind, str] = {
+    "text": f"a text of at most {LONGEST_WORD} characters",
+    "boolean": "true or false",
+    "material": "the name of a material",
+}
+_PARSERS: dict[Kind, Callable[[Parameter, Any, str], Value]] = {
+    "quantity": _parse_quantity,
+    "integer": _parse_integer,
+    "boolean": _parse_boolean,
+    "text": _parse_text,
+    "choice": _parse_choice,
+}

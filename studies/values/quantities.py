@@ -1,0 +1,320 @@
+"""Units at the door: "6 km/s" becomes an exact SI number, or a finding that says how to write it.
+
+Only here does a unit other than SI exist, and only here is pint imported, at the first value whose
+unit is not one of the usual ones, so that a process that never parses one never pays for it. Numbers
+stay exact decimals until ``round_quantity`` makes the float: "2.4 mm" and "0.0024 m" are the same run.
+"""
+
+import re
+import sys
+from decimal import Decimal, DecimalException
+from functools import cache, lru_cache
+from numbers import Rational, Real
+from typing import Any
+
+from studies.values.errors import Finding, InvalidInput
+from studies.values.nearest import shown
+
+SIGNIFICANT_DIGITS = (
+    12  # more than any input is known to, fewer than a float holds: a stable identity
+)
+LARGEST_EXPONENT = (
+    200  # decimal exponent beyond which no quantity of this field lies; keeps floats finite
+)
+LONGEST_TEXT = 80  # characters; a longer "number" is a mistake or an attack
+
+# One number (underscores, commas, expressions are refused), then a unit.
+_QUANTITY = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((?:1?/|[A-Za-z°µμΩ(]).*)?\s*", re.DOTALL
+)
+# Factors of the units that materials and most sweeps are written in: pint is loaded (0.3 s of processor time,
+# 2026-11-22) for the others only. The test compares each with pint.
+_FACTORS = {
+    ("mm", "m"): Decimal("1e-3"),
+    ("us", "s"): Decimal("1e-6"),
+    ("km/s", "m s-1"): Decimal("1e3"),
+    ("m/s", "m s-1"): Decimal(1),
+    ("1/s", "s-1"): Decimal(1),
+    ("K", "K"): Decimal(1),
+    ("1/K", "K-1"): Decimal(1),
+    ("MPa", "Pa"): Decimal("1e6"),
+    ("GPa", "Pa"): Decimal("1e9"),
+    ("1/TPa", "Pa-1"): Decimal("1e-12"),
+    ("kg/m3", "kg m-3"): Decimal(1),
+    ("g/cm3", "kg m-3"): Decimal("1e3"),
+    ("MJ/kg", "J kg-1"): Decimal("1e6"),
+    ("J/(kg K)", "J kg-1 K-1"): Decimal(1),
+}
+_WORD = re.compile(r"([A-Za-z°µμΩ]++)(?:(?:\*\*|\^)?([+-]?\d))?")  # one run of letters, never two
+_SUPERSCRIPTS = str.maketrans(
+    {"²": "2", "³": "3", "⁻": "-", "¹": "1", "−": "-", "·": "*", "⋅": "*"}
+)
+
+# What a person calls the dimension of each SI unit, and the units that they are likely to mean.
+_DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "m": ("length", ("mm", "m")),
+    "s": ("time", ("us", "s")),
+    "kg": ("mass", ("g", "kg")),
+    "K": ("temperature", ("K", "degC")),
+    "Pa": ("pressure or stress", ("MPa", "GPa")),
+    "Pa-1": ("rate of change with pressure", ("1/TPa", "1/Pa")),
+    "K-1": ("rate of change with temperature", ("1/K",)),
+    "J": ("energy", ("J", "kJ")),
+    "N s": ("momentum", ("N s",)),
+    "s-1": ("rate", ("1/s",)),
+    "m s-1": ("speed", ("km/s", "m/s")),
+    "kg m-3": ("density", ("g/cm3", "kg/m3")),
+    "J kg-1": ("specific energy", ("kJ/kg", "J/kg")),
+    "J kg-1 K-1": ("heat capacity", ("J/(kg K)",)),
+    "rad": ("angle", ("deg", "rad")),
+    "degree": ("angle", ("deg", "rad")),
+}
+
+# The unit in which a size is easiest to read: (SI size from which on, its factor to SI, its name).
+_READABLE: dict[str, tuple[tuple[float, float, str], ...]] = {
+    "m": ((1.0, 1.0, "m"), (1e-4, 1e-3, "mm"), (0.0, 1e-6, "um")),
+    "s": ((1.0, 1.0, "s"), (1e-3, 1e-3, "ms"), (1e-7, 1e-6, "us"), (0.0, 1e-9, "ns")),
+    "Pa": ((1e9, 1e9, "GPa"), (1e5, 1e6, "MPa"), (0.0, 1.0, "Pa")),
+    "m s-1": ((1e3, 1e3, "km/s"), (0.0, 1.0, "m/s")),
+}
+DEGREES_DIGITS = 10  # two fewer than are kept: 75 deg is 1.30899693900 rad, or 75.0000000002 deg
+PI = Decimal("3.141592653589793238462643383279")  # more digits than the context of decimals keeps
+
+
+class WrongDimension(Exception):
+    """A unit of another dimension than the one asked for."""
+
+
+def round_quantity(value: float | Decimal) -> float:
+    """A quantity at 12 significant digits: what is used, hashed and stored; zero has no sign.
+
+    >>> round_quantity(0.1 + 0.2)
+    0.3
+    """
+    return float(format(value, f".{SIGNIFICANT_DIGITS}g")) + 0.0
+
+
+def readable(value: float, unit: str) -> str:
+    """An SI value as a person writes it, and as ``parse_quantity`` reads it.
+
+    >>> readable(6000.0, "m s-1"), readable(0.002, "m"), readable(0.5, "1")
+    ('6 km/s', '2 mm', '0.5')
+    >>> readable(1.308996939, "rad"), readable(1.3, "rad")
+    ('75 deg', '1.3 rad')
+    """
+    if unit == "1":
+        return f"{value:.12g}"
+    if unit == "rad":
+        return _degrees(value) or f"{value:.12g} rad"
+    for smallest, factor, name in _READABLE.get(unit, ()):
+        if abs(value) >= smallest:
+            return f"{round_quantity(value / factor):.12g} {name}"
+    return f"{value:.12g} {unit}"
+
+
+def parse_quantity(given: object, unit: str, field: str) -> Decimal:
+    """A quantity given as text with its unit, as an exact number of the SI ``unit``.
+
+    Raises InvalidInput: not a text, no unit, unknown unit, another dimension, not finite.
+
+    >>> parse_quantity("6.1 km/s", "m s-1", "speed")
+    Decimal('6100')
+    """
+    if unit == "1":
+        return exact_number(given, field)
+    if is_number(given):
+        digits, unit_text = _digits(given), ""
+    else:
+        digits, unit_text = _split(given, unit, field)
+    number = _decimal(digits, given, field, _cure(unit))
+    if not unit_text:
+        raise refusal(field, given, _allowed(unit), _cure_for_bare_number(number, unit))
+    return convert(number, unit_text, unit, field)
+
+
+def convert(number: Decimal, unit_text: str, unit: str, field: str) -> Decimal:
+    """A number in any unit, as an exact number of the SI ``unit``; raises InvalidInput."""
+    given = f"{number} {unit_text}"
+    if len(unit_text) > LONGEST_TEXT:
+        raise refusal(field, given, _allowed(unit), _cure(unit))
+    try:
+        factor = _FACTORS.get((unit_text, unit))
+        factor, offset = (factor, Decimal(0)) if factor else _conversion(unit_text, unit)
+    except WrongDimension:
+        raise refusal(field, given, _allowed(unit), _cure(unit)) from None
+    except ValueError:
+        limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
+        raise refusal(field, given, limit, _cure(unit)) from None
+    return _bounded(number * factor + offset, given, field, _cure(unit))
+
+
+def exact_number(given: object, field: str, sample: str = "0.5") -> Decimal:
+    """A plain number, given as a number or as text, exactly; raises InvalidInput, whose cure shows the sample.
+
+    >>> exact_number(0.31, "n")
+    Decimal('0.31')
+    """
+    cure = f"write a number such as {sample}"
+    if isinstance(given, str):
+        match = _QUANTITY.fullmatch(given[: LONGEST_TEXT + 1])
+        if match is None or len(given) > LONGEST_TEXT or match[2]:
+            raise refusal(field, given, "a plain number without unit", cure)
+        return _decimal(match[1], given, field, cure)
+    if not is_number(given):
+        raise refusal(field, given, "a plain number", cure)
+    return _decimal(_digits(given), given, field, cure)
+
+
+def is_number(given: object) -> bool:
+    """Whether a value is a number; true and false are not."""
+    return isinstance(given, Real | Decimal) and not isinstance(given, bool)
+
+
+def dimension_of(unit: str) -> str:
+    """What a person calls the dimension of an SI unit: "speed" for "m s-1".
+
+    >>> dimension_of("m s-1"), dimension_of("1")
+    ('speed', 'plain number')
+    """
+    if unit == "1":
+        return "plain number"
+    return _DIMENSIONS[unit][0] if unit in _DIMENSIONS else f"quantity in {unit}"
+
+
+def a_quantity(unit: str) -> str:
+    """The dimension of an SI unit with its article.
+
+    >>> a_quantity("rad"), a_quantity("m")
+    ('an angle', 'a length')
+    """
+    words = dimension_of(unit)
+    return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+
+
+def refusal(field: str, given: object, limit: str, cure: str) -> InvalidInput:
+    """The error of one finding."""
+    return InvalidInput([Finding(field, shown(given), limit, cure)])
+
+
+def _split(given: object, unit: str, field: str) -> tuple[str, str]:
+    """Number text and unit text of a quantity."""
+    if not isinstance(given, str) or len(given) > LONGEST_TEXT:
+        raise refusal(field, given, _allowed(unit), _cure(unit))
+    match = _QUANTITY.fullmatch(given)
+    if match is None:
+        raise refusal(field, given, _allowed(unit), _cure(unit))
+    return match[1], (match[2] or "").strip()
+
+
+def _digits(given: Any) -> str:
+    """A number as decimal text; a float as the shortest text that reads back as itself."""
+    if isinstance(given, Decimal | Rational):
+        return str(given) if abs(given) < 10**LARGEST_EXPONENT else "inf"
+    return repr(float(given))
+
+
+def _decimal(text: str, given: object, field: str, cure: str) -> Decimal:
+    try:
+        return _bounded(Decimal(text), given, field, cure)
+    except DecimalException:
+        raise refusal(field, given, "a finite number", cure) from None
+
+
+def _bounded(number: Decimal, given: object, field: str, cure: str) -> Decimal:
+    if not number.is_finite() or (number and abs(number.adjusted()) > LARGEST_EXPONENT):
+        raise refusal(field, given, "a finite number of ordinary size", cure)
+    return number
+
+
+def _degrees(value: float) -> str | None:
+    """An angle (rad) in degrees; None where so many digits of them are another angle."""
+    degrees = f"{Decimal(value) * 180 / PI:.{DEGREES_DIGITS}g}"
+    if round_quantity(Decimal(degrees) * PI / 180) != round_quantity(value):
+        return None
+    return f"{float(degrees):.{DEGREES_DIGITS}g} deg"
+
+
+def _allowed(unit: str) -> str:
+    return f"{a_quantity(unit)} with its unit"
+
+
+def _sample_units(unit: str) -> tuple[str, ...]:
+    return _DIMENSIONS[unit][1] if unit in _DIMENSIONS else (unit,)
+
+
+def _cure(unit: str) -> str:
+    return f"write for example '1 {_sample_units(unit)[0]}'"
+
+
+def _cure_for_bare_number(number: Decimal, unit: str) -> str:
+    digits = f"{number:.{SIGNIFICANT_DIGITS}g}"
+    return "write " + " or ".join(f"'{digits} {sample}'" for sample in _sample_units(unit))
+
+
+@lru_cache(maxsize=4096)  # user text: bounded, and far more than the units of one sweep
+def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
+    """Factor and offset from a unit to an SI unit; the offset is zero but for degC.
+
+    Raises WrongDimension, or ValueError where the text is no unit. To pint an angle is a plain number, as
+    a percent is; it still knows which of its units are made of radians.
+    """
+    pint = _pint()
+    registry = _registry()
+    try:
+        given_unit = registry.parse_units(_expression(unit_text))
+        target_unit = registry.parse_units(_expression(unit))
+        zero = registry.Quantity(Decimal(0), given_unit).to(target_unit).magnitude
+        one = registry.Quantity(Decimal(1), given_unit).to(target_unit).magnitude
+        basis = registry.get_root_units(given_unit)[1]
+        target_basis = registry.get_root_units(target_unit)[1]
+    except pint.DimensionalityError as error:
+        raise WrongDimension(str(error)) from error
+    except Exception as error:  # what pint raises for a text that is no unit has no common base
+        raise ValueError(f"{unit_text!r} is not a unit") from error
+    if basis != target_basis:
+        raise WrongDimension(
+            f"{unit_text!r} is made of {basis!s}, and {unit!r} of {target_basis!s}"
+        )
+    return Decimal(one - zero).normalize(), Decimal(zero).normalize()
+
+
+def _expression(unit_text: str) -> str:
+    """A unit, UDUNITS spelling included ("kg m-3"), in the spelling of pint; raises ValueError.
+
+    >>> _expression("J/(kg K)"), _expression("m s-1"), _expression("g/cm³")
+    ('J/(kg*K)', 'm*s**-1', 'g/cm**3')
+    """
+    text = re.sub(r"\s*([*/()])\s*", r"\1", unit_text.translate(_SUPERSCRIPTS).strip())
+    if text.startswith(("1/", "/")):
+        return "1/" + _expression(text.partition("/")[2])
+    if not re.fullmatch(rf"(?:{_WORD.pattern}|(?<!\*)\*(?!\*)|[/() ])+", text):
+        raise ValueError(f"{unit_text!r} is not a unit")
+    return _WORD.sub(_pint_power, text).replace(" ", "*").replace(")(", ")*(")
+
+
+def _pint_power(match: re.Match[str]) -> str:
+    return f"{match[1]}**{match[2]}" if match[2] else match[1]
+
+
+@cache
+def _pint() -> Any:
+    """The module, without Dask: it imports that for its own arrays wherever it is installed (0.2 s, 2026-11-22).
+
+    None in the place of a module says that there is none, to ``find_spec`` and to ``import``: so the documentation of
+    ``sys.modules``.
+    """
+    hidden = "dask" not in sys.modules
+    if hidden:
+        sys.modules["dask"] = None  # type: ignore[assignment]
+    try:
+        import pint
+    finally:
+        if hidden:
+            del sys.modules["dask"]
+    return pint
+
+
+@cache
+def _registry() -> Any:
+    """The one unit registry of the process, computing in decimals."""
+    return _pint().UnitRegistry(non_int_type=Decimal)
