@@ -8,6 +8,7 @@ from functools import cache
 from typing import IO, TYPE_CHECKING, Any, Protocol
 
 from studies.values.errors import InvalidInput
+from studies.values.formats import duration
 
 if TYPE_CHECKING:
     from service.backup import Backup
@@ -40,22 +41,6 @@ class Progress(Protocol):
     def progress(self) -> float: ...
     @property
     def eta_seconds(self) -> float | None: ...
-
-
-def duration(seconds: float | None) -> str:
-    """A time span for people.
-
-    >>> duration(42.0), duration(90.0), duration(3720.0), duration(None)
-    ('42 s', '1 min 30 s', '1 h 02 min', '')
-    """
-    if seconds is None:
-        return ""
-    minutes, rest = divmod(round(seconds), 60)
-    if minutes == 0:
-        return f"{rest} s"
-    if minutes < 60:
-        return f"{minutes} min {rest:02d} s"
-    return f"{minutes // 60} h {minutes % 60:02d} min"
 
 
 def print_findings(error: InvalidInput) -> None:

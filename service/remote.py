@@ -4,16 +4,12 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from solver.errors import WhippleError
+from studies.values.errors import MissingExtra
 
 if TYPE_CHECKING:
     from studies.values.opening import Dataset
 
 BLOCK = 1 << 18  # bytes asked for at once
-
-
-class MissingExtra(WhippleError):
-    """Libraries that are not part of a plain installation are needed."""
 
 
 def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":

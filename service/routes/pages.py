@@ -10,7 +10,7 @@ from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup, escape
 
-from service.console import duration
+from studies.values.formats import duration
 from service.errors import INTERNAL, PROBLEMS
 from service.routes.given import StoreGiven
 from service.schemas import SweepModel

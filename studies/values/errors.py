@@ -45,3 +45,7 @@ class Findings(list[Finding]):
     def extend(self, findings: Iterable[Finding]) -> None:
         for finding in findings:
             self.append(finding)
+
+
+class MissingExtra(WhippleError):
+    """Libraries that are not part of a plain installation are needed."""

@@ -145,3 +145,19 @@ def printed_in(value: float | bool | None, unit: str | None) -> str:
     if value is None or not math.isfinite(value):
         return NONE
     return digits(float(f"{value * display_of(unit).factor:.12g}"), 4)
+
+
+def duration(seconds: float | None) -> str:
+    """A time span for people.
+
+    >>> duration(42.0), duration(90.0), duration(3720.0), duration(None)
+    ('42 s', '1 min 30 s', '1 h 02 min', '')
+    """
+    if seconds is None:
+        return ""
+    minutes, rest = divmod(round(seconds), 60)
+    if minutes == 0:
+        return f"{rest} s"
+    if minutes < 60:
+        return f"{minutes} min {rest:02d} s"
+    return f"{minutes // 60} h {minutes % 60:02d} min"

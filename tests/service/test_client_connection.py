@@ -16,7 +16,7 @@ import whipple
 from service import connection, remote
 from service.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unreachable
 from service.jobs import Scope
-from service.remote import MissingExtra
+from studies.values.errors import MissingExtra
 from service.server_events import messages
 from studies.values.errors import InvalidInput
 from tests.service.api import SWEEP, Api, open_api, served, sweep_of, until

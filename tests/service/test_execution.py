@@ -12,7 +12,7 @@ from service.attempt import Inbox
 from service.execution import engine_of, local, probe
 from service.execution.local import LocalEngine
 from service.jobs import Cause
-from service.remote import MissingExtra
+from studies.values.errors import MissingExtra
 from service.settings import Settings
 from service.supervisor import Supervisor
 from tests.service.cluster import Service, pid_of, ticket
