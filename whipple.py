@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray
 
-    from service.client import Client
+    from service.client.client import Client
 
 __all__ = ["Client", "open_cube", "open_film", "run_sweep"]
 
@@ -30,7 +30,7 @@ def run_sweep(
     axes may have been added or removed. A folder that holds another sweep is refused, unless that
     is to be replaced (``overwrite``).
     """
-    from service.local import run_sweep
+    from service.cli.local import run_sweep
 
     return Path(run_sweep(document, Path(out), overwrite=overwrite))
 
@@ -44,7 +44,7 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
     import xarray
 
     if str(path).startswith(("http://", "https://")):
-        from service.remote import open_remote
+        from service.client.remote_cube import open_remote
 
         key = os.environ.get("WHIPPLE_API_KEY")
         return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key else {})
@@ -62,7 +62,7 @@ def open_film(path: str | Path) -> "xarray.Dataset":
 def __getattr__(name: str) -> Any:
     """``Client`` is imported when it is first asked for."""
     if name == "Client":
-        from service.client import Client
+        from service.client.client import Client
 
         return Client
     raise AttributeError(f"module 'whipple' has no attribute {name!r}; it offers {__all__}")

@@ -13,7 +13,7 @@ from studies.values.errors import MissingExtra
 
 if TYPE_CHECKING:
     from service.execution.protocol import OpenEngine
-    from service.settings import Settings
+    from service.records.settings import Settings
 
 CURE = "pip install 'whipple[cluster]', or leave the engine out: runs are then computed on this machine"
 

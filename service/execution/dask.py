@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any, Self
 
 import distributed
 
-from service.attempt import Away, Back, Ended, Ending, Inbox, Ticket, Told
 from service.execution import Cluster, dask_worker
-from service.supervisor import LEAVE_SECONDS, STOP_SECONDS
+from service.records.attempt import Away, Back, Ended, Ending, Inbox, Ticket, Told
+from service.workers.supervisor import LEAVE_SECONDS, STOP_SECONDS
 
 if TYPE_CHECKING:
-    from service.settings import Settings
+    from service.records.settings import Settings
 
 log = logging.getLogger(__name__)
 

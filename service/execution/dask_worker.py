@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping
 from importlib import metadata
 from typing import Any
 
-from service.attempt import Ending, Ticket
-from service.supervisor import LEAVE_SECONDS, Supervisor
-from service.version import version
-from service.warm import Slot
+from service.records.attempt import Ending, Ticket
+from service.records.version import version
+from service.workers.supervisor import LEAVE_SECONDS, Supervisor
+from service.workers.warm import Slot
 from solver import PHYSICS_VERSION
 
 PROGRESS = "whipple-progress"  # topic under which workers tell the service

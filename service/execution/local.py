@@ -8,9 +8,9 @@ from contextlib import closing
 from queue import SimpleQueue
 from typing import Any
 
-from service.attempt import Ended, Ending, Inbox, Ticket, Told
-from service.supervisor import LEAVE_SECONDS, STOP_SECONDS, Supervisor
-from service.warm import Slot
+from service.records.attempt import Ended, Ending, Inbox, Ticket, Told
+from service.workers.supervisor import LEAVE_SECONDS, STOP_SECONDS, Supervisor
+from service.workers.warm import Slot
 
 log = logging.getLogger(__name__)
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from service.attempt import Inbox, Ticket
+from service.records.attempt import Inbox, Ticket
 
 
 class Engine(Protocol):

@@ -1,6 +1,6 @@
 """The only part with a database connection: every query of the service, each with a name.
 
-One text serves SQLite and PostgreSQL. The records that go in and out are those of ``service.jobs``;
+One text serves SQLite and PostgreSQL. The records that go in and out are those of ``service.records.jobs``;
 a state moves only as its ``MOVES`` allow, because each update names the states it may start from.
 
 * ``tables``: what is stored

@@ -6,7 +6,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import KEPT_BY, TERMINAL, Attempt, Keep, Kind, Stored, at_least
+from service.records.jobs import KEPT_BY, TERMINAL, Attempt, Keep, Kind, Stored, at_least
 from service.store.connection import Part
 from service.store.queries import batches, log_event, now
 from service.store.rows import stored_record

@@ -21,7 +21,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import StoreUnavailable
+from service.records.jobs import StoreUnavailable
 from service.store.tables import CONTROL
 
 BUSY_MILLISECONDS = 20_000  # how long a writer waits for others before it says "locked"

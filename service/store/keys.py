@@ -11,7 +11,7 @@ from threading import Lock, Thread
 
 import sqlalchemy as sa
 
-from service.jobs import KeyRow, NotFound, Scope, StoreUnavailable
+from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
 from service.store.connection import Database, Part
 from service.store.queries import now, one_row
 from service.store.rows import key_record

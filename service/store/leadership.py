@@ -13,7 +13,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import StoreUnavailable
+from service.records.jobs import StoreUnavailable
 from service.store.connection import Database, connect_postgresql
 from service.store.tables import DISPATCHERS
 

@@ -8,8 +8,8 @@ from datetime import datetime, timedelta
 
 import sqlalchemy as sa
 
-from service.jobs import BUDGET, TERMINAL, Cause, Claim, Kind, State
-from service.losses import Loss, TooManyLost, some
+from service.files.lost_results import Loss, TooManyLost, some
+from service.records.jobs import BUDGET, TERMINAL, Cause, Claim, Kind, State
 from service.store import turns
 from service.store.queries import batches, log_event, release_publications, revive
 from service.store.tables import ARTIFACTS, CONTROL, EVENTS, JOBS, POINTS, SWEEPS

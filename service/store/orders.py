@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from service.faults import point
-from service.jobs import (
+from service.records.fault_points import point
+from service.records.jobs import (
     ACTIVE,
     SWEEP_TERMINAL,
     Conflict,

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import sqlalchemy as sa
 
-from service.jobs import TERMINAL, Cause, Kind, QueueRow, State, Tally
+from service.records.jobs import TERMINAL, Cause, Kind, QueueRow, State, Tally
 from service.store import leadership
 from service.store.connection import Part
 from service.store.tables import CAUSES, CONTROL, DISPATCHERS, JOBS

@@ -8,7 +8,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
-from service.jobs import (
+from service.records.jobs import (
     ACTIVE,
     Cause,
     Claim,

@@ -8,7 +8,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import (
+from service.records.jobs import (
     STATE,
     Event,
     Kind,

@@ -11,8 +11,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.faults import point
-from service.jobs import (
+from service.files.lost_results import Loss
+from service.records.fault_points import point
+from service.records.jobs import (
     Cause,
     Claim,
     Keep,
@@ -24,7 +25,6 @@ from service.jobs import (
     before,
     crashes_before,
 )
-from service.losses import Loss
 from service.store import leadership
 from service.store.connection import Part
 from service.store.leadership import Leadership

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from service.jobs import (
+from service.records.jobs import (
     ACTIVE,
     RUN_STATES,
     Claim,

@@ -5,7 +5,7 @@ from enum import StrEnum
 
 import sqlalchemy as sa
 
-from service.jobs import Cause, Keep, Kind, State
+from service.records.jobs import Cause, Keep, Kind, State
 
 
 class UtcTime(sa.types.TypeDecorator[datetime]):

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import sqlalchemy as sa
 
-from service.jobs import ACTIVE
+from service.records.jobs import ACTIVE
 from service.store.queries import tallies_of
 from service.store.rows import Row
 

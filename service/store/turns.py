@@ -13,7 +13,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import ACTIVE, KEPT_BY, Claim, Keep, Kind, State, at_least
+from service.records.jobs import ACTIVE, KEPT_BY, Claim, Keep, Kind, State, at_least
 from service.store.queries import (
     HAS_RESULT,
     PUBLICATIONS,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from service.artifacts import Artifacts
-from service.jobs import Claim, Kind, State
+from service.files.artifacts import Artifacts
+from service.records.jobs import Claim, Kind, State
 from service.store import Store
 from studies.values.files import ANSWER
 from tests.service.doubles import is_gone

@@ -22,7 +22,7 @@ def main() -> None:
     """Set the clock, then start the command."""
     file, right = Path(sys.argv.pop(1)), time.time
     time.time = lambda: right() + float(file.read_text())
-    from service import cli
+    from service.cli import main as cli
     from service.store import queries
 
     queries.datetime = Clock  # type: ignore[misc]

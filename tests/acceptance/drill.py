@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from service.artifacts import Artifacts
-from service.jobs import StoreUnavailable
+from service.files.artifacts import Artifacts
+from service.records.jobs import StoreUnavailable
 from service.store import Store
 from tests.acceptance.blows import Blow, Field, Moment, Target, Victim
 from tests.acceptance.herd import Herd, herded, parent_of, slay

@@ -3,7 +3,9 @@
 ``python -m tests.acceptance.hasty serve ...``
 """
 
-from service import cli, deadlines, space
+from service.api import deadlines
+from service.cli import main as cli
+from service.files import disk_space as space
 from service.store import connection
 
 BUSY_MILLISECONDS = 2000

@@ -11,9 +11,9 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 import xarray as xr
 
-from service.app import CACHE
-from service.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
-from service.jobs import RunRow, State, Stored, SweepRow
+from service.api.app import CACHE
+from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
+from service.records.jobs import RunRow, State, Stored, SweepRow
 from service.store import Store
 from studies.values.files import ANSWER
 from tests.service.test_store_races import check as nobody_waits_in_vain

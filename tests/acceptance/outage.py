@@ -11,7 +11,7 @@ from pathlib import Path
 
 import sqlalchemy as sa
 
-from service.jobs import StoreUnavailable
+from service.records.jobs import StoreUnavailable
 from service.store import Store
 from tests.acceptance.herd import MARK
 from tests.service.databases import postgresql_server

@@ -12,8 +12,8 @@ from typing import Any
 
 import httpx
 
-from service.client import Client
-from service.faults import VARIABLE
+from service.client.client import Client
+from service.records.fault_points import VARIABLE
 from tests.service.cluster import free_port
 from tests.service.doubles import wait_until
 

@@ -9,12 +9,12 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-from service.artifacts import OF_A_RUN, describe
-from service.attempt import Ended, Ending, Inbox, Ticket
-from service.directory import holding
-from service.dispatcher import Dispatcher
-from service.jobs import Kind
-from service.worker import perform
+from service.files.artifacts import OF_A_RUN, describe
+from service.files.data_directory import holding
+from service.queue.dispatcher import Dispatcher
+from service.records.attempt import Ended, Ending, Inbox, Ticket
+from service.records.jobs import Kind
+from service.workers.warm_process import perform
 from tests.service.doubles import StandStill, open_store, settings_in, sweep_of
 from tests.service.targets import Run
 

@@ -12,7 +12,7 @@ from typing import Any, cast
 
 import pytest
 
-from service.jobs import State
+from service.records.jobs import State
 from tests.acceptance.blows import Blow, Moment, Target, Victim
 from tests.acceptance.drill import Drill, Work
 from tests.acceptance.herd import MARK, herded

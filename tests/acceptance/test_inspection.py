@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from service.app import CACHE
-from service.artifacts import Artifacts, describe
-from service.jobs import Claim, Stored
+from service.api.app import CACHE
+from service.files.artifacts import Artifacts, describe
+from service.records.jobs import Claim, Stored
 from service.store import Store
 from studies.values.files import ANSWER
 from tests.acceptance.inspection import damaged, differences, half_files

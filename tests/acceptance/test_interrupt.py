@@ -8,8 +8,8 @@ from pathlib import Path
 
 import yaml
 
-from service.artifacts import Artifacts
-from service.jobs import State
+from service.files.artifacts import Artifacts
+from service.records.jobs import State
 from tests.acceptance import inspection
 from tests.acceptance.drill import Work
 from tests.acceptance.serving import ROOT
@@ -21,7 +21,8 @@ WORK = Work(speeds=3, sweeps=1, thicknesses=1, targets="tests.service.targets", 
 # A turn, and the last one above all, looks at everything that ended, however busy the machine is.
 SWEEP = """
 import sys
-from service import local, reign
+from service.cli import local
+from service.queue import leader as reign
 reign.WAIT_SECONDS = reign.LAST_LOOK_SECONDS = 60.0
 local.run_sweep(sys.argv[1], sys.argv[2])
 """

@@ -12,9 +12,9 @@ from queue import SimpleQueue
 
 import pytest
 
-from service.attempt import Ended, Inbox, Ticket
 from service.execution.local import LocalEngine
-from service.jobs import Cause
+from service.records.attempt import Ended, Inbox, Ticket
+from service.records.jobs import Cause
 from tests.service.attempts import LIMIT
 from tests.service.cluster import (
     Service,

@@ -25,9 +25,9 @@ def test_import__of_a_package_is_cheap(module: str) -> None:
 @pytest.mark.parametrize(
     "module",
     [
-        "service.app",
+        "service.api.app",
         "service.execution.local",
-        "service.serve",
+        "service.cli.serve",
         "studies.laws",
         "studies.materials",
         "studies.runs.run",
@@ -40,11 +40,13 @@ def test_import__of_what_the_api_process_uses_loads_no_solver_and_no_datasets(mo
 
 
 def test_import__of_the_worker_loads_neither_web_nor_store() -> None:
-    assert not _loaded_by("import service.worker", ("fastapi", "starlette", "sqlalchemy"))
+    assert not _loaded_by(
+        "import service.workers.warm_process", ("fastapi", "starlette", "sqlalchemy")
+    )
 
 
 def test_import__of_what_computes_a_run_loads_no_datasets_and_no_units() -> None:
-    code = "import service.worker, studies.runs.execution"
+    code = "import service.workers.warm_process, studies.runs.execution"
     assert not _loaded_by(code, (*ELSEWHERE, "fastapi", "sqlalchemy"))
 
 

@@ -12,9 +12,9 @@ from typing import Any
 import uvicorn
 from fastapi.testclient import TestClient
 
-from service.app import open_service
-from service.jobs import Cause, Kind, Result, Stored
-from service.settings import Settings
+from service.api.app import open_service
+from service.records.jobs import Cause, Kind, Result, Stored
+from service.records.settings import Settings
 from service.store import Store
 
 ADDRESS = "http://127.0.0.1:8000"

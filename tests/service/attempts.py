@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from service.attempt import Ending, Ticket
-from service.jobs import Kind
-from service.supervisor import Supervisor, Tell
-from service.warm import Slot
+from service.records.attempt import Ending, Ticket
+from service.records.jobs import Kind
+from service.workers.supervisor import Supervisor, Tell
+from service.workers.warm import Slot
 from tests.service.doubles import run_id, wait_until
 from tests.service.targets import MEBIBYTE, Run
 

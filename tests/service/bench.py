@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from service.artifacts import OF_A_RUN, describe
-from service.attempt import Ended, Ending, Inbox, Message, Ticket
-from service.dispatcher import Dispatcher
-from service.jobs import Cause, Kind, RunRow
-from service.settings import Settings
+from service.files.artifacts import OF_A_RUN, describe
+from service.queue.dispatcher import Dispatcher
+from service.records.attempt import Ended, Ending, Inbox, Message, Ticket
+from service.records.jobs import Cause, Kind, RunRow
+from service.records.settings import Settings
 from service.store import Store
 from tests.service.doubles import StandStill, open_store, run_id, settings_in
 from tests.service.targets import Run, execute, publish

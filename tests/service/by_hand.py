@@ -6,7 +6,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.jobs import Claim, Kind, Result, Stored
+from service.records.jobs import Claim, Kind, Result, Stored
 from service.store import Store
 from tests.service.doubles import stored
 

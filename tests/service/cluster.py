@@ -15,10 +15,10 @@ from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
-from service.attempt import Back, Ended, Ending, Inbox, Message, Ticket, Told
 from service.execution.dask import DaskEngine, Remote
 from service.execution.protocol import Engine
-from service.jobs import Kind
+from service.records.attempt import Back, Ended, Ending, Inbox, Message, Ticket, Told
+from service.records.jobs import Kind
 from tests.service.doubles import is_gone, run_id, wait_until
 from tests.service.targets import Run
 

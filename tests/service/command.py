@@ -5,7 +5,7 @@ from unittest.mock import patch
 
 import pytest
 
-from service import cli
+from service.cli import main as cli
 
 
 def run(*words: object) -> int:

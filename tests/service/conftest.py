@@ -30,7 +30,7 @@ def _loggers_as_before() -> Iterator[None]:
 def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """A turn looks at everything that ended, however busy the machine is."""
     for name in ("WAIT_SECONDS", "LAST_LOOK_SECONDS"):
-        monkeypatch.setattr(f"service.reign.{name}", DEADLINE)
+        monkeypatch.setattr(f"service.queue.leader.{name}", DEADLINE)
 
 
 @pytest.fixture(scope="session")

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from service.attempt import Ticket
-from service.jobs import Stored
-from service.settings import Settings
+from service.records.attempt import Ticket
+from service.records.jobs import Stored
+from service.records.settings import Settings
 from service.store import Store
 from studies.sweeps.sweep import Sweep
 from tests.service.targets import Run

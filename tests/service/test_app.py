@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from fastapi.testclient import TestClient
 
-from service.access import FORBIDS, check_binding
-from service.settings import Settings
+from service.api.access import FORBIDS, check_binding
+from service.records.settings import Settings
 from studies.values.errors import InvalidInput
 from tests.service.api import SWEEP, Api, open_api
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from service.artifacts import Artifacts, describe
-from service.jobs import Claim, Keep, Kind, State, Stored
+from service.files.artifacts import Artifacts, describe
+from service.records.jobs import Claim, Keep, Kind, State, Stored
 from tests.service.doubles import run_id
 
 

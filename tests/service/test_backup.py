@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from service import backup as module
-from service import identity
-from service.artifacts import Artifacts
-from service.backup import back_up
-from service.directory import DataInUse, holding
-from service.jobs import SweepState
-from service.leftovers import files_from
-from service.settings import Settings
+from service.cli import backup as module
+from service.cli.backup import back_up
+from service.files.artifacts import Artifacts
+from service.files.data_directory import DataInUse, holding
+from service.queue import data_identity as identity
+from service.queue.orphans import files_from
+from service.records.jobs import SweepState
+from service.records.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.bench import Bench, open_bench

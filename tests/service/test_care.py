@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from service.artifacts import Artifacts
-from service.care import REMOVED, Care
-from service.jobs import Cause, Keep, NotFound, State, StoreUnavailable
-from service.leftovers import PART_OF_ALL
-from service.space import Space
+from service.files.artifacts import Artifacts
+from service.files.disk_space import Space
+from service.queue.garbage_collection import REMOVED, Care
+from service.queue.orphans import PART_OF_ALL
+from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, runs_of, sweep_of
 
@@ -396,7 +396,7 @@ def test_step__looks_no_longer_than_a_moment(bench: Bench, monkeypatch: pytest.M
     settings, artifacts = bench.settings, Artifacts(bench.settings.data)
     for number in range(PART_OF_ALL + 10):
         artifacts.run_folder(run_id(number)).mkdir(parents=True)
-    monkeypatch.setattr("service.care.STEP_SECONDS", 0.0)
+    monkeypatch.setattr("service.queue.garbage_collection.STEP_SECONDS", 0.0)
     care = Care(settings, bench.store, artifacts, Space(settings.data, 0))
     care.step()
     assert looked == [PART_OF_ALL]

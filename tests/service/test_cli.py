@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from service import local
-from service.commands import computing
-from service.jobs import RUN_STATES, Keep, SweepRow, SweepState
-from service.settings import Settings
+from service.cli import local
+from service.cli.commands import computing
+from service.records.jobs import RUN_STATES, Keep, SweepRow, SweepState
+from service.records.settings import Settings
 from studies import examples, verification
 from studies.values.recipes import ACCURACY
 from tests.service.api import FILES, Api, open_api, served
@@ -53,7 +53,7 @@ def url(api: Api) -> Iterator[str]:
 def test_help__loads_nothing_heavy() -> None:
     code = """
 import sys
-from service import cli
+from service.cli.main import main as cli
 sys.argv = ["whipple", "--help"]
 try:
     cli.main()

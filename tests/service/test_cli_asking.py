@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from service.client import KEY_VARIABLE, Happening
-from service.console import print_happening
-from service.jobs import Keep, Scope
+from service.cli.console import print_happening
+from service.client.client import KEY_VARIABLE, Happening
+from service.records.jobs import Keep, Scope
 from studies import examples
 from tests.service.api import Api, open_api, served, until
 from tests.service.command import run

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from service import identity
-from service.directory import holding
-from service.jobs import Scope
-from service.settings import Settings
+from service.files.data_directory import holding
+from service.queue import data_identity as identity
+from service.records.jobs import Scope
+from service.records.settings import Settings
 from service.store import Store
 from service.store.tables import CONTROL
 from tests.service.command import run

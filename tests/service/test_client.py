@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from service.client import Client, ServiceError, StillRunning, SweepStatus, Unreachable
+from service.client.client import Client, ServiceError, StillRunning, SweepStatus, Unreachable
 from studies import examples
 from studies.values.errors import InvalidInput
 from tests.service.api import FILES, SWEEP, Api, open_api, served, sweep_of

@@ -13,12 +13,18 @@ import pytest
 import xarray as xr
 
 import whipple
-from service import connection, remote
-from service.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unreachable
-from service.jobs import Scope
-from studies.values.errors import MissingExtra
-from service.server_events import messages
-from studies.values.errors import InvalidInput
+from service.client import connection
+from service.client import remote_cube as remote
+from service.client.client import (
+    KEY_VARIABLE,
+    Client,
+    ServiceError,
+    SweepHandle,
+    Unreachable,
+)
+from service.client.server_events import messages
+from service.records.jobs import Scope
+from studies.values.errors import InvalidInput, MissingExtra
 from tests.service.api import SWEEP, Api, open_api, served, sweep_of, until
 
 Answer = httpx.Response | Exception

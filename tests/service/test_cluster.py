@@ -16,11 +16,11 @@ from queue import SimpleQueue
 import pytest
 from pydantic import ByteSize, ValidationError
 
-from service.attempt import Away, Back, Ended, Inbox, Ticket
 from service.execution import dask
 from service.execution.dask import Connection, DaskEngine, probe
-from service.jobs import Cause
-from service.settings import Settings
+from service.records.attempt import Away, Back, Ended, Inbox, Ticket
+from service.records.jobs import Cause
+from service.records.settings import Settings
 from solver import PHYSICS_VERSION
 from tests.service.cluster import (
     PRELOAD,
@@ -48,7 +48,7 @@ SERVICE = """
 import json, sys, time
 from pathlib import Path
 from queue import SimpleQueue
-from service.attempt import Ticket
+from service.records.attempt import Ticket
 from service.execution.dask import DaskEngine, Remote
 said = json.loads(sys.argv[1])
 address, *files = said["remote"]

@@ -18,8 +18,8 @@ import httpx
 import pytest
 import yaml
 
-from service.client import Client
-from service.settings import Settings
+from service.client.client import Client
+from service.records.settings import Settings
 from tests.service.api import SWEEP
 from tests.service.cluster import ROOT, Process, environment, free_port, patiently
 from tests.service.databases import Postgresql

@@ -4,8 +4,8 @@ import threading
 from pathlib import Path
 from types import SimpleNamespace
 
-from service.attempt import Ending
 from service.execution import dask_worker
+from service.records.attempt import Ending
 from solver import PHYSICS_VERSION
 from tests.service.cluster import pid_of, ticket
 from tests.service.doubles import is_gone

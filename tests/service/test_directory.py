@@ -9,17 +9,17 @@ from pathlib import Path
 
 import pytest
 
-from service.directory import DataInUse, check_names, holding
-from service.local import run_sweep
-from service.serve import serve
-from service.settings import Settings
+from service.cli.local import run_sweep
+from service.cli.serve import serve
+from service.files.data_directory import DataInUse, check_names, holding
+from service.records.settings import Settings
 from studies.values.errors import InvalidInput
 from tests.service.test_local import document, settings_of
 
 ROOT = Path(__file__).parents[2]
 HOLD = (
-    "import sys; from pathlib import Path; from service.directory import holding; "
-    "from service.settings import Settings\n"
+    "import sys; from pathlib import Path; from service.files.data_directory import holding; "
+    "from service.records.settings import Settings\n"
     "with holding(Settings(data=Path(sys.argv[1]))): print('held', flush=True); sys.stdin.read()"
 )
 

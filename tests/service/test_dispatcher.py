@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from service.attempt import Ended, Inbox, Ticket
-from service.dispatcher import OTHER_LEADER, Dispatcher
-from service.jobs import Cause, State, StoreUnavailable
-from service.reign import NO_WORKER
+from service.queue.dispatcher import OTHER_LEADER, Dispatcher
+from service.queue.leader import NO_WORKER
+from service.records.attempt import Ended, Inbox, Ticket
+from service.records.jobs import Cause, State, StoreUnavailable
 from service.store import Leadership, Store
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import StandStill, open_store, settings_in, sweep_of, wait_until
@@ -25,7 +25,7 @@ def _one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    monkeypatch.setattr("service.dispatcher.TRY_SECONDS", 0.0)
+    monkeypatch.setattr("service.queue.dispatcher.TRY_SECONDS", 0.0)
     with open_bench(tmp_path) as opened:
         yield opened
 
@@ -196,7 +196,7 @@ def test_lead_lost_while_the_engine_starts__begins_no_epoch(
 def test_leader__of_postgresql_is_one_and_the_next_takes_over(
     tmp_path: Path, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("service.dispatcher.TRY_SECONDS", 0.1)
+    monkeypatch.setattr("service.queue.dispatcher.TRY_SECONDS", 0.1)
     settings = settings_in(tmp_path, database_url=postgresql_url, poll_seconds=0.05)
     with closing(open_store(settings)) as one, closing(open_store(settings)) as other:
         first, second = (
@@ -216,7 +216,7 @@ def test_leader__of_postgresql_is_one_and_the_next_takes_over(
 def test_leader__of_postgresql_whose_connection_is_cut_leads_again(
     tmp_path: Path, postgresql_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("service.dispatcher.TRY_SECONDS", 0.0)
+    monkeypatch.setattr("service.queue.dispatcher.TRY_SECONDS", 0.0)
     settings = settings_in(tmp_path, database_url=postgresql_url, disk_reserve=0)
     with closing(open_store(settings)) as store:
         bench = Bench(settings, store)
@@ -285,7 +285,7 @@ def test_alive__not_when_no_turn_has_succeeded_for_long(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench.dispatcher.start()
-    monkeypatch.setattr("service.dispatcher.STUCK_SECONDS", 0.0)
+    monkeypatch.setattr("service.queue.dispatcher.STUCK_SECONDS", 0.0)
     assert not bench.dispatcher.is_alive()
     bench.dispatcher.close()
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 import typer.main
 
-from service.cli import app
-from service.jobs import Cause, Keep, Scope, State, SweepState
-from service.settings import Settings
+from service.cli.main import app
+from service.records.jobs import Cause, Keep, Scope, State, SweepState
+from service.records.settings import Settings
 from studies.observations import OWN_COLUMNS, Known, read_observations
 from studies.values.errors import InvalidInput
 

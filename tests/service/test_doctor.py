@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 from pydantic import ByteSize
 
-from service import execution, identity
-from service.doctor import Check, Verdict, check_directory, check_store, check_workers, examine
-from service.settings import Settings
+from service import execution
+from service.cli.doctor import Check, Verdict, check_directory, check_store, check_workers, examine
+from service.queue import data_identity as identity
+from service.records.settings import Settings
 from service.store import Store
 
 ELSEWHERE = "tls://scheduler.example.org:8786"

@@ -9,8 +9,8 @@ from typing import Any
 import httpx
 import pytest
 
-from service.artifacts import Artifacts
-from service.jobs import Cause, Result
+from service.files.artifacts import Artifacts
+from service.records.jobs import Cause, Result
 from tests.service.api import FILES, Api, open_api, served, sweep_of
 
 STATE = bytes(range(256)) * 4096  # a megabyte: several chunks

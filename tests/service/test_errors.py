@@ -9,8 +9,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from service.errors import pointer
-from service.routes.given import LONGEST_BODY
+from service.api.errors import pointer
+from service.api.routes.given import LONGEST_BODY
 from studies.sweeps.sweep import MOST_PARTICLES
 from tests.service.api import SWEEP, Api, open_api, served, sweep_of, until
 
@@ -226,7 +226,7 @@ def test_unforeseen_error__tells_its_text_to_the_log_only(
 def test_store_that_is_away__is_a_503_to_be_tried_again(
     api: Api, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from service.jobs import StoreUnavailable
+    from service.records.jobs import StoreUnavailable
 
     def be_away(*_: Any, **__: Any) -> None:
         raise StoreUnavailable("the database is locked")

@@ -8,13 +8,13 @@ from typing import Any
 import pytest
 
 from service import execution
-from service.attempt import Inbox
 from service.execution import engine_of, local, probe
 from service.execution.local import LocalEngine
-from service.jobs import Cause
+from service.records.attempt import Inbox
+from service.records.jobs import Cause
+from service.records.settings import Settings
+from service.workers.supervisor import Supervisor
 from studies.values.errors import MissingExtra
-from service.settings import Settings
-from service.supervisor import Supervisor
 from tests.service.cluster import Service, pid_of, ticket
 from tests.service.doubles import is_gone
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from service.faults import POINTS, VARIABLE, point
+from service.records.fault_points import POINTS, VARIABLE, point
 
 ROOT = Path(__file__).parents[2]
 CALL = re.compile(r'\bpoint\("([a-z-]+)"\)')
@@ -28,7 +28,9 @@ def test_point__does_nothing_unless_it_is_named(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_point__kills_the_process_that_passes_it() -> None:
-    program = f"from service.faults import point; point({POINTS[0]!r}); print('went on')"
+    program = (
+        f"from service.records.fault_points import point; point({POINTS[0]!r}); print('went on')"
+    )
     answer = subprocess.run(
         [sys.executable, "-c", program],
         cwd=ROOT,

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from service import findings, reign
-from service.artifacts import Artifacts, describe
-from service.attempt import Ending
-from service.jobs import Cause, Claim, State, Stored
+from service.files.artifacts import Artifacts, describe
+from service.queue import leader as reign
+from service.queue import verification as findings
+from service.records.attempt import Ending
+from service.records.jobs import Cause, Claim, State, Stored
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import DEADLINE, run_id, runs_of, sweep_of
 
@@ -263,6 +264,6 @@ def test_log_of_a_failure__is_brought_to_the_disk(
     bench.compute(ticket)
     bench.end_badly(ticket, Cause.ERROR)
     reached: list[Path] = []
-    monkeypatch.setattr("service.artifacts.to_disk", reached.append)
+    monkeypatch.setattr("service.files.artifacts.to_disk", reached.append)
     bench.turn()
     assert Path(ticket.directory) / "log.txt" in reached

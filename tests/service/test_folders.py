@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from service.client import Client
-from service.folders import check_same, held_in
-from service.local import run_sweep
+from service.cli.local import run_sweep
+from service.client.client import Client
+from service.files.output_folders import check_same, held_in
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from tests.service.api import SWEEP, Api, open_api, served, sweep_of

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from service import identity
-from service.artifacts import Artifacts
-from service.identity import WrongDirectory
-from service.jobs import Cause, State
-from service.settings import Settings
+from service.files.artifacts import Artifacts
+from service.queue import data_identity as identity
+from service.queue.data_identity import WrongDirectory
+from service.records.jobs import Cause, State
+from service.records.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
 from studies.values.files import STATE
@@ -32,7 +32,7 @@ def settings(tmp_path: Path, database_url: str) -> Settings:
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     """A service whose database is not in its data directory."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    monkeypatch.setattr("service.dispatcher.TRY_SECONDS", 0.0)
+    monkeypatch.setattr("service.queue.dispatcher.TRY_SECONDS", 0.0)
     with open_bench(tmp_path / "data", database_url=f"sqlite:///{tmp_path / 'x.db'}") as opened:
         identity.settle(opened.settings, opened.store)
         yield opened

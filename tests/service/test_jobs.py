@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from service.jobs import (
+from service.records.jobs import (
     BUDGET,
     MOVES,
     TERMINAL,

@@ -12,9 +12,9 @@ import httpx
 import pytest
 from fastapi.testclient import TestClient
 
-from service import logs
-from service.jobs import Scope
-from service.settings import Settings
+from service.records import logs
+from service.records.jobs import Scope
+from service.records.settings import Settings
 from service.store import Store
 from tests.service.api import ADDRESS, SWEEP, Api, open_api, served
 

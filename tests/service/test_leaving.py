@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from service.leaving import ASKS, KILLED_BY, heeding
+from service.records.signals import ASKS, KILLED_BY, heeding
 
 ROOT = Path(__file__).parents[2]
 WAKE_SECONDS = 30.0  # far more than a busy machine needs, far less than the test waits
@@ -115,7 +115,7 @@ def test_obey__raises_what_ends_a_program() -> None:
 
 
 HANGS = (
-    "import sys, time, threading; from service.leaving import heeding\n"
+    "import sys, time, threading; from service.records.signals import heeding\n"
     "with heeding(gone_within={seconds}) as leaving:\n"
     "    print('ready', flush=True)\n"
     "    leaving.asked(wait=600)\n"
@@ -145,7 +145,7 @@ def test_gone_within__ends_a_process_that_hangs_and_no_other(
 
 LINGERS = (
     "import threading; from concurrent.futures import ThreadPoolExecutor\n"
-    "from service.leaving import heeding\n"
+    "from service.records.signals import heeding\n"
     "threads = ThreadPoolExecutor(1)\n"
     "threads.submit(threading.Event().wait)\n"
     "with heeding(gone_within={seconds}) as leaving:\n"
@@ -181,7 +181,7 @@ def test_go__does_nothing_unless_asked() -> None:
 
 
 GOES = (
-    "import atexit, os, signal; from service.leaving import heeding\n"
+    "import atexit, os, signal; from service.records.signals import heeding\n"
     "atexit.register(print, 'in order')\n"
     "with heeding() as leaving:\n"
     "    os.kill(os.getpid(), signal.SIGTERM)\n"

@@ -11,9 +11,9 @@ from typing import Any
 import httpx
 import pytest
 
-from service.feeds import Pace, of_queue
-from service.jobs import Cause, Claim, StoreUnavailable
-from service.live import Live, Moment
+from service.api.event_streams import Live, Moment
+from service.api.feeds import Pace, of_queue
+from service.records.jobs import Cause, Claim, StoreUnavailable
 from tests.service.api import Api, open_api, served
 from tests.service.doubles import wait_until
 
@@ -107,7 +107,7 @@ def test_sweep__of_more_events_than_a_page_is_told_whole(
     id = api.submit(axes={"speed": {"start": "3 km/s", "stop": "6 km/s", "step": "0.5 km/s"}})
     api.compute()
     whole = told_at_once(api, f"/v1/sweeps/{id}/events")
-    monkeypatch.setattr("service.feeds.PAGE", 4)
+    monkeypatch.setattr("service.api.feeds.PAGE", 4)
     assert told_at_once(api, f"/v1/sweeps/{id}/events") == whole
 
 

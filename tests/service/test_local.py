@@ -12,12 +12,12 @@ from typing import Any
 
 import pytest
 
-from service.artifacts import Artifacts
-from service.directory import holding
-from service.dispatcher import Dispatcher
-from service.jobs import Cause, RunRow, State, Stored, SweepRow, SweepState
-from service.local import Finished, PublicationFailed, run_sweep, start_engine
-from service.settings import Settings
+from service.cli.local import Finished, PublicationFailed, run_sweep, start_engine
+from service.files.artifacts import Artifacts
+from service.files.data_directory import holding
+from service.queue.dispatcher import Dispatcher
+from service.records.jobs import Cause, RunRow, State, Stored, SweepRow, SweepState
+from service.records.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.cluster import patiently
@@ -214,7 +214,7 @@ def test_run_sweep__gives_up_what_the_folder_was_asked_before(tmp_path: Path) ->
 
 def test_this_side__loads_no_solver_and_no_dataset() -> None:
     program = (
-        "import sys, service.local, service.dispatcher; heavy = "
+        "import sys, service.cli.local, service.queue.dispatcher; heavy = "
         "('numba', 'llvmlite', 'xarray', 'netCDF4', 'scipy', 'plotly', 'pandas'); "
         "print([name for name in heavy if name in sys.modules])"
     )
@@ -227,7 +227,9 @@ def test_this_side__loads_no_solver_and_no_dataset() -> None:
 def test_run_sweep__from_a_script_without_a_guard_runs_it_once(tmp_path: Path) -> None:
     out, script = tmp_path / "out", tmp_path / "script.py"
     call = f"run_sweep({document()!r}, {str(out)!r})"
-    script.write_text(f"from service.local import run_sweep\nprint({call}.counts['succeeded'])\n")
+    script.write_text(
+        f"from service.cli.local import run_sweep\nprint({call}.counts['succeeded'])\n"
+    )
     environment = {"WHIPPLE_TARGETS_MODULE": "tests.service.targets", "PYTHONPATH": str(ROOT)}
     answer = subprocess.run(
         [sys.executable, script],

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from service import logs
-from service.jobs import Kind
+from service.records import logs
+from service.records.jobs import Kind
 from service.store import Store
 from tests.service.api import Api, open_api
 from tests.service.by_hand import EPOCH, claim_runs, result
@@ -35,14 +35,14 @@ def api(tmp_path: Path) -> Iterator[Api]:
 
 
 def of_requests(lines: Lines) -> list[dict[str, Any]]:
-    return [line for line in lines() if line["logger"] == "service.requests"]
+    return [line for line in lines() if line["logger"] == "service.api.request_log"]
 
 
 def test_line__has_time_level_logger_and_message(lines: Lines) -> None:
-    logging.getLogger("service.dispatcher").info("done", extra={"run": "7", "sweep": "9"})
+    logging.getLogger("service.queue.dispatcher").info("done", extra={"run": "7", "sweep": "9"})
     [line] = lines()
     assert line["time"].endswith("+00:00")
-    assert (line["level"], line["logger"]) == ("info", "service.dispatcher")
+    assert (line["level"], line["logger"]) == ("info", "service.queue.dispatcher")
     assert (line["message"], line["run"], line["sweep"]) == ("done", "7", "9")
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from service.artifacts import Artifacts
-from service.attempt import Ticket
-from service.jobs import Cause, Kind, State, SweepState
-from service.losses import Loss, ResultsLost, leave_list
+from service.files.artifacts import Artifacts
+from service.files.lost_results import Loss, ResultsLost, leave_list
+from service.records.attempt import Ticket
+from service.records.jobs import Cause, Kind, State, SweepState
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, runs_of, sweep_of
 
@@ -119,7 +119,7 @@ def test_lost_result__of_a_cancelled_sweep_is_not_computed(bench: Bench) -> None
 @pytest.fixture
 def large(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Bench:
     """A service with eight results, which does not wait before it looks for lost ones again."""
-    monkeypatch.setattr("service.registration.REFUSED_SECONDS", 0.0)
+    monkeypatch.setattr("service.queue.registration.REFUSED_SECONDS", 0.0)
     bench.engine.free = 8
     bench.store.create_sweep(sweep_of(8))
     computed(bench)

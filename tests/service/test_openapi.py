@@ -24,10 +24,10 @@ from schemathesis.specs.openapi.checks import (
     positive_data_acceptance,
 )
 
-from service.app import build_app
-from service.jobs import Scope
-from service.partial_cubes import PartialCubes
-from service.settings import Settings
+from service.api.app import build_app
+from service.api.partial_cubes import PartialCubes
+from service.records.jobs import Scope
+from service.records.settings import Settings
 from service.store import Store
 from tests.service.api import Api, open_api, sweep_of
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from service.errors import PROBLEMS
+from service.api.errors import PROBLEMS
 from tests.service.api import Api, open_api
 
 

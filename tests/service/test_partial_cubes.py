@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from service.errors import PartialCubeFailed
-from service.jobs import Claim, Result
-from service.partial_cubes import MOST_FILES, PartialCubes
+from service.api.errors import PartialCubeFailed
+from service.api.partial_cubes import MOST_FILES, PartialCubes
+from service.records.jobs import Claim, Result
 from studies.cubes import cube
 from studies.reports.publish import outcome_from_json
 from studies.results import Measured, RunResult
@@ -199,7 +199,7 @@ def test_remote_cube__is_opened_over_range_without_a_download(api: Api, publishe
 def test_remote_cube__is_opened_with_a_key(api: Api, published: str) -> None:
     import fsspec
 
-    from service.jobs import Scope
+    from service.records.jobs import Scope
 
     _, secret = api.store.create_key("anna", [Scope.READ])
     headers = {"Authorization": f"Bearer {secret}"}

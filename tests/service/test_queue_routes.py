@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
-from service.jobs import Cause, StoreUnavailable
-from service.routes import health
+from service.api.routes import health
+from service.records.jobs import Cause, StoreUnavailable
 from tests.service.api import Api, open_api
 from tests.service.doubles import DEADLINE
 

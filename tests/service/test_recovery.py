@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from service.attempt import Away, Back, Ended
-from service.jobs import Cause, Claim, State, StoreUnavailable, SweepState
+from service.records.attempt import Away, Back, Ended
+from service.records.jobs import Cause, Claim, State, StoreUnavailable, SweepState
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import StandStill, run_id, sweep_of
 

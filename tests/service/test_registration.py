@@ -6,12 +6,14 @@ from typing import Any
 
 import pytest
 
-from service import findings, reign, rests
-from service.artifacts import Artifacts
-from service.attempt import Ending
-from service.findings import PASSING, Found
-from service.jobs import Cause, Claim, Kind, State, StoreUnavailable, SweepState
-from service.registration import Registrar
+from service.files.artifacts import Artifacts
+from service.queue import backoff as rests
+from service.queue import leader as reign
+from service.queue import verification as findings
+from service.queue.registration import Registrar
+from service.queue.verification import PASSING, Found
+from service.records.attempt import Ending
+from service.records.jobs import Cause, Claim, Kind, State, StoreUnavailable, SweepState
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, runs_of, sweep_of
 

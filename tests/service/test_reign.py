@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from service.attempt import Ticket, Told
-from service.care import Care
-from service.jobs import Cause, Keep, Kind, State, StoreUnavailable
-from service.reign import NO_WORKER, REFUSED
+from service.queue.garbage_collection import Care
+from service.queue.leader import NO_WORKER, REFUSED
+from service.records.attempt import Ticket, Told
+from service.records.jobs import Cause, Keep, Kind, State, StoreUnavailable
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import run_id, runs_of, sweep_of
 from tests.service.targets import Run
@@ -64,7 +64,7 @@ def test_fill__an_engine_that_refuses_costs_the_run_nothing(
         bench.turn()
     assert bench.turn() == []
     assert bench.dispatcher.trouble() == REFUSED
-    monkeypatch.setattr("service.reign.REFUSED_SECONDS", 0.0)
+    monkeypatch.setattr("service.queue.leader.REFUSED_SECONDS", 0.0)
     assert len(bench.turn()) == 1
     assert bench.run().crashes == 0
 
@@ -162,7 +162,9 @@ def test_progress__one_write_in_a_while_for_all_runs(
         progress(news)
 
     monkeypatch.setattr(bench.store, "progress", note)
-    monkeypatch.setattr("service.reign.PROGRESS_SECONDS", 3600.0)  # of which the test takes less
+    monkeypatch.setattr(
+        "service.queue.leader.PROGRESS_SECONDS", 3600.0
+    )  # of which the test takes less
     bench.store.create_sweep(sweep_of(2))
     tickets = bench.turn()
     for step in range(50):

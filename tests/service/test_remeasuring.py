@@ -12,14 +12,14 @@ from typing import Any
 import pytest
 import xarray as xr
 
-from service.artifacts import Artifacts
-from service.directory import DataInUse, holding
-from service.jobs import State, SweepState
-from service.local import start_engine
-from service.remeasuring import plan_of, renew
-from service.settings import Settings
+from service.cli.local import start_engine
+from service.cli.offline import without_services
+from service.cli.remeasuring import plan_of, renew
+from service.files.artifacts import Artifacts
+from service.files.data_directory import DataInUse, holding
+from service.records.jobs import State, SweepState
+from service.records.settings import Settings
 from service.store import Store
-from service.unattended import without_services
 from studies import measurements
 from studies.sweeps.sweep import Sweep
 from studies.values.files import ANSWER, STATE

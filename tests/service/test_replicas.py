@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from service.jobs import Kind
+from service.records.jobs import Kind
 from tests.service.api import SWEEP, Api, open_api, served
 from tests.service.test_live import listening
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from service import rests
-from service.jobs import Claim, Keep, Kind, State
-from service.rests import FREE, Rests
+from service.queue import backoff as rests
+from service.queue.backoff import FREE, Rests
+from service.records.jobs import Claim, Keep, Kind, State
 from tests.service.doubles import run_id
 
 CLAIM = Claim(

@@ -17,11 +17,11 @@ import pytest
 from fastapi import FastAPI, Request
 from fastapi.responses import StreamingResponse
 
-from service import serve
-from service.leaving import heeding
-from service.live import MOST_STREAMS
-from service.serve import _listening, _Server
-from service.settings import Settings
+from service.api.event_streams import MOST_STREAMS
+from service.cli import serve
+from service.cli.serve import _listening, _Server
+from service.records.settings import Settings
+from service.records.signals import heeding
 from studies.values.errors import InvalidInput
 from tests.service.doubles import DEADLINE
 
@@ -101,7 +101,7 @@ STUCK = (
     "import sys, threading; from concurrent.futures import ThreadPoolExecutor\n"
     "from contextlib import contextmanager; from pathlib import Path\n"
     "from fastapi import FastAPI\n"
-    "from service import serve; from service.settings import Settings\n"
+    "from service.cli import serve; from service.records.settings import Settings\n"
     "from tests.service.test_serve import Watched\n"
     "@contextmanager\n"
     "def open_service(settings, start_engine):\n"

@@ -10,10 +10,10 @@ from typing import Any
 
 import pytest
 
-from service import space
-from service.attempt import Ending
-from service.jobs import Cause, Kind, State, StoreUnavailable
-from service.space import Space, is_want_of_space
+from service.files import disk_space as space
+from service.files.disk_space import Space, is_want_of_space
+from service.records.attempt import Ending
+from service.records.jobs import Cause, Kind, State, StoreUnavailable
 from tests.service.bench import Bench, open_bench
 from tests.service.doubles import sweep_of
 

@@ -4,7 +4,7 @@ from contextlib import closing
 
 import pytest
 
-from service.jobs import Cause, Keep, KeyReused, Kind, NotFound, SweepState
+from service.records.jobs import Cause, Keep, KeyReused, Kind, NotFound, SweepState
 from service.store import Store, digest_of
 from tests.service.by_hand import EPOCH, claim_runs, finish_all, result
 from tests.service.doubles import run_id, sweep_of

@@ -3,7 +3,7 @@
 import pytest
 import sqlalchemy as sa
 
-from service.jobs import Cause, Claim, Conflict, Kind, NotFound, State, SweepState
+from service.records.jobs import Cause, Claim, Conflict, Kind, NotFound, State, SweepState
 from service.store import Store
 from service.store.tables import JOBS
 from tests.service.by_hand import EPOCH, claim_runs, finish_all, result, statements

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from service.jobs import Attempt, Cause, Keep, NotFound, State, Stored
+from service.records.jobs import Attempt, Cause, Keep, NotFound, State, Stored
 from service.store import Store
 from tests.service.by_hand import claim_runs, finish_all, result
 from tests.service.doubles import run_id, stored, sweep_of

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 import sqlalchemy as sa
 
-from service.jobs import StoreUnavailable
+from service.records.jobs import StoreUnavailable
 from service.store import Store, connection
 from service.store.tables import SWEEPS
 from tests.service.doubles import sweep_of, wait_until

@@ -6,7 +6,7 @@ from datetime import timedelta
 import pytest
 import sqlalchemy as sa
 
-from service.jobs import KeyRow, NotFound, Scope, StoreUnavailable
+from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
 from service.store import Store
 from service.store.connection import BUSY_MILLISECONDS
 from service.store.queries import now

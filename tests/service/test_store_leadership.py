@@ -7,7 +7,7 @@ from contextlib import ExitStack, closing
 import pytest
 import sqlalchemy as sa
 
-from service.jobs import StoreUnavailable
+from service.records.jobs import StoreUnavailable
 from service.store import Store, connection
 from tests.service.doubles import wait_until
 

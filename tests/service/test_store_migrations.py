@@ -12,7 +12,7 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 
 from service import migrations
-from service.jobs import Cause, StoreUnavailable
+from service.records.jobs import Cause, StoreUnavailable
 from service.store import Store
 from service.store.connection import Database
 from service.store.tables import JOBS, SWEEPS, TABLES

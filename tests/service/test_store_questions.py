@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.jobs import Cause, Kind, State, SweepState, Tally
+from service.records.jobs import Cause, Kind, State, SweepState, Tally
 from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.by_hand import claim_runs, finish_all, result

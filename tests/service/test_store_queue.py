@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.jobs import (
+from service.records.jobs import (
     ANSWER,
     Cause,
     Kind,

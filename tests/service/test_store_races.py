@@ -11,7 +11,7 @@ from threading import Barrier
 import pytest
 import sqlalchemy as sa
 
-from service.jobs import Cause, Claim, Conflict, Kind, State, SweepState
+from service.records.jobs import Cause, Claim, Conflict, Kind, State, SweepState
 from service.store import Store
 from service.store.tables import JOBS, POINTS
 from tests.service.by_hand import EPOCH, finish_all, result

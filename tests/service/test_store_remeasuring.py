@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.jobs import ANSWER, Kind, Stored, SweepState
+from service.records.jobs import ANSWER, Kind, Stored, SweepState
 from service.store import Store
 from tests.service.by_hand import EPOCH, finish_all, result
 from tests.service.doubles import run_id, stored, sweep_of

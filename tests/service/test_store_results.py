@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.jobs import Cause, Claim, Keep, Kind, State, SweepState
+from service.records.jobs import Cause, Claim, Keep, Kind, State, SweepState
 from service.store import Store
 from tests.service.by_hand import EPOCH, claim_runs, finish_all, result
 from tests.service.doubles import run_id, stored, sweep_of

@@ -23,7 +23,8 @@ from hypothesis.stateful import (
     rule,
 )
 
-from service.jobs import (
+from service.files.lost_results import Loss
+from service.records.jobs import (
     ACTIVE,
     SWEEP_TERMINAL,
     Cause,
@@ -34,7 +35,6 @@ from service.jobs import (
     Kind,
     State,
 )
-from service.losses import Loss
 from service.store.rows import PUBLISH_PRIORITY
 from service.store.tables import JOBS, POINTS, SWEEPS
 from service.store.turns import LAST

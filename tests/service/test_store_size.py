@@ -12,10 +12,10 @@ import pytest
 import sqlalchemy as sa
 from fastapi.testclient import TestClient
 
-from service.app import build_app
-from service.artifacts import Artifacts
-from service.jobs import KeyRow, Scope, State, SweepState
-from service.settings import Settings
+from service.api.app import build_app
+from service.files.artifacts import Artifacts
+from service.records.jobs import KeyRow, Scope, State, SweepState
+from service.records.settings import Settings
 from service.store import Store
 from service.store.queries import now, tallies_of
 from service.store.tables import JOBS

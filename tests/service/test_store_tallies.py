@@ -2,7 +2,7 @@
 
 from contextlib import closing
 
-from service.jobs import Cause, Keep, SweepState
+from service.records.jobs import Cause, Keep, SweepState
 from service.store import Store
 from tests.service.by_hand import claim_runs, finish_all, result, statements
 from tests.service.doubles import sweep_of

@@ -5,7 +5,7 @@ from contextlib import closing
 
 import pytest
 
-from service.jobs import Cause, Claim, Conflict, Kind, State
+from service.records.jobs import Cause, Claim, Conflict, Kind, State
 from service.store import Store
 from tests.service.by_hand import EPOCH, claim_runs, finish_all, result
 from tests.service.doubles import run_id, runs_of, sweep_of

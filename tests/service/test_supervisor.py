@@ -13,12 +13,13 @@ from typing import Any
 
 import pytest
 
-from service import attempt_log, supervisor, warm
-from service.artifacts import digest
-from service.attempt import Ticket
-from service.jobs import Cause, Keep, Kind
-from service.losses import list_in
-from service.supervisor import Supervisor
+from service.files import attempt_log
+from service.files.artifacts import digest
+from service.files.lost_results import list_in
+from service.records.attempt import Ticket
+from service.records.jobs import Cause, Keep, Kind
+from service.workers import supervisor, warm
+from service.workers.supervisor import Supervisor
 from tests.service.attempts import (
     LIMIT,
     SLOT,

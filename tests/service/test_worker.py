@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from service import supervisor, warm, worker
-from service.attempt import Ticket
-from service.jobs import Cause
+from service.records.attempt import Ticket
+from service.records.jobs import Cause
+from service.workers import supervisor, warm
+from service.workers import warm_process as worker
 from studies.runs.run import resolve
 from studies.values.files import ANSWER
 from tests.service.attempts import (
@@ -161,8 +162,8 @@ def test_idle_process__holds_no_folder(tmp_path: Path) -> None:
 def start_supervisor(order: Ticket) -> "subprocess.Popen[bytes]":
     """A supervisor in a process of its own."""
     program = (
-        "import json, sys, time; from service.attempt import Ticket; "
-        "from service.supervisor import Supervisor; from service.warm import Slot; slot = Slot(); "
+        "import json, sys, time; from service.records.attempt import Ticket; "
+        "from service.workers.supervisor import Supervisor; from service.workers.warm import Slot; slot = Slot(); "
         "Supervisor(Ticket(**json.loads(sys.argv[1])), print).run(slot); print('over', flush=True); "
         "time.sleep(600)"
     )
@@ -195,7 +196,7 @@ def test_supervisor_killed__the_idle_process_goes_with_it(tmp_path: Path) -> Non
 
 
 def start_worker() -> "subprocess.Popen[bytes]":
-    command = [sys.executable, "-m", "service.worker"]
+    command = [sys.executable, "-m", "service.workers.warm_process"]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT)
 
 
@@ -225,7 +226,7 @@ def test_dismissed__an_idle_process_ends(tmp_path: Path) -> None:
 
 def test_parent_side__loads_neither_web_nor_database_nor_solver() -> None:
     program = (
-        "import sys, service.supervisor; "
+        "import sys, service.workers.supervisor; "
         "print([m for m in ('fastapi', 'sqlalchemy', 'distributed', 'numpy') if m in sys.modules])"
     )
     said = subprocess.run(

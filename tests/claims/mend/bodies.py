@@ -9,7 +9,7 @@ from pathlib import Path
 
 import httpx
 
-from service.deadlines import BODY_SECONDS, HEAD_SECONDS
+from service.api.deadlines import BODY_SECONDS, HEAD_SECONDS
 from tests.acceptance import heads
 from tests.acceptance.bad_bodies import BODIES, Body
 from tests.acceptance.serving import Service

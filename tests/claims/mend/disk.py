@@ -8,7 +8,7 @@ from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from service.jobs import State
+from service.records.jobs import State
 from service.store import Store
 from tests.acceptance import inspection
 from tests.acceptance.drill import Work

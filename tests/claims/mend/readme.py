@@ -17,7 +17,7 @@ import psutil
 import xarray
 import yaml
 
-from service.artifacts import digest
+from service.files.artifacts import digest
 from tests.acceptance.refusing import refusing
 from tests.acceptance.serving import ROOT
 from tests.claims import Row, claim

@@ -15,9 +15,9 @@ from typing import Protocol
 import httpx
 import yaml
 
-from service.artifacts import Artifacts, digest
-from service.faults import POINTS, VARIABLE
-from service.jobs import Kind, State, SweepRow, SweepState
+from service.files.artifacts import Artifacts, digest
+from service.records.fault_points import POINTS, VARIABLE
+from service.records.jobs import Kind, State, SweepRow, SweepState
 from service.store import Store
 from studies.values.files import ANSWER
 from tests.acceptance import inspection, small
@@ -32,7 +32,7 @@ WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
 KEY = {"Idempotency-Key": "the-only-one"}
 COPY = "copy-halfway"
 OF_A_SERVICE = POINTS[: POINTS.index(COPY)]
-SWEEP = "import sys; from service.local import run_sweep; run_sweep(sys.argv[1], sys.argv[2])"
+SWEEP = "import sys; from service.cli.local import run_sweep; run_sweep(sys.argv[1], sys.argv[2])"
 PUBLISHED = {"cube.nc", "report.html", "report.json"}
 
 

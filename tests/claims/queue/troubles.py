@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from service.jobs import Cause
+from service.records.jobs import Cause
 from studies.values.atomic import write_text
 from tests.acceptance import inspection, outage
 from tests.acceptance.blows import Moment

@@ -1,0 +1,162 @@
+"""Where a file of a run or a sweep lives, its checksum, and how it is copied out whole.
+
+::
+
+    DIR/whipple.db
+    DIR/runs/<two digits>/<run id>/a<attempt>-<token>/   result.json, state.npz, film.npz, log.txt
+    DIR/runs/<two digits>/<run id>/checkpoint.npz        of every attempt, while there is no result
+    DIR/sweeps/<sweep id>/a<attempt>-<token>/            cube.nc, report.html, report.json, log.txt
+
+Each attempt writes into a folder of its own, so nothing is ever published in place: the row says
+which folder counts. Paths in rows are relative to DIR and made of ids that the service gave, never
+of words that a user wrote.
+"""
+
+import hashlib
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+from service.records.jobs import Claim, Kind, Stored
+from studies.values.atomic import to_disk, write_atomically
+from studies.values.files import ANSWER, FILM, STATE
+
+RUNS, SWEEPS = "runs", "sweeps"
+LOG = "log.txt"
+OF_A_RUN = (ANSWER, STATE, FILM, LOG)  # the answer is written last but for the log
+CHECKPOINT = "checkpoint"
+PART = "*.part"  # a file that is being written, or was when its process was killed
+ID = re.compile("[0-9a-f]{32}")
+KEY = re.compile(rf"(?P<id>{ID.pattern})-(?P<attempt>\d+)-(?P<token>[0-9a-f]+)")  # of a claim
+_CHUNK = 1 << 20  # bytes read at once for a digest
+
+
+class Artifacts:
+    """The files below one data directory."""
+
+    def __init__(self, root: Path):
+        self.root = root.absolute()
+
+    def attempt_directory(self, claim: Claim) -> Path:
+        """The folder that one attempt of a job writes into."""
+        attempt = name_of_attempt(claim.attempt, claim.token)
+        if claim.kind is Kind.RUN:
+            return self.run_folder(claim.id) / attempt
+        assert claim.sweep_id is not None
+        return self.sweep_folder(claim.sweep_id) / attempt
+
+    def has_attempt(self, key: str) -> bool:
+        """Whether an attempt, by its key, is ours: a scheduler may serve others too."""
+        match = KEY.fullmatch(key)
+        if match is None:
+            return False
+        name = name_of_attempt(int(match["attempt"]), match["token"])
+        is_run = (self.run_folder(match["id"]) / name).is_dir()
+        return is_run or any(self.root.glob(f"{SWEEPS}/*/{name}"))
+
+    def make_folder(self, folder: Path) -> None:
+        """Make a folder and those above it, but not the data directory: it is there, or its disk is away."""
+        for place in reversed((folder, *folder.parents)):
+            if place.is_relative_to(self.root) and place != self.root:
+                place.mkdir(exist_ok=True)
+
+    def run_folder(self, id: str) -> Path:
+        """The folder of all attempts of a run."""
+        return self.root / RUNS / _checked(id)[:2] / id
+
+    def sweep_folder(self, id: str) -> Path:
+        """The folder of all publications of a sweep."""
+        return self.root / SWEEPS / _checked(id)
+
+    def log_of(self, run_id: str, attempt: int, token: str) -> Path:
+        """What an attempt of a run printed, registered or not."""
+        return self.run_folder(run_id) / name_of_attempt(attempt, token) / LOG
+
+    def checkpoint(self, run_id: str) -> Path:
+        """Where the attempts of a run keep what the next one goes on from."""
+        return self.run_folder(run_id) / f"{CHECKPOINT}.npz"
+
+    def discard_checkpoint(self, run_id: str) -> None:
+        """Remove what a run that has ended for good no longer needs, half-written ones too."""
+        folder = self.run_folder(run_id)
+        for pattern in (f"{CHECKPOINT}*", f".{CHECKPOINT}*"):
+            for file in folder.glob(pattern):
+                file.unlink(missing_ok=True)
+
+    def complete_files(self, claim: Claim) -> tuple[Stored, ...]:
+        """What an attempt of a run left, if it has an answer; else nothing."""
+        directory = self.attempt_directory(claim)
+        if not (directory / ANSWER).is_file():
+            return ()
+        found = (directory / name for name in OF_A_RUN)
+        return tuple(describe(file) for file in found if file.is_file())
+
+    def relative(self, file: Path) -> str:
+        """A file's path as rows have it."""
+        return file.relative_to(self.root).as_posix()
+
+    def path(self, stored: Stored) -> Path:
+        """Where a registered file is."""
+        path = (self.root / stored.path).resolve()
+        if not path.is_relative_to(self.root.resolve()):
+            raise ValueError(f"{stored.path!r} leaves the data directory")
+        return path
+
+    def is_there(self, stored: Stored) -> bool:
+        """Whether the file is there with the registered size."""
+        path = self.path(stored)
+        return path.is_file() and path.stat().st_size == stored.size
+
+    def is_intact(self, stored: Stored) -> bool:
+        """Whether the file is there with the registered size and digest."""
+        return self.is_there(stored) and digest(self.path(stored)) == stored.sha256
+
+    def bring_to_disk(self, folder: Path) -> None:
+        """Make ``folder``, its files and the names of the folders above it survive a power cut."""
+        for file in folder.iterdir():
+            if file.is_file():
+                to_disk(file)
+        for place in (folder, *folder.parents):
+            if not place.is_relative_to(self.root):
+                return
+            to_disk(place)
+
+    def read_json(self, stored: Stored) -> Any:
+        """What a registered JSON file says."""
+        return json.loads(self.path(stored).read_bytes())
+
+    def copy_out(self, stored: Stored, folder: Path) -> Path:
+        """Copy a file into ``folder``, whole or not at all.
+
+        A copy, not a link: whoever edits it there must not change what is registered here.
+        """
+        source = self.path(stored)
+        return write_atomically(folder / stored.name, lambda part: shutil.copyfile(source, part))
+
+
+def describe(file: Path) -> Stored:
+    """A complete file: name, place (absolute), size and digest."""
+    return Stored(file.name, str(file), file.stat().st_size, digest(file))
+
+
+def name_of_attempt(attempt: int, token: str) -> str:
+    """The name of an attempt's folder."""
+    return f"a{attempt}-{token}"
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file, in hex."""
+    sha256 = hashlib.sha256()
+    with path.open("rb") as file:
+        while chunk := file.read(_CHUNK):
+            sha256.update(chunk)
+    return sha256.hexdigest()
+
+
+def _checked(id: str) -> str:
+    """An id that is safe as the name of a folder."""
+    if not ID.fullmatch(id):
+        raise ValueError(f"{id!r} is not an id of this service")
+    return id

@@ -1,0 +1,78 @@
+"""The data directory, and who works in it."""
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from service.records.settings import Settings
+from solver.errors import WhippleError
+from studies.values.errors import Finding, InvalidInput
+
+LOCK = "whipple.lock"  # named as the database is
+
+
+class DataInUse(WhippleError):
+    """Another service, or sweep, works in this data directory, or on its database."""
+
+
+@contextmanager
+def holding(settings: Settings) -> Iterator[Path]:
+    """The data directory, ours until the end of the block; to be taken before its database is opened.
+
+    Raises DataInUse. Services that share a PostgreSQL database share the directory too: they agree
+    by way of the database who of them leads.
+    """
+    with ExitStack() as held:
+        for lock in [] if settings.has_replicas else _locks(settings):
+            held.enter_context(_locked(lock))
+        yield settings.data
+
+
+def _locks(settings: Settings) -> list[Path]:
+    """Lock files of the data directory and of its database, which may be elsewhere; often one.
+
+    That of the database is beside the file itself, wherever symbolic links to it are.
+    """
+    beside = _database_of(settings).with_suffix(".lock")
+    return sorted({place.resolve() for place in (settings.data / LOCK, beside)})
+
+
+def check_names(settings: Settings) -> None:
+    """Raises InvalidInput for an SQLite database with hard links; to be asked before it is opened.
+
+    By another of its names a service would have another lock, and SQLite another log, which damages
+    the file. (We cannot lock the file itself: closing it releases the locks that SQLite has on it.)
+    """
+    if settings.has_replicas:
+        return
+    database = _database_of(settings)
+    names = database.stat().st_nlink if database.exists() else 1
+    if names > 1:
+        shown = f"{database}, with {names} names"
+        cure = "remove the others, or give each a copy of its own"
+        raise InvalidInput([Finding("database", shown, "a file without hard links", cure)])
+
+
+def _database_of(settings: Settings) -> Path:
+    """The file of an SQLite database, not a symbolic link to it."""
+    return Path(settings.url.partition(":///")[2]).resolve()
+
+
+@contextmanager
+def _locked(lock: Path) -> Iterator[None]:
+    """Hold a lock file; the kernel gives it back when the process ends, however it ends."""
+    lock.parent.mkdir(parents=True, exist_ok=True)
+    with lock.open("a+", encoding="utf-8") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            file.seek(0)
+            owner = file.read().strip() or "unknown"
+            cure = "stop it, or choose another directory, for data and database"
+            raise DataInUse(f"{lock.parent} is used by process {owner}; {cure}") from None
+        file.truncate(0)
+        file.write(str(os.getpid()))
+        file.flush()
+        yield

@@ -1,0 +1,89 @@
+"""The identity of the data directory: an id in a file there, and the same id in the database.
+
+Rows are of no use without their files. A service that worked in another directory (an empty folder where
+a disk is not mounted) would take every registered result for lost, so it neither starts nor leads there.
+"""
+
+import uuid
+from pathlib import Path
+
+from service.files.artifacts import RUNS
+from service.records.settings import Settings
+from service.store import Store
+from solver.errors import WhippleError
+from studies.values.atomic import write_text
+from studies.values.errors import Finding, InvalidInput
+
+FILE = "whipple.id"
+ADOPT = "join the two with `whipple adopt`, which takes --data and --database-url"
+
+
+class WrongDirectory(WhippleError):
+    """The data directory is not the one that belongs to the database."""
+
+    def __init__(self, data: Path, what: str, cure: str):
+        super().__init__(f"{data.absolute()}: {what}; {cure}")
+        self.what = what  # without the path, which is nobody's business over the network
+        self.cure = cure
+
+
+def settle(settings: Settings, store: Store) -> None:
+    """Give directory and database an id where neither has one; raises WrongDirectory where they differ."""
+
+    def choose(known: str | None) -> str | None:
+        if known is not None or read(settings.data) is not None:
+            return known
+        if store.files(limit=1) and not (settings.data / RUNS).is_dir():
+            what = "the data directory has no results, its database has some"
+            raise WrongDirectory(settings.data, what, f"mount it, or {ADOPT}")
+        settings.data.mkdir(parents=True, exist_ok=True)
+        return write(settings.data, uuid.uuid4().hex)
+
+    store.choose_data_id(choose)
+    check(settings, store)
+
+
+def check(settings: Settings, store: Store) -> None:
+    """Raise WrongDirectory unless the directory has the id of the database."""
+    here, there = read(settings.data), store.data_id()
+    if here == there:
+        return
+    if settings.data.is_dir():
+        has, cure = f"has {_named(here)}", f"use the one that belongs to the database, or {ADOPT}"
+    else:
+        has, cure = "is not there", "mount it, or move it back"
+    what = f"the data directory {has}, its database has {_named(there)}"
+    raise WrongDirectory(settings.data, what, cure)
+
+
+def adopt(settings: Settings, store: Store) -> str:
+    """Let a directory that is there belong to the database; the id of both. The database's own one stays."""
+    if not settings.data.is_dir():
+        cure = "mount it, or correct the path"
+        raise InvalidInput([Finding("--data", str(settings.data), "a folder that is there", cure)])
+
+    def choose(known: str | None) -> str:
+        return write(settings.data, known or read(settings.data) or uuid.uuid4().hex)
+
+    return str(store.choose_data_id(choose))
+
+
+def read(data: Path) -> str | None:
+    """The id of a directory; None: it has none, or is not there. Raises WrongDirectory."""
+    try:
+        return (data / FILE).read_text(encoding="utf-8", errors="replace").strip()
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        what = f"the id of the data directory cannot be read: {error.strerror}"
+        raise WrongDirectory(data, what, f"let this user read {FILE}, or mount it") from error
+
+
+def write(data: Path, id: str) -> str:
+    """Write the id of a directory, and return it."""
+    write_text(data / FILE, f"{id}\n")
+    return id
+
+
+def _named(id: str | None) -> str:
+    return "no id" if id is None else f"the id {id}"

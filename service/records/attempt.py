@@ -1,0 +1,92 @@
+"""An attempt as it travels: the order that goes to a worker, and what the engine says of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from queue import SimpleQueue
+from typing import Any, Self
+
+from service.records.jobs import Cause, Keep, Kind, Stored
+
+MOST_WORDS = 4000  # characters of a reason in a row
+
+
+def legible(text: str) -> str:
+    """Words as every database takes them: of some length, whole characters, none of them NUL.
+
+    >>> legible("cannot read 'caf\\udce9.toml'\\0")
+    "cannot read 'caf\ufffd.toml'\ufffd"
+    """
+    text = text.replace("\0", "\ufffd")
+    whole = text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
+    if len(whole) <= MOST_WORDS:
+        return whole
+    return f"{whole[: MOST_WORDS // 2]} ... {whole[-MOST_WORDS // 2 :]}"
+
+
+@dataclass(frozen=True)
+class Ticket:
+    """The order for one attempt."""
+
+    key: str  # of the claim: the attempt's name for the engine
+    kind: Kind
+    directory: str  # of the attempt; files go here
+    spec: Mapping[str, Any]  # a run as JSON; or document and outcomes of a sweep
+    seconds_limit: float  # wall clock
+    targets: str | None  # a module in place of ``worker.TARGETS``
+    run: str | None = (
+        None  # id of the run as it was submitted; another version may call it otherwise
+    )
+    keep: Keep = Keep.FINAL  # what a run leaves behind
+    checkpoint: str | None = None  # file that a run goes on from, and writes as it goes
+    memory_limit: int | None = None  # bytes of data that its process may hold
+    threads: int = 1  # that a run may use: they change no number
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How an attempt ended."""
+
+    cause: Cause | None  # None: its files are complete
+    failure: str  # short kind: "SIGABRT", "MemoryError"; "" for none
+    reason: str  # for people
+    files: tuple[Stored, ...]  # absolute paths
+    seconds: float  # wall clock
+    checkpoint: int | None = None  # step of the last one that it wrote or went on from
+    free: int | None = None  # bytes on its disk at that moment; None: nobody looked
+
+    @classmethod
+    def lost(cls, failure: str, reason: str) -> Self:
+        """The end of an attempt that went away with its engine or a part of it: no fault of the run."""
+        return cls(Cause.LOST, failure, reason, (), 0.0)
+
+
+@dataclass(frozen=True)
+class Ended:
+    """An attempt has ended, or the engine lost it."""
+
+    key: str
+    ending: Ending
+
+
+@dataclass(frozen=True)
+class Told:
+    """What the process of an attempt said of its progress."""
+
+    key: str
+    words: Mapping[str, Any]  # "seconds": wall clock; "checkpoint": step of the last one, if any
+
+
+@dataclass(frozen=True)
+class Away:
+    """The scheduler cannot be reached; nobody knows what becomes of the attempts."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Back:
+    """It can; attempts that it no longer has are ``Ended``."""
+
+
+Message = Ended | Told | Away | Back
+Inbox = SimpleQueue[Message | None]
