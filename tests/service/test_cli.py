@@ -53,7 +53,7 @@ def url(api: Api) -> Iterator[str]:
 def test_help__loads_nothing_heavy() -> None:
     code = """
 import sys
-from service.cli.main import main as cli
+from service.cli import main as cli
 sys.argv = ["whipple", "--help"]
 try:
     cli.main()

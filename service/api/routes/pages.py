@@ -22,7 +22,7 @@ docs_router = APIRouter(include_in_schema=False, default_response_class=HTMLResp
 
 REFRESH = 5  # s; a page with unfinished sweeps loads itself again
 TEMPLATES = Environment(
-    loader=PackageLoader("service"),
+    loader=PackageLoader("service.api"),
     autoescape=select_autoescape(),
     trim_blocks=True,
     lstrip_blocks=True,
