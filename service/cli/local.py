@@ -30,7 +30,7 @@ __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_eng
 
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; there is one or none
-WATCH_SECONDS = 0.25  # how often a waiting person is told
+WATCH_SECONDS = 0.1  # how often a waiting person is told
 WATCH_SHARE = 20.0  # and never more than one part in so many of the time is spent on counting
 
 
