@@ -130,7 +130,7 @@ MAXIMA = 4  # of the columns, from the first on; the counts follow
 OUTSIDE, FAULT, CULPRIT = map(Tally._fields.index, ("outside", "fault", "culprit"))
 
 
-class Point(NamedTuple):
+class PointState(NamedTuple):
     """The state of one particle, or of eight, that the laws act on."""
 
     density: float
@@ -210,7 +210,7 @@ def update_particles(
             lanes = within & (load(table, MASS, p, within) > 0.0)  # what has left the grid has none
             hoop = hoop_factor(geometry, load(table, X, p, lanes))
             gradient = velocity_gradient(geometry, pack.lines, p - start, hoop)
-            old = Point(
+            old = PointState(
                 load(table, DENSITY, p, lanes),
                 load(table, ENERGY, p, lanes),
                 load(table, PRESSURE, p, lanes),
@@ -338,7 +338,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     acts = Acts(pressure < floor, homologous >= 1.0, sound < 0.0)
     pressure = maximum(pressure, floor)
     present = known - 0.5 * pressure * expansion  # with the pressure that is stored
-    new = Point(
+    new = PointState(
         density,
         energy,
         pressure,

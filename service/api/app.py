@@ -14,7 +14,7 @@ from service.api.event_streams import Live
 from service.api.keys import allows
 from service.api.metrics import Metrics
 from service.api.partial_cubes import PartialCubes
-from service.api.request_log import Observed
+from service.api.request_log import RequestLog
 from service.api.routes import (
     catalogue,
     events,
@@ -89,7 +89,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         app.include_router(router, dependencies=[allows(Scope.READ)])
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.add_middleware(Access, settings=settings)
-    app.add_middleware(Observed, metrics=metrics)  # the last one is the outermost
+    app.add_middleware(RequestLog, metrics=metrics)  # the last one is the outermost
     errors.install(app)
     _describe_problems(app)
     return app

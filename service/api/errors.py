@@ -98,7 +98,7 @@ class CrossSite(WhippleError):
 
 
 @dataclass(frozen=True)
-class Problem:
+class ProblemDetails:
     """A kind of problem: its status, and the words that stay the same each time it occurs."""
 
     status: HTTPStatus
@@ -112,52 +112,62 @@ class Problem:
         return f"/docs#problem-{self.slug}"
 
 
-PROBLEMS: Mapping[type[Exception], Problem] = {
-    InvalidInput: Problem(
+PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
+    InvalidInput: ProblemDetails(
         HTTPStatus.UNPROCESSABLE_ENTITY, "invalid-input", "The input is refused; nothing was stored"
     ),
-    NotFound: Problem(HTTPStatus.NOT_FOUND, "not-found", "There is no such thing"),
-    NotReady: Problem(HTTPStatus.CONFLICT, "not-ready", "The file is not there yet", retry_after=2),
-    Conflict: Problem(HTTPStatus.CONFLICT, "conflict", "The state does not allow this"),
-    BodyTooLarge: Problem(
+    NotFound: ProblemDetails(HTTPStatus.NOT_FOUND, "not-found", "There is no such thing"),
+    NotReady: ProblemDetails(
+        HTTPStatus.CONFLICT, "not-ready", "The file is not there yet", retry_after=2
+    ),
+    Conflict: ProblemDetails(HTTPStatus.CONFLICT, "conflict", "The state does not allow this"),
+    BodyTooLarge: ProblemDetails(
         HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "body-too-large", "The body is too long"
     ),
-    Changed: Problem(HTTPStatus.PRECONDITION_FAILED, "changed", "The file is another one now"),
-    KeyReused: Problem(
+    Changed: ProblemDetails(
+        HTTPStatus.PRECONDITION_FAILED, "changed", "The file is another one now"
+    ),
+    KeyReused: ProblemDetails(
         HTTPStatus.UNPROCESSABLE_ENTITY,
         "idempotency-key-reused",
         "This Idempotency-Key belongs to another request; nothing was stored",
     ),
-    NoKey: Problem(HTTPStatus.UNAUTHORIZED, "no-key", "This needs a valid API key"),
-    NotAllowed: Problem(HTTPStatus.FORBIDDEN, "not-allowed", "This API key may not do that"),
-    PartialCubeFailed: Problem(
+    NoKey: ProblemDetails(HTTPStatus.UNAUTHORIZED, "no-key", "This needs a valid API key"),
+    NotAllowed: ProblemDetails(HTTPStatus.FORBIDDEN, "not-allowed", "This API key may not do that"),
+    PartialCubeFailed: ProblemDetails(
         HTTPStatus.INTERNAL_SERVER_ERROR,
         "partial-cube-failed",
         "The partial cube could not be made",
     ),
-    Busy: Problem(HTTPStatus.SERVICE_UNAVAILABLE, "busy", "Too many ask for this at once", 5),
-    UnsupportedMediaType: Problem(
+    Busy: ProblemDetails(
+        HTTPStatus.SERVICE_UNAVAILABLE, "busy", "Too many ask for this at once", 5
+    ),
+    UnsupportedMediaType: ProblemDetails(
         HTTPStatus.UNSUPPORTED_MEDIA_TYPE,
         "unsupported-media-type",
         "The body is of another media type",
     ),
-    Malformed: Problem(HTTPStatus.BAD_REQUEST, "malformed", "The request breaks a rule of HTTP"),
+    Malformed: ProblemDetails(
+        HTTPStatus.BAD_REQUEST, "malformed", "The request breaks a rule of HTTP"
+    ),
     # For the log and the metrics: whoever sent it is gone.
-    ClientDisconnect: Problem(
+    ClientDisconnect: ProblemDetails(
         HTTPStatus.BAD_REQUEST, "incomplete", "The connection ended before the body did"
     ),
-    ForeignHost: Problem(
+    ForeignHost: ProblemDetails(
         HTTPStatus.MISDIRECTED_REQUEST, "foreign-host", "This host name is not answered to"
     ),
-    CrossSite: Problem(HTTPStatus.FORBIDDEN, "cross-site", "Another site may not change anything"),
-    StoreUnavailable: Problem(
+    CrossSite: ProblemDetails(
+        HTTPStatus.FORBIDDEN, "cross-site", "Another site may not change anything"
+    ),
+    StoreUnavailable: ProblemDetails(
         HTTPStatus.SERVICE_UNAVAILABLE, "store-unavailable", "The store does not answer", 2
     ),
-    ServiceNotReady: Problem(
+    ServiceNotReady: ProblemDetails(
         HTTPStatus.SERVICE_UNAVAILABLE, "service-not-ready", "The service is not ready", 2
     ),
 }
-INTERNAL = Problem(
+INTERNAL = ProblemDetails(
     HTTPStatus.INTERNAL_SERVER_ERROR, "internal", "Something unforeseen went wrong here"
 )
 
@@ -205,7 +215,7 @@ async def _answer_unforeseen(request: Request, error: Exception) -> Response:
 
 
 def _document(
-    request: Request, problem: Problem, detail: str, more: Mapping[str, Any] | None = None
+    request: Request, problem: ProblemDetails, detail: str, more: Mapping[str, Any] | None = None
 ) -> Response:
     body: dict[str, Any] = {
         "type": problem.type,

@@ -90,7 +90,7 @@ def of_queue(store: Store) -> Subject:
 async def told(subject: Subject, stream: Stream, after: int) -> AsyncIterator[ServerSentEvent]:
     """Everything of a subject since an event, then what happens from now on, until it ends."""
     yield ServerSentEvent(retry=COME_BACK)
-    pace, seen, look = Pace(), after, True
+    pace, seen, look = FeedRate(), after, True
     while True:
         try:
             # What it ended with is asked for before the events, so that none of them is left out.
@@ -126,7 +126,7 @@ async def told(subject: Subject, stream: Stream, after: int) -> AsyncIterator[Se
 
 
 @dataclass
-class Pace:
+class FeedRate:
     """What was told of each running run, and when."""
 
     clock: Callable[[], float] = time.monotonic

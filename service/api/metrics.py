@@ -27,7 +27,15 @@ from prometheus_client.registry import Collector
 
 from service.api.event_streams import Live
 from service.queue.status import DispatcherStatus
-from service.records.jobs import RUN_STATES, Cause, Kind, QueueRow, State, StoreUnavailable, Tally
+from service.records.jobs import (
+    RUN_STATES,
+    Cause,
+    JobTally,
+    Kind,
+    QueueRow,
+    State,
+    StoreUnavailable,
+)
 from service.records.version import version
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
@@ -127,7 +135,7 @@ def _store_up(value: float) -> Metric:
     return GaugeMetricFamily("whipple_store_up", "1 if the store answers.", value)
 
 
-def _jobs(tallies: Sequence[Tally]) -> Iterator[Metric]:
+def _jobs(tallies: Sequence[JobTally]) -> Iterator[Metric]:
     """Runs and publications by state, those that there are none of too."""
     kinds = {
         Kind.RUN: (RUN_STATES, "whipple_runs", "Runs by state."),
@@ -149,7 +157,7 @@ def _queue(queue: QueueRow) -> Iterator[Metric]:
     yield GaugeMetricFamily("whipple_queue_paused", "1 if no run is begun.", paused)
 
 
-def _run_seconds(tallies: Sequence[Tally]) -> Metric:
+def _run_seconds(tallies: Sequence[JobTally]) -> Metric:
     """Seconds of the attempts that gave a result, as a histogram."""
     ended = [one for one in tallies if one.kind is Kind.RUN and one.state is State.SUCCEEDED]
     edges = (*map(str, RUN_SECONDS), "+Inf")

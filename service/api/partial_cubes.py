@@ -18,7 +18,7 @@ from typing import Any
 
 from service.api.errors import Busy, PartialCubeFailed
 from service.files.artifacts import digest
-from service.records.jobs import Outcome, State
+from service.records.jobs import PublishedRun, State
 from service.records.version import version
 
 log = logging.getLogger(__name__)
@@ -39,7 +39,7 @@ class PartialCubes:
         self._making = threading.Lock()
 
     def file(
-        self, document: Mapping[str, Any], outcomes: Sequence[Outcome], root: Path, state: str
+        self, document: Mapping[str, Any], outcomes: Sequence[PublishedRun], root: Path, state: str
     ) -> tuple[Path, str]:
         """The cube of what the runs have left until now, and its SHA-256; raises Busy, PartialCubeFailed."""
         plain = [outcome.as_json(root) for outcome in outcomes]

@@ -23,7 +23,7 @@ LONGEST_ID = 64  # characters of an id in the log; those of the service have 32
 NAMED = {"/v1/sweeps/": "sweep", "/v1/runs/": "run"}  # what ``{id}`` of a route is the id of
 
 
-class Observed:
+class RequestLog:
     """Middleware, the outermost of ours: gives each request an id, and notes how it went."""
 
     def __init__(self, app: ASGIApp, metrics: Metrics):

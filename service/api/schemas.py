@@ -270,7 +270,7 @@ class ScenarioModel(Answer):
     parameters: list[ParameterModel]
 
 
-class Catalogue(Answer):
+class CatalogueModel(Answer):
     """Things that ship, each as its own file describes it."""
 
     items: list[dict[str, Any]]

@@ -22,7 +22,7 @@ NAMED = 20  # of a list of runs
 DONE = ("succeeded", "failed")  # states of a point that was computed
 
 
-class Progress(Protocol):
+class SweepProgress(Protocol):
     """How far a sweep is: a row of the store, or the answer of a service."""
 
     @property
@@ -54,7 +54,7 @@ def print_findings(error: InvalidInput) -> None:
         print(f"  and {error.more} more", file=sys.stderr)
 
 
-def print_sweep(sweep: Progress) -> None:
+def print_sweep(sweep: SweepProgress) -> None:
     """One sweep on a few lines."""
     print(
         f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({in_words(sweep.counts)})"
@@ -65,7 +65,7 @@ def print_sweep(sweep: Progress) -> None:
         print(f"  {duration(sweep.eta_seconds)} left")
 
 
-def print_sweep_line(sweep: Progress) -> None:
+def print_sweep_line(sweep: SweepProgress) -> None:
     """One of many sweeps."""
     print(
         f"{sweep.id}  {sweep.state:<10}  {sweep.progress:>4.0%}  {sweep.planned:>6} runs  {sweep.name}"
@@ -218,14 +218,13 @@ def in_words(counts: Mapping[str, int]) -> str:
 
 
 @contextmanager
-def watching(name: str) -> Iterator[Callable[[Progress], None]]:
+def watching(name: str) -> Iterator[Callable[[SweepProgress], None]]:
     """Something to tell about a sweep now and then: a bar on a terminal, else lines."""
     if not sys.stderr.isatty():
         yield _Lines(name)
         return
     from rich.console import Console
-    from rich.progress import BarColumn, TextColumn
-    from rich.progress import Progress as Bar
+    from rich.progress import BarColumn, Progress, TextColumn
 
     columns = (
         TextColumn("{task.description}"),
@@ -233,10 +232,10 @@ def watching(name: str) -> Iterator[Callable[[Progress], None]]:
         TextColumn("{task.percentage:>3.0f} %  {task.fields[done]}/{task.fields[planned]} runs"),
         TextColumn("{task.fields[left]}"),
     )
-    with Bar(*columns, console=Console(stderr=True)) as bar:
+    with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task(name, total=1.0, done=0, planned=0, left="")
 
-        def tell(sweep: Progress) -> None:
+        def tell(sweep: SweepProgress) -> None:
             left = duration(sweep.eta_seconds)
             bar.update(
                 task,
@@ -256,7 +255,7 @@ class _Lines:
         self._name = name
         self._told = (-1, -1)
 
-    def __call__(self, sweep: Progress) -> None:
+    def __call__(self, sweep: SweepProgress) -> None:
         done = _finished(sweep)
         now = (done, math.floor(10 * sweep.progress))
         if now == self._told:
@@ -267,5 +266,5 @@ class _Lines:
         print(line, file=sys.stderr, flush=True)
 
 
-def _finished(sweep: Progress) -> int:
+def _finished(sweep: SweepProgress) -> int:
     return sum(sweep.counts.get(state, 0) for state in DONE)

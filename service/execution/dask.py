@@ -43,7 +43,7 @@ NO_SLOT_SECONDS = 30.0  # without any worker, until its attempts count as lost
 Message = Callable[[list[str]], None]  # a function of ``dask_worker``, called with keys of attempts
 
 
-class Connection(distributed.Client):
+class SchedulerConnection(distributed.Client):
     """A connection to a scheduler. One that broke is not mended: another one takes its place."""
 
     def __init__(self, place: Any, **options: Any):
@@ -140,10 +140,10 @@ class Remote:
         ca, certificate, key = (file or Path() for file in files)
         return cls(settings.engine or "", ca, certificate, key)
 
-    def connect(self) -> Connection:
+    def connect(self) -> SchedulerConnection:
         """A connection; raises OSError."""
         self.greet()
-        return Connection(self.address, security=self._security(), timeout=CONNECT_SECONDS)
+        return SchedulerConnection(self.address, security=self._security(), timeout=CONNECT_SECONDS)
 
     def greet(self) -> None:
         """Raises OSError where nobody is, or somebody else; a client of Dask leaves a thread behind."""
@@ -169,7 +169,7 @@ class DaskEngine:
         self._inbox = inbox
         self._followed: dict[str, distributed.Future | None] = {}  # None: scheduler is away
         self._changed = threading.Condition()  # guards what is followed
-        self._client: Connection | None = None
+        self._client: SchedulerConnection | None = None
         self._refused: set[str] = set()  # addresses of workers that get no work
         self._last_slot = time.monotonic()
         self._closing = threading.Event()
@@ -263,7 +263,7 @@ class DaskEngine:
             self._followed[key] = future
         future.add_done_callback(self._note_end)
 
-    def _find(self, client: Connection, key: str) -> None:
+    def _find(self, client: SchedulerConnection, key: str) -> None:
         """Follow an attempt that the scheduler has; else it is lost."""
         future = client.kept(PUBLISHED + key)
         if future is not None:
@@ -332,7 +332,7 @@ class DaskEngine:
 
     # --- the connection --------------------------------------------------------------------------
 
-    def _connected(self) -> Connection:
+    def _connected(self) -> SchedulerConnection:
         client = self._client
         if client is None or client.is_lost.is_set():
             raise ConnectionError("the scheduler is away")

@@ -29,7 +29,7 @@ REMOVED = 50  # files or folders that a step removes
 AT_ONCE = frozenset({Why.DELETED, Why.FORGOTTEN, Why.SPENT})
 
 
-class Care:
+class GarbageCollector:
     """Goes round the data directory in small steps."""
 
     def __init__(self, settings: Settings, store: Store, artifacts: Artifacts, space: Space):

@@ -15,7 +15,7 @@ from typing import Any, Self
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
-from service.queue.garbage_collection import Care
+from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import Attempts
 from service.queue.registration import Registrar
 from service.queue.tickets import Tickets
@@ -57,7 +57,7 @@ class Parts:
     tickets: Tickets
     inspector: Inspector
     registrar: Registrar
-    care: Care
+    care: GarbageCollector
 
     @classmethod
     def of(cls, settings: Settings, store: Store) -> Self:
@@ -72,7 +72,7 @@ class Parts:
             tickets=Tickets(settings, store, artifacts),
             inspector=Inspector(artifacts),
             registrar=Registrar(store, artifacts, space),
-            care=Care(settings, store, artifacts, space),
+            care=GarbageCollector(settings, store, artifacts, space),
         )
 
 

@@ -258,7 +258,7 @@ class PointRow:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PublishedRun:
     """What a publication needs to know of a run."""
 
     run_id: str
@@ -388,7 +388,7 @@ class KeyRow:
 
 
 @dataclass(frozen=True)
-class Tally:
+class JobTally:
     """How many jobs there are of one kind, state and duration."""
 
     kind: Kind

@@ -16,7 +16,7 @@ AFTER_HEX = "g"  # comes after every id that begins as what it is added to
 BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]
 
 
-class Care(Part):
+class GarbageQueries(Part):
     """Files that may go, and those that nobody knows."""
 
     def discardable(self, limit: int, shard: str = "") -> tuple[tuple[str, Stored], ...]:

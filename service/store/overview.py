@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import sqlalchemy as sa
 
-from service.records.jobs import TERMINAL, Cause, Kind, QueueRow, State, Tally
+from service.records.jobs import TERMINAL, Cause, JobTally, Kind, QueueRow, State
 from service.store import leadership
 from service.store.connection import Part
 from service.store.tables import CAUSES, CONTROL, DISPATCHERS, JOBS
@@ -38,7 +38,7 @@ class Overview(Part):
                 leader=leadership.leader(self._database, connection),
             )
 
-    def tally(self, edges: Sequence[float]) -> tuple[Tally, ...]:
+    def tally(self, edges: Sequence[float]) -> tuple[JobTally, ...]:
         """Jobs by kind, state and place of their measured seconds among ``edges``."""
         bucket = sum(
             (sa.case((JOBS.c.seconds > edge, 1), else_=0) for edge in edges), sa.literal(0)
@@ -52,7 +52,7 @@ class Overview(Part):
         query = sa.select(*groups, sa.func.count().label("jobs"), seconds.label("seconds"))
         with self._database.reading() as connection:
             rows = connection.execute(query.group_by(*groups))
-            return tuple(Tally(**row._mapping) for row in rows)
+            return tuple(JobTally(**row._mapping) for row in rows)
 
     def attempts_by_cause(self) -> Mapping[Cause, int]:
         """Attempts that did not succeed, since the store was made."""

@@ -49,7 +49,7 @@ SWEEPS_AND_FILES = SWEEP_ROWS.add_columns(FILE_NAMES)
 
 
 @dataclass(frozen=True)
-class Front:
+class SweepsPage:
     """A page of sweeps as people see it: with their files, and whether runs are begun."""
 
     sweeps: Page[SweepRow]
@@ -101,7 +101,7 @@ class Questions(Part):
         with self._database.reading() as connection:
             return self._page(connection, connection.execute(query).all(), limit)
 
-    def front(self, *, cursor: str | None = None, limit: int = 50) -> Front:
+    def front(self, *, cursor: str | None = None, limit: int = 50) -> SweepsPage:
         """Sweeps with their files, the youngest first, and what the queue does: two statements."""
         page = _youngest(SWEEPS_AND_FILES, cursor, limit).subquery()
         query = (
@@ -114,7 +114,7 @@ class Questions(Part):
             found = [row for row in rows if row.id is not None]
             sweeps = self._page(connection, found, limit)
         files = {row.id: _names(row) for row in found}
-        return Front(sweeps, files, rows[0].paused, rows[0].hindrance)
+        return SweepsPage(sweeps, files, rows[0].paused, rows[0].hindrance)
 
     def sweep_document(self, id: str) -> Mapping[str, Any]:
         """The document of a sweep, canonical; raises NotFound."""

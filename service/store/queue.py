@@ -18,7 +18,7 @@ from service.records.jobs import (
     Claim,
     Keep,
     Kind,
-    Outcome,
+    PublishedRun,
     Result,
     State,
     Stored,
@@ -132,7 +132,7 @@ class Queue(Part):
             rows = connection.execute(sa.select(*CLAIM_COLUMNS).where(held))
             return tuple(_found(row) for row in rows)
 
-    def question(self, sweep_id: str) -> tuple[Mapping[str, Any], tuple[Outcome, ...]]:
+    def question(self, sweep_id: str) -> tuple[Mapping[str, Any], tuple[PublishedRun, ...]]:
         """What a publication works on: the sweep's document, and how each of its points ended."""
         document = sa.select(SWEEPS.c.document).where(SWEEPS.c.id == sweep_id)
         outcomes = (
@@ -144,7 +144,7 @@ class Queue(Part):
         )
         with self._database.reading() as connection:
             text = one_row(connection, document, "sweep", sweep_id).document
-            return text, tuple(Outcome(**row._mapping) for row in connection.execute(outcomes))
+            return text, tuple(PublishedRun(**row._mapping) for row in connection.execute(outcomes))
 
     # --- news of attempts ------------------------------------------------------------------------
 

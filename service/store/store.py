@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from service.store.care import Care
+from service.store.care import GarbageQueries
 from service.store.connection import Database
 from service.store.identity import Identity
 from service.store.keys import Keys
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from studies.runs.run import Run
 
 
-class Store(Orders, Questions, Keys, Queue, Care, Identity):
+class Store(Orders, Questions, Keys, Queue, GarbageQueries, Identity):
     """Sweeps, runs, publications, their files and what happened to them."""
 
     @classmethod

@@ -20,7 +20,7 @@ import xarray as xr
 
 from studies.cubes.catalogue import Catalogue, catalogue_of
 from studies.cubes.columns import Mask, all_columns, undeclared
-from studies.cubes.layout import Layout, Outcome, lay_out
+from studies.cubes.layout import Layout, MissingResult, lay_out
 from studies.cubes.variables import (
     SCHEMA_VERSION,
     SchemaError,
@@ -33,7 +33,7 @@ from studies.cubes.variables import (
 )
 from studies.values.atomic import write_atomically
 
-__all__ = ["Outcome", "build", "validate", "write"]
+__all__ = ["MissingResult", "build", "validate", "write"]
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
 ONCE_A_RUN = ("started", "seconds", "threads")  # provenance that is no version of anything

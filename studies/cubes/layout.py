@@ -11,14 +11,14 @@ from studies.cubes.variables import STATES, variable_name
 
 
 @dataclass(frozen=True)
-class Outcome:
+class MissingResult:
     """What became of a run that left no result."""
 
     state: str  # "cancelled", "crashed", "pending", ...
     reason: str
 
 
-MISSING = Outcome("missing", "no result, and no word of what became of it")
+MISSING = MissingResult("missing", "no result, and no word of what became of it")
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Cell:
     run: Any  # studies.runs.run.Run
     shot: Any | None  # studies.laws.Shot: what the laws are asked about
     result: Any | None  # studies.results.RunResult, when the run left one
-    outcome: Outcome  # state and reason in any case
+    outcome: MissingResult  # state and reason in any case
 
     @property
     def state(self) -> str:
@@ -142,8 +142,8 @@ def lay_out(sweep: Any, results: Mapping[str, Any], shot_of: Callable[[Any], Any
 
 def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
     found = results.get(point.run.id, MISSING)
-    lost = isinstance(found, Outcome)
-    outcome = found if lost else Outcome(found.state, found.reason or "")
+    lost = isinstance(found, MissingResult)
+    outcome = found if lost else MissingResult(found.state, found.reason or "")
     return Cell(
         tuple(point.index), point.coordinates, point.run, shot, None if lost else found, outcome
     )

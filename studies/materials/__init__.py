@@ -20,6 +20,7 @@ from typing import Any
 from studies.materials.reader import read_document, read_file, read_toml
 from studies.materials.schema import (
     CONFIDENCES,
+    Constant,
     Elastic,
     JohnsonCook,
     LinearHardening,
@@ -27,7 +28,6 @@ from studies.materials.schema import (
     MieGrueneisen,
     NoYield,
     PerfectlyPlastic,
-    Quantity,
     SteinbergGuinan,
     Tension,
     Thermal,
@@ -40,6 +40,7 @@ from studies.values.quantities import refusal
 
 __all__ = [
     "CONFIDENCES",
+    "Constant",
     "Elastic",
     "JohnsonCook",
     "LinearHardening",
@@ -47,7 +48,6 @@ __all__ = [
     "MieGrueneisen",
     "NoYield",
     "PerfectlyPlastic",
-    "Quantity",
     "SteinbergGuinan",
     "Tension",
     "Thermal",

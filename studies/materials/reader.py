@@ -10,8 +10,8 @@ from typing import Any
 from studies.materials.schema import (
     CONFIDENCES,
     SECTIONS,
+    Constant,
     Material,
-    Quantity,
     Scalars,
     YieldStress,
     record_of,
@@ -52,10 +52,10 @@ def read_document(document: Any, *, name: str | None = None, path: str = "") -> 
         raise refusal(
             path or "material", document, "a material: keys and values", f"each number as {NUMBER}"
         )
-    return _Reading(document, name, path).material()
+    return _MaterialReading(document, name, path).material()
 
 
-class _Reading:
+class _MaterialReading:
     """One document being read: what was found right, and what was found wrong."""
 
     def __init__(self, document: Mapping[str, Any], name: str | None, path: str):
@@ -63,7 +63,7 @@ class _Reading:
         self.name = name
         self.path = path
         self.findings = Findings()
-        self.sources: dict[str, Quantity] = {}
+        self.sources: dict[str, Constant] = {}
 
     def material(self) -> Material:
         """The whole document."""
@@ -178,7 +178,7 @@ def _label(given: Any, where: str) -> str:
     return label.strip()
 
 
-def _quantity(parameter: Parameter, given: Any, where: str) -> Quantity:
+def _quantity(parameter: Parameter, given: Any, where: str) -> Constant:
     """A number of a material file, checked, in SI; raises InvalidInput with every finding."""
     if not isinstance(given, Mapping):
         raise refusal(where, given, "a number with unit and source", f"write {NUMBER}")
@@ -202,7 +202,7 @@ def _quantity(parameter: Parameter, given: Any, where: str) -> Quantity:
         findings.extend(error.findings)
     if findings:
         raise InvalidInput(findings)
-    return Quantity(value, parameter.unit or "1", str(source).strip(), str(confidence))
+    return Constant(value, parameter.unit or "1", str(source).strip(), str(confidence))
 
 
 def _value(parameter: Parameter, given: Mapping[str, Any], where: str) -> float | None:

@@ -43,7 +43,7 @@ def limits(meaning: str, minimum: float, maximum: float) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Constant:
     """A number of a material, and where it comes from."""
 
     value: float | None  # SI; None: the material goes without
@@ -221,7 +221,7 @@ class Material:
     tension: Tension
     yield_stresses: tuple[YieldStress, ...] = ()
     brinell_hardness: Dimensionless | None = None
-    sources: Mapping[str, Quantity] = field(default_factory=dict, compare=False, repr=False)
+    sources: Mapping[str, Constant] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def sound_speed(self) -> float:
@@ -248,7 +248,7 @@ class Material:
         """The material with one constant changed (SI); raises InvalidInput with the nearest."""
         self._check(path)
         number = None if value is None else round_quantity(value)
-        quantity = Quantity(number, self.paths()[path], source, "user")
+        quantity = Constant(number, self.paths()[path], source, "user")
         section, _, name = path.rpartition(".")
         part = dataclasses.replace(getattr(self, section), **{name: number}) if section else number
         change: dict[str, Any] = {

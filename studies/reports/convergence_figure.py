@@ -12,8 +12,8 @@ from studies.reports.places import places_of
 from studies.reports.points import Refined, points_of, refined, refinements_of
 from studies.reports.view import (
     MOST_PANELS,
+    FigureView,
     Scale,
-    View,
     main_quantities,
     named_value,
     spread,
@@ -38,7 +38,7 @@ def convergence_figures(cube: xr.Dataset) -> Iterator[Figure]:
             yield _figure(view, name, spread(known, MOST_PANELS), len(known) > MOST_PANELS)
 
 
-def _figure(view: View, name: str, shown: Sequence[Refined], left_out: bool) -> Figure:
+def _figure(view: FigureView, name: str, shown: Sequence[Refined], left_out: bool) -> Figure:
     words = name.replace("_", " ")
     places = places_of(view.dataset)
     panels = [

@@ -5,23 +5,23 @@ from collections.abc import Iterator
 import numpy as np
 
 from studies.cubes.variables import VERDICT_WORDS
-from studies.reports.view import View
+from studies.reports.view import FigureView
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 
 
-def over_resolutions(view: View) -> bool:
+def over_resolutions(view: FigureView) -> bool:
     """Whether points were asked for at several resolutions."""
     return RESOLUTION in _refinements(view)
 
 
-def judging(view: View, name: str) -> np.ndarray:
+def judging(view: FigureView, name: str) -> np.ndarray:
     """Error bars (points,) that hold the mesh's part, NaN elsewhere: no other bar judges a residual."""
     return np.where(
         np.isfinite(_part(view, name, "mesh")), view.succeeded(f"{name}_uncertainty"), np.nan
     )
 
 
-def points_in_words(view: View, name: str) -> str:
+def points_in_words(view: FigureView, name: str) -> str:
     """What the points of a figure are, and their bars and open marks."""
     words = name.replace("_", " ")
     if not view.refined:
@@ -43,7 +43,7 @@ def points_in_words(view: View, name: str) -> str:
     )
 
 
-def _bars(view: View, name: str) -> str:
+def _bars(view: FigureView, name: str) -> str:
     """Which parts bars hold: "bars are their uncertainty: mesh, scatter over offsets"."""
     parts = list(_parts(view, name))
     if not parts:
@@ -52,7 +52,7 @@ def _bars(view: View, name: str) -> str:
     return words if parts[0].startswith("mesh") else f"{words}, without a part for the mesh"
 
 
-def _parts(view: View, name: str) -> Iterator[str]:
+def _parts(view: FigureView, name: str) -> Iterator[str]:
     """The parts that any bar holds, in words."""
     valued = np.isfinite(view.succeeded(name))
     unknown = valued & np.isnan(judging(view, name))
@@ -71,7 +71,7 @@ def _parts(view: View, name: str) -> Iterator[str]:
         yield "measurement"
 
 
-def _part(view: View, name: str, part: str) -> np.ndarray:
+def _part(view: FigureView, name: str, part: str) -> np.ndarray:
     """A part of the error bars (points,); NaN where a cube does not tell it."""
     variable = f"{name}_converged_uncertainty_{part}"
     if variable not in view.dataset:
@@ -79,5 +79,5 @@ def _part(view: View, name: str, part: str) -> np.ndarray:
     return view.flat(variable)
 
 
-def _refinements(view: View) -> list[str]:
+def _refinements(view: FigureView) -> list[str]:
     return str(view.dataset.attrs.get("refinements", "")).split()

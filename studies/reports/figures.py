@@ -17,7 +17,7 @@ from studies.reports.compare import Comparison
 from studies.reports.error_bars import over_resolutions, points_in_words
 from studies.reports.places import Place
 from studies.reports.sightings import Sighting
-from studies.reports.view import Scale, Slice, View, flag_words
+from studies.reports.view import FigureView, Scale, Slice, flag_words
 from studies.values.quantities import readable
 
 Kind = Literal[
@@ -95,7 +95,7 @@ class Figure:
 # ---- figures -------------------------------------------------------------------------------------
 
 
-def against_laws(view: View, name: str, comparison: Comparison) -> Figure:
+def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
     """Simulation, laws and observations over the abscissa, a panel for each other value."""
     panels = tuple(
         Panel(
@@ -121,7 +121,7 @@ def against_laws(view: View, name: str, comparison: Comparison) -> Figure:
     )
 
 
-def overlay(view: View, name: str) -> Figure:
+def overlay(view: FigureView, name: str) -> Figure:
     """The simulation of all panels in one, to show what the other axes do."""
     series = [
         Series(**{**vars(one), "kind": "quantity", "label": piece.title})
@@ -138,7 +138,7 @@ def overlay(view: View, name: str) -> Figure:
     )
 
 
-def companions(view: View, name: str) -> Figure:
+def companions(view: FigureView, name: str) -> Figure:
     """The other readings of the same thing, beside the one that laws are compared with."""
     unit = view.dataset[name].attrs["units"]
     names = [
@@ -165,7 +165,7 @@ def companions(view: View, name: str) -> Figure:
     )
 
 
-def growth(view: View, name: str) -> Figure:
+def growth(view: FigureView, name: str) -> Figure:
     """How the quantity grew during the runs: whether they were stopped too early."""
     values = view.flat(f"{name}_history") / view.norm(name)[:, np.newaxis]
     times = view.flat(f"{name}_history_time")
@@ -192,7 +192,7 @@ def growth(view: View, name: str) -> Figure:
 # ---- series --------------------------------------------------------------------------------------
 
 
-def _simulation(view: View, name: str, piece: Slice) -> Iterator[Series]:
+def _simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     values = view.succeeded(name)[piece.cells]
     if np.isfinite(values).any():
         norm = view.norm(name)[piece.cells]
@@ -208,13 +208,13 @@ def _simulation(view: View, name: str, piece: Slice) -> Iterator[Series]:
         )
 
 
-def _open(view: View, name: str) -> np.ndarray:
+def _open(view: FigureView, name: str) -> np.ndarray:
     """Whether a point (points,) is drawn open: it carries a flag, or resolutions did not settle its value."""
     flagged: np.ndarray = (view.flat("run_flags") | view.flat(f"{name}_flags")) != 0
     return flagged | view.unsettled(name) if over_resolutions(view) else flagged
 
 
-def _missing(view: View, name: str, piece: Slice) -> Iterator[Series]:
+def _missing(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     """Where a run gave no number: a gap is not a question that was never asked."""
     values = view.succeeded(name)
     cells = [cell for cell in piece.cells if not np.isfinite(values[cell])]
@@ -233,7 +233,7 @@ def _missing(view: View, name: str, piece: Slice) -> Iterator[Series]:
         )
 
 
-def laws_of(view: View, name: str, piece: Slice) -> Iterator[Series]:
+def laws_of(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     """One line a law; over several stated variants a band from smallest to largest."""
     if f"{name}_law" not in view.dataset:
         return
@@ -247,7 +247,7 @@ def laws_of(view: View, name: str, piece: Slice) -> Iterator[Series]:
             yield _law(titles[law], view.xs(piece), mine, inside[:, columns], piece.connected)
 
 
-def _titles(view: View, name: str) -> dict[str, str]:
+def _titles(view: FigureView, name: str) -> dict[str, str]:
     """The title of each law; with its name where two share a title."""
     titles = dict(zip(view.law_words(name, "name"), view.law_words(name, "title"), strict=True))
     shared = {title for title, count in Counter(titles.values()).items() if count > 1}
@@ -285,7 +285,7 @@ def _law(
 
 
 def _observations(
-    view: View, name: str, piece: Slice, sightings: Sequence[Sighting]
+    view: FigureView, name: str, piece: Slice, sightings: Sequence[Sighting]
 ) -> Iterator[Series]:
     mine = [
         sighting
@@ -329,19 +329,19 @@ def _words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def ratio_scale(view: View, name: str) -> Scale:
+def ratio_scale(view: FigureView, name: str) -> Scale:
     """Over the projectile's diameter where that makes sense, else in its own unit."""
     if view.normed(name):
         return Scale("ratio", f"{_words(name)} / projectile diameter", "1")
     return Scale(name, _words(name), view.dataset[name].attrs["units"])
 
 
-def _value_of(view: View, cell: int) -> str:
+def _value_of(view: FigureView, cell: int) -> str:
     value = view.x[cell]
     return value if isinstance(value, str) else readable(value, view.abscissa.unit or "1")
 
 
-def _over(view: View, name: str) -> str:
+def _over(view: FigureView, name: str) -> str:
     """What is drawn over what: "Crater depth, p/d against speed"."""
     symbol = f", {SYMBOLS[name]}" if name in SYMBOLS and view.normed(name) else ""
     return f"{_words(name).capitalize()}{symbol} against {view.abscissa.label}"
@@ -354,7 +354,7 @@ def _enumerated(kinds: set[Kind]) -> str:
     return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]
 
 
-def _caption(view: View, name: str, kinds: set[Kind]) -> str:
+def _caption(view: FigureView, name: str, kinds: set[Kind]) -> str:
     words = [points_in_words(view, name)]
     if kinds & {"law", "band"}:
         words.append(

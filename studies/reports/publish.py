@@ -12,7 +12,7 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
-from studies.cubes.layout import Outcome
+from studies.cubes.layout import MissingResult
 from studies.reports import compare, page, report
 from studies.values.atomic import write_text
 from studies.values.files import CUBE, PAGE, TWIN
@@ -78,4 +78,4 @@ def outcome_from_json(plain: Mapping[str, Any]) -> Any:
         from studies.results import RunResult
 
         return RunResult.from_json(plain)
-    return Outcome(str(plain["state"]), str(plain.get("reason") or ""))
+    return MissingResult(str(plain["state"]), str(plain.get("reason") or ""))

@@ -7,12 +7,12 @@ import numpy as np
 
 from studies.reports.error_bars import judging, over_resolutions
 from studies.reports.figures import Figure, Numbers, Panel, Series, laws_of, numbers
-from studies.reports.view import Scale, Slice, View
+from studies.reports.view import FigureView, Scale, Slice
 
 BAND = "value and error bar"  # the label that it has in the figure of convergence
 
 
-def residuals(view: View, name: str) -> Figure:
+def residuals(view: FigureView, name: str) -> Figure:
     """Law minus simulation, over the simulation."""
     words = name.replace("_", " ")
     values, bars = view.compared(name), judging(view, name)
@@ -32,7 +32,9 @@ def residuals(view: View, name: str) -> Figure:
     )
 
 
-def _panel(view: View, name: str, piece: Slice, reference: np.ndarray, bars: np.ndarray) -> Panel:
+def _panel(
+    view: FigureView, name: str, piece: Slice, reference: np.ndarray, bars: np.ndarray
+) -> Panel:
     """Residuals of all laws, the error bar behind them; both arrays are (points,) of the view."""
     laws = [_relative(law, reference[piece.cells]) for law in laws_of(view, name, piece)]
     bands = _bands(view, piece, bars[piece.cells]) if laws else ()
@@ -55,7 +57,7 @@ def _relative(law: Series, reference: np.ndarray) -> Series:
     )
 
 
-def _bands(view: View, piece: Slice, bars: np.ndarray) -> Iterator[Series]:
+def _bands(view: FigureView, piece: Slice, bars: np.ndarray) -> Iterator[Series]:
     """The error bar about zero, in pieces: none reaches over a point that has no bar."""
     known = np.flatnonzero(np.isfinite(bars))
     x = view.xs(piece)
@@ -72,7 +74,7 @@ def _bands(view: View, piece: Slice, bars: np.ndarray) -> Iterator[Series]:
             )
 
 
-def _band_in_words(view: View, values: np.ndarray, bars: np.ndarray) -> str:
+def _band_in_words(view: FigureView, values: np.ndarray, bars: np.ndarray) -> str:
     """What the band is, and why it is missing where it is."""
     valued = np.isfinite(values)
     unknown = int((valued & np.isnan(bars)).sum())
@@ -93,7 +95,7 @@ def _band_in_words(view: View, values: np.ndarray, bars: np.ndarray) -> str:
     return words
 
 
-def _unknown(view: View) -> str:
+def _unknown(view: FigureView) -> str:
     """Why no error bar holds the mesh's part."""
     if not view.refined:
         return "every point is one run on one mesh, whose mesh error is unknown"

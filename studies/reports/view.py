@@ -39,7 +39,7 @@ class Slice:
 
 
 @dataclass(frozen=True)
-class View:
+class FigureView:
     """A cube as figures see it: flat arrays over its points, and how they fall into panels."""
 
     dataset: xr.Dataset  # of points
@@ -100,7 +100,7 @@ def main_quantities(dataset: xr.Dataset) -> list[str]:
     ]
 
 
-def view_of(dataset: xr.Dataset) -> View:
+def view_of(dataset: xr.Dataset) -> FigureView:
     """Choose the abscissa and the panels of a cube."""
     places = places_of(dataset)
     axes = axes_of(dataset)
@@ -112,7 +112,7 @@ def view_of(dataset: xr.Dataset) -> View:
     )
     slices = _slices(dataset, places, [axis for axis in axes if axis != name], x)
     shown = spread(slices, MOST_PANELS)
-    return View(
+    return FigureView(
         dataset, _scale(dataset, name), x, _diameters(dataset), shown, len(slices) - len(shown)
     )
 

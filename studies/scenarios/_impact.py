@@ -55,7 +55,7 @@ SECTORS = {"axisymmetric": 1.0, "quarter": math.pi / 2.0, "half": math.pi}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot:
+class ImpactShot:
     """What flies against what, and how long it is watched."""
 
     cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER  # latest end of a run, s/m
@@ -135,7 +135,7 @@ class Shot:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Impact(Numerics, Fracture, Shot):
+class Impact(Numerics, Fracture, ImpactShot):
     """Parameters of every normal impact: the shot, what breaks, and then its numerics."""
 
 

@@ -25,7 +25,7 @@ ROOM = 2.0  # cells of grid beside and behind the bar, besides its flight
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Shot(AtWall):
+class _ElasticBarShot(AtWall):
     """The bar and its flight."""
 
     speed: MetrePerSecond = described("impact speed, normal to the wall", 1e-3, 1e3, default=300.0)
@@ -46,7 +46,7 @@ class _Shot(AtWall):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ElasticBar(Bar, _Shot):
+class ElasticBar(Bar, _ElasticBarShot):
     """Parameters of an elastic bar."""
 
 

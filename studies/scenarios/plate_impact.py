@@ -41,7 +41,7 @@ HALVINGS = 60  # of the interval in which the interface velocity lies: to round-
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Shot:
+class _PlateImpactShot:
     """The plates and their flight."""
 
     speed: MetrePerSecond = described("impact speed", 1.0, 2e4, default=2000.0)
@@ -75,7 +75,7 @@ class _Shot:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlateImpact(Numerics, _Shot):
+class PlateImpact(Numerics, _PlateImpactShot):
     """Parameters of a plate impact."""
 
 

@@ -23,7 +23,7 @@ SPREAD = 3.0  # radius of the grid over that of the bar: copper at 190 m/s widen
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Shot(AtWall):
+class _TaylorBarShot(AtWall):
     """The bar and its flight."""
 
     bar: MaterialName = explained("material of the bar", default="copper-thesis-taylor")
@@ -63,7 +63,7 @@ class _Shot(AtWall):
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaylorBar(Bar, _Shot):
+class TaylorBar(Bar, _TaylorBarShot):
     """Parameters of a Taylor bar."""
 
 

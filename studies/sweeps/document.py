@@ -50,7 +50,7 @@ def read_sweep(document: Any, limits: SweepLimits) -> Sweep:
     """The sweep of a document; raises InvalidInput with every finding."""
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
-    return _Reading(document, limits).sweep()
+    return _DocumentReading(document, limits).sweep()
 
 
 def read_sweep_file(file: Path) -> dict[str, Any]:
@@ -103,7 +103,7 @@ def _text_of(file: Path, name: str) -> str:
         ) from None
 
 
-class _Reading:
+class _DocumentReading:
     """One document being read: what was found right, and what was found wrong."""
 
     def __init__(self, document: Mapping[str, Any], limits: SweepLimits):

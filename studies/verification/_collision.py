@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 from solver.units import Metre, MetrePerSecond
 from studies.values.recipes import Recipe
 from studies.verification._column import (
+    ColumnProfile,
     Plateau,
-    Profile,
     Stretch,
     column,
     half_front,
@@ -91,7 +91,7 @@ def collide(problem: "Problem") -> Collision:
     """Run the problem and read both waves off it."""
     from solver.simulation import simulate
 
-    lines: list[tuple[Profile, Profile]] = []
+    lines: list[tuple[ColumnProfile, ColumnProfile]] = []
 
     def watch(snapshot: "Snapshot") -> None:
         if snapshot.time > 0.0:
@@ -106,7 +106,7 @@ def collide(problem: "Problem") -> Collision:
     )
 
 
-def _wave(pairs: list[tuple[Profile, Profile]], ahead: float) -> Wave:
+def _wave(pairs: list[tuple[ColumnProfile, ColumnProfile]], ahead: float) -> Wave:
     """The wave towards larger x into matter of velocity ``ahead``; each pair is the body and the one behind it."""
     readings = [_reading(body, behind) for body, behind in pairs]
     (begin, _), (end, plateau) = readings[0], readings[-1]
@@ -114,7 +114,7 @@ def _wave(pairs: list[tuple[Profile, Profile]], ahead: float) -> Wave:
     return Wave((end - begin) / elapsed - ahead, plateau, plateau.velocity - ahead)
 
 
-def _reading(body: Profile, behind: Profile) -> tuple[float, Plateau]:
+def _reading(body: ColumnProfile, behind: ColumnProfile) -> tuple[float, Plateau]:
     """Front and plateau; the interface lies halfway between the particles that face each other."""
     interface = 0.5 * (float(body.place.min()) + float(behind.place.max()))
     return half_front(body, SPACING, interface)

@@ -106,7 +106,7 @@ def _body(stretch: Stretch, spacing: float, along: int, across: int, boost: floa
 
 
 @dataclass(frozen=True)
-class Profile:
+class ColumnProfile:
     """Particles of one body along a line or radius, by place; stress is that along the line, compression positive."""
 
     time: float
@@ -123,24 +123,24 @@ class Profile:
         """m3."""
         return self.mass / self.density
 
-    def part(self, keep: "np.ndarray") -> "Profile":
+    def part(self, keep: "np.ndarray") -> "ColumnProfile":
         """Some of the particles."""
         fields = {name: value[keep] for name, value in vars(self).items() if name != "time"}
-        return Profile(time=self.time, **fields)
+        return ColumnProfile(time=self.time, **fields)
 
     def mean(self, values: "np.ndarray") -> float:
         """Mean weighted by volume."""
         return float((self.volume * values).sum() / self.volume.sum())
 
 
-def profile(snapshot: "Snapshot", body: int, axis: int = 0) -> Profile:
+def profile(snapshot: "Snapshot", body: int, axis: int = 0) -> ColumnProfile:
     """The living particles of a body along an axis, as copies."""
     import numpy as np
 
     p = snapshot.particles
     index = np.flatnonzero((snapshot.body == body) & (p.alive == 1))
     index = index[np.argsort(p.position[index, axis], kind="stable")]
-    return Profile(
+    return ColumnProfile(
         time=snapshot.time,
         place=p.position[index, axis],
         velocity=p.velocity[index, axis],
@@ -152,7 +152,7 @@ def profile(snapshot: "Snapshot", body: int, axis: int = 0) -> Profile:
     )
 
 
-def radial_profile(snapshot: "Snapshot") -> Profile:
+def radial_profile(snapshot: "Snapshot") -> ColumnProfile:
     """All living particles of an axisymmetric problem by their distance from the origin; stress is the pressure."""
     import numpy as np
 
@@ -161,7 +161,7 @@ def radial_profile(snapshot: "Snapshot") -> Profile:
     index = np.argsort(radius, kind="stable")
     index = index[p.alive[index] == 1]
     radius, x, v = radius[index], p.position[index], p.velocity[index]
-    return Profile(
+    return ColumnProfile(
         time=snapshot.time,
         place=radius,
         velocity=(v[:, 0] * x[:, 0] + v[:, 1] * x[:, 1]) / radius,
@@ -188,7 +188,7 @@ class Plateau:
     particles: int
 
 
-def front(line: Profile, spacing: float, level: float) -> float:
+def front(line: ColumnProfile, spacing: float, level: float) -> float:
     """The outermost place, towards larger x, where the stress averaged over cells falls through a level.
 
     Between the middles of two cells it is interpolated; NaN where no cell reaches the level.
@@ -207,7 +207,7 @@ def front(line: Profile, spacing: float, level: float) -> float:
     return float((first + last + 0.5 + share) * spacing)
 
 
-def half_front(line: Profile, spacing: float, begin: float) -> tuple[float, Plateau]:
+def half_front(line: ColumnProfile, spacing: float, begin: float) -> tuple[float, Plateau]:
     """The front at half of the plateau's own stress, and the plateau from ``begin`` to it."""
     import numpy as np
 
@@ -221,13 +221,13 @@ def half_front(line: Profile, spacing: float, begin: float) -> tuple[float, Plat
     return place, behind
 
 
-def plateau(line: Profile, spacing: float, begin: float, end: float) -> Plateau:
+def plateau(line: ColumnProfile, spacing: float, begin: float, end: float) -> Plateau:
     """The plateau between an interface and a front: three cells at the interface and the outer fifth left out."""
     low, high = begin + INTERFACE_CELLS * spacing, end - OUTER_SHARE * (end - begin)
     return between(line, spacing, low, high)
 
 
-def between(line: Profile, spacing: float, low: float, high: float) -> Plateau:
+def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Plateau:
     """What stands between two places; not a number where fewer than two particles do."""
     import numpy as np
 
@@ -249,7 +249,7 @@ def between(line: Profile, spacing: float, low: float, high: float) -> Plateau:
     )
 
 
-def mirrored(line: Profile) -> Profile:
+def mirrored(line: ColumnProfile) -> ColumnProfile:
     """The line seen from the other side: x and v with the opposite sign."""
     turned = line.part(slice(None, None, -1))  # type: ignore[arg-type]
-    return Profile(**{**vars(turned), "place": -turned.place, "velocity": -turned.velocity})
+    return ColumnProfile(**{**vars(turned), "place": -turned.place, "velocity": -turned.velocity})

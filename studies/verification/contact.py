@@ -48,7 +48,7 @@ IMPACT_TIME = 6e-6  # s: more than four times what the sphere needs for its own 
 
 
 @dataclass(frozen=True)
-class History:
+class ContactHistory:
     """Step by step."""
 
     time: "np.ndarray"  # s
@@ -122,7 +122,7 @@ def _bars(speed: float, recipe: Recipe) -> Iterator[Row]:
     )
 
 
-def _collided(speed: float, recipe: Recipe) -> History:
+def _collided(speed: float, recipe: Recipe) -> ContactHistory:
     import numpy as np
 
     from solver.problem import Contact
@@ -153,7 +153,7 @@ def _collided(speed: float, recipe: Recipe) -> History:
         simulation.advance()
         rows.append(_state(simulation, flown / speed))
     time, kinetic, second = np.array(rows).T
-    return History(time, kinetic, second, simulation)
+    return ContactHistory(time, kinetic, second, simulation)
 
 
 def _state(simulation: "Simulation", before: float) -> tuple[float, float, float]:

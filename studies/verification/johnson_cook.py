@@ -72,7 +72,7 @@ def _sheared(rate: float, temperature: float) -> tuple[float, float]:
     from solver.eos.mie_grueneisen import mie_grueneisen
     from solver.problem import ArtificialViscosity, Matter
     from solver.strength.johnson_cook import JohnsonCook
-    from solver.stress import Point, advance
+    from solver.stress import PointState, advance
     from solver.tension.unlimited import UnlimitedTension
     from solver.tensor import equivalent_stress
 
@@ -90,7 +90,7 @@ def _sheared(rate: float, temperature: float) -> tuple[float, float]:
     # Stretching along one axis and half as much contraction along the others: the equivalent rate is the axial one.
     dt = STRAIN / rate / STEPS
     gradient = np.diag([rate, -0.5 * rate, -0.5 * rate])
-    point = Point(DENSITY, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, temperature)
+    point = PointState(DENSITY, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, temperature)
     for _ in range(STEPS):
         point = advance(matter, ArtificialViscosity(), 1.0, dt, gradient, point)[0]
         point = point._replace(temperature=temperature, density=DENSITY, energy=0.0)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, observed_order, relative, reported
 from studies.verification._column import (
+    ColumnProfile,
     Plateau,
-    Profile,
     Stretch,
     between,
     column,
@@ -60,11 +60,11 @@ def plane_rows(recipe: Recipe) -> Iterator[Row]:
     yield from _whole_rows(line)
 
 
-def _inner_rows(line: Profile) -> Iterator[Row]:
+def _inner_rows(line: ColumnProfile) -> Iterator[Row]:
     return _rows("plane", Noh(1), line, CELLS, (PLANE_FRONT, PLANE_PLATEAU))
 
 
-def _whole_rows(line: Profile) -> Iterator[Row]:
+def _whole_rows(line: ColumnProfile) -> Iterator[Row]:
     """The plateau from the plane to the front, with nothing left out."""
     spacing, exact = 1.0 / CELLS, Noh(1)
     behind = between(line, spacing, 0.0, front(line, spacing, 0.5 * exact.pressure))
@@ -102,7 +102,11 @@ def point_rows(recipe: Recipe) -> Iterator[Row]:
 
 
 def _rows(
-    name: str, exact: Noh, line: Profile, cells: int, within: tuple[float | None, float | None]
+    name: str,
+    exact: Noh,
+    line: ColumnProfile,
+    cells: int,
+    within: tuple[float | None, float | None],
 ) -> Iterator[Row]:
     spacing = 1.0 / cells
     place = front(line, spacing, 0.5 * exact.pressure)
@@ -126,11 +130,11 @@ def _means(exact: Noh, behind: Plateau) -> tuple[tuple[str, float, float], ...]:
     )
 
 
-def _density(line: Profile) -> float:
+def _density(line: ColumnProfile) -> float:
     return float(line.mass.sum() / line.volume.sum()) if line.mass.size else float("nan")
 
 
-def _plane(cells: int, recipe: Recipe) -> Profile:
+def _plane(cells: int, recipe: Recipe) -> ColumnProfile:
     from solver.simulation import simulate
 
     matter = gas(NOH_GAMMA, densest=Noh(1).density, sound_speed=0.0)
@@ -145,13 +149,13 @@ def _plane(cells: int, recipe: Recipe) -> Profile:
     return profile(simulate(problem).snapshot, 0)
 
 
-def _axis(cells: int, recipe: Recipe) -> Profile:
+def _axis(cells: int, recipe: Recipe) -> ColumnProfile:
     from solver.simulation import simulate
 
     return profile(simulate(_revolved(2, cells, recipe)).snapshot, 0)
 
 
-def _point(cells: int, recipe: Recipe) -> Profile:
+def _point(cells: int, recipe: Recipe) -> ColumnProfile:
     from solver.simulation import simulate
 
     return radial_profile(simulate(_revolved(3, cells, recipe)).snapshot)

@@ -9,7 +9,7 @@ from studies.verification import Case, Row, relative, reported
 from studies.verification._column import (
     INTERFACE_CELLS,
     OUTER_SHARE,
-    Profile,
+    ColumnProfile,
     Stretch,
     column,
     profile,
@@ -58,7 +58,7 @@ def _rows(speed: float, recipe: Recipe) -> Iterator[Row]:
     )
 
 
-def _free_end(speed: float, state: Shock, end: Release, recipe: Recipe) -> Profile:
+def _free_end(speed: float, state: Shock, end: Release, recipe: Recipe) -> ColumnProfile:
     """The released matter, by initial place: without the outer cells and the part next to the release wave.
 
     The tail of the release runs back into the matter with the impedance (rho c) of the released state.
@@ -83,7 +83,7 @@ def _free_end(speed: float, state: Shock, end: Release, recipe: Recipe) -> Profi
         spacing=SPACING,
         end_time=end_time,
     )
-    start: list[Profile] = []
+    start: list[ColumnProfile] = []
 
     def watch(snapshot: "Snapshot") -> None:
         if snapshot.time == 0.0:

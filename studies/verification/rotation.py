@@ -61,11 +61,11 @@ def _turned_point(angle: float, steps: int) -> tuple[tuple[float, ...], tuple[fl
     import numpy as np
 
     from solver.problem import ArtificialViscosity
-    from solver.stress import Point, advance
+    from solver.stress import PointState, advance
 
     dt = 1e-8
     gradient = _spin([part * angle for part in AXIS]) / dt
-    point = Point(MATTER.density, 0.0, 0.0, 0.0, STRESS, 0.0, 300.0)
+    point = PointState(MATTER.density, 0.0, 0.0, 0.0, STRESS, 0.0, 300.0)
     matter = elastic(MATTER)
     for _ in range(steps):
         point = advance(

@@ -8,7 +8,7 @@ from studies.verification import Case, Row, observed_order, relative, reported
 from studies.verification._column import (
     INTERFACE_CELLS,
     OUTER_SHARE,
-    Profile,
+    ColumnProfile,
     Stretch,
     column,
     front,
@@ -47,7 +47,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             break
 
 
-def _tube(cells: int, recipe: Recipe) -> tuple[Profile, Profile]:
+def _tube(cells: int, recipe: Recipe) -> tuple[ColumnProfile, ColumnProfile]:
     """Left and right gas at the end."""
     from solver.simulation import simulate
 
@@ -77,14 +77,14 @@ def _tube(cells: int, recipe: Recipe) -> tuple[Profile, Profile]:
     return profile(snapshot, 0), profile(snapshot, 1)
 
 
-def _between(line: Profile, begin: float, end: float, spacing: float) -> Profile:
+def _between(line: ColumnProfile, begin: float, end: float, spacing: float) -> ColumnProfile:
     """A uniform region: three cells at the contact and the outer fifth left out, both by the exact places."""
     inner = INTERFACE_CELLS * spacing * (1.0 if end > begin else -1.0)
     low, high = sorted((begin + inner, end - OUTER_SHARE * (end - begin)))
     return line.part((line.place > low) & (line.place < high))
 
 
-def _rows(lines: tuple[Profile, Profile], exact: Riemann, cells: int) -> Iterator[Row]:
+def _rows(lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, cells: int) -> Iterator[Row]:
     spacing = 1.0 / cells
     contact = exact.contact * END_TIME
     regions = {
@@ -108,7 +108,7 @@ def _rows(lines: tuple[Profile, Profile], exact: Riemann, cells: int) -> Iterato
     )
 
 
-def _density_error(lines: tuple[Profile, Profile], exact: Riemann, cells: int) -> float:
+def _density_error(lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, cells: int) -> float:
     """Mean over the tube of |density - exact|, with the volumes of the particles."""
     import numpy as np
 

@@ -27,7 +27,7 @@ ON_SURFACE = 1e-4
 
 
 @dataclass(frozen=True)
-class State:
+class ThermodynamicState:
     """What a point is held at."""
 
     name: str
@@ -37,18 +37,18 @@ class State:
 
 
 STATES = (
-    State("at rest", 1.0, 0.0, 300.0),
-    State("1000 K", 1.0, 0.0, 1000.0),
-    State("1330 K, at 0.93 of the density", 0.93, 0.0, 1330.0),
-    State("1450 K, at 0.93 of the density: molten", 0.93, 0.0, 1450.0),
-    State("cold, with gaps", 0.6, -1e9, 300.0),
-    State("50 GPa", 1.22, 50e9, 800.0),
-    State("250 GPa, 4000 K", 1.5, 250e9, 4000.0),
-    State("4000 K at rest: molten", 1.0, 0.0, 4000.0),
+    ThermodynamicState("at rest", 1.0, 0.0, 300.0),
+    ThermodynamicState("1000 K", 1.0, 0.0, 1000.0),
+    ThermodynamicState("1330 K, at 0.93 of the density", 0.93, 0.0, 1330.0),
+    ThermodynamicState("1450 K, at 0.93 of the density: molten", 0.93, 0.0, 1450.0),
+    ThermodynamicState("cold, with gaps", 0.6, -1e9, 300.0),
+    ThermodynamicState("50 GPa", 1.22, 50e9, 800.0),
+    ThermodynamicState("250 GPa, 4000 K", 1.5, 250e9, 4000.0),
+    ThermodynamicState("4000 K at rest: molten", 1.0, 0.0, 4000.0),
 )
 
 
-def shear_modulus(state: State) -> float:
+def shear_modulus(state: ThermodynamicState) -> float:
     """The law itself, Pa; what is thinner than a solid can be is softer in proportion.
 
     >>> shear_modulus(State("", 1.0, 0.0, 300.0)) / 1e9
@@ -77,7 +77,7 @@ def melting_temperature(compression: float) -> float:
     return MELT * growth * compression ** (2.0 * (GAMMA0 - SMALL_A - 1.0 / 3.0))
 
 
-def yield_stress(strain: float, state: State) -> float:
+def yield_stress(strain: float, state: ThermodynamicState) -> float:
     """The law itself, Pa.
 
     >>> yield_stress(0.0, STATES[0]) / 1e6, yield_stress(9.0, STATES[0]) / 1e6
@@ -109,12 +109,12 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             )
 
 
-def _sheared(state: State, total: float) -> tuple[float, float]:
+def _sheared(state: ThermodynamicState, total: float) -> tuple[float, float]:
     """Plastic strain and equivalent stress after a strain at a held state."""
     import numpy as np
 
     from solver.problem import ArtificialViscosity
-    from solver.stress import Point, advance
+    from solver.stress import PointState, advance
     from solver.tensor import equivalent_stress
 
     matter = _copper()
@@ -122,7 +122,7 @@ def _sheared(state: State, total: float) -> tuple[float, float]:
     dt = total / STEPS
     gradient = np.diag([1.0, -0.5, -0.5])
     density = state.compression * DENSITY
-    point = Point(density, 0.0, state.pressure, 0.0, (0.0,) * 6, 0.0, state.temperature)
+    point = PointState(density, 0.0, state.pressure, 0.0, (0.0,) * 6, 0.0, state.temperature)
     for _ in range(STEPS):
         point = advance(matter, ArtificialViscosity(), 1.0, dt, gradient, point)[0]
         point = point._replace(

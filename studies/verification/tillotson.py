@@ -65,10 +65,10 @@ def _release(speed: float, exact: Shock) -> Iterator[Row]:
     import numpy as np
 
     from solver.problem import ArtificialViscosity
-    from solver.stress import Point, advance
+    from solver.stress import PointState, advance
 
     matter, viscosity = _copper(), ArtificialViscosity()
-    point = Point(exact.density, exact.energy, exact.pressure, 0.0, (0.0,) * 6, 0.0, 300.0)
+    point = PointState(exact.density, exact.energy, exact.pressure, 0.0, (0.0,) * 6, 0.0, 300.0)
     path = [(point.density, point.pressure, point.energy)]
     gradient = np.eye(3) * STRAIN / 3.0
     while point.density > SHARES[speed][-1] * DENSITY:

@@ -8,7 +8,7 @@ import pytest
 from solver.eos import below_range, outside_range, reference_density
 from solver.jit import kernel
 from solver.problem import ArtificialViscosity, Matter
-from solver.stress import Point, advance, signal_speed
+from solver.stress import PointState, advance, signal_speed
 from solver.vectors import LANES, first_lanes, load, store, where
 from tests.contracts import test_eos, test_failure, test_strength, test_tension
 from tests.solver.bodies import ROOM, SPACING, real_copper
@@ -61,7 +61,7 @@ def by_eights(matter, viscosity, gradients, states, dt, out):
             load(states, 8, p, lanes),
             load(states, 9, p, lanes),
         )
-        old = Point(
+        old = PointState(
             load(states, 0, p, lanes),
             load(states, 1, p, lanes),
             load(states, 2, p, lanes),
@@ -101,7 +101,7 @@ def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> np.
         density, energy, pressure, viscosity, *stress = state[:10]
         strain, kelvin, damage = state[10:]
         deviator = (stress[0], stress[1], stress[2], stress[3], stress[4], stress[5])
-        old = Point(density, energy, pressure, viscosity, deviator, strain, kelvin, damage)
+        old = PointState(density, energy, pressure, viscosity, deviator, strain, kelvin, damage)
         new, present, acts = advance(matter, VISCOSITY, SPACING, DT, gradient, old)
         rate = np.trace(gradient)
         beyond = outside_range(matter.eos, new.density), below_range(matter.eos, new.density)

@@ -12,7 +12,7 @@ from solver.eos import pressure_terms
 from solver.failure import FailureEntry, floor_until_failure, grown_damage
 from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
-from solver.stress import Acts, Point, advance
+from solver.stress import Acts, PointState, advance
 from solver.tension.unlimited import UnlimitedTension
 from solver.tensor import equivalent_stress
 from tests.solver.bodies import DENSITY, MELT, ROOM, SOUND_SPEED, SPACING, real_copper
@@ -52,16 +52,16 @@ def matter(name: str) -> Matter:
     )
 
 
-def at_rest(damage: float = 0.0) -> Point:
-    return Point(DENSITY, 0.0, 0.0, 0.0, UNSTRESSED, 0.0, ROOM, damage)
+def at_rest(damage: float = 0.0) -> PointState:
+    return PointState(DENSITY, 0.0, 0.0, 0.0, UNSTRESSED, 0.0, ROOM, damage)
 
 
-def step(of: Matter, gradient: np.ndarray, old: Point) -> tuple[Point, float, Acts]:
+def step(of: Matter, gradient: np.ndarray, old: PointState) -> tuple[PointState, float, Acts]:
     new, present, acts = advance(of, VISCOSITY, SPACING, DT, gradient, old)
     return new, present, acts
 
 
-def pulled_until_broken(name: str) -> list[Point]:
+def pulled_until_broken(name: str) -> list[PointState]:
     """A point that is stretched step by step; the last state is the first that has failed."""
     states = [at_rest()]
     while states[-1].damage < 1.0 and len(states) < 200:
@@ -202,15 +202,15 @@ def test_spall__breaks_after_its_time_at_twice_the_threshold_and_by_the_square_e
 STRETCHED = real_copper()._replace(failure=copper("spall"))
 
 
-def held(tension_share: float, *, damage: float = 0.0, temperature: float = ROOM) -> Point:
+def held(tension_share: float, *, damage: float = 0.0, temperature: float = ROOM) -> PointState:
     """A point whose equation of state asks for a tension in units of the threshold."""
     thinned = 1.0 - tension_share * SPALL / (DENSITY * SOUND_SPEED**2)
     density = DENSITY * thinned
     pressure, _ = pressure_terms(STRETCHED.eos, density, 0.0)
-    return Point(density, 0.0, pressure, 0.0, UNSTRESSED, 0.0, temperature, damage)
+    return PointState(density, 0.0, pressure, 0.0, UNSTRESSED, 0.0, temperature, damage)
 
 
-def rested(point: Point, steps: int) -> list[Point]:
+def rested(point: PointState, steps: int) -> list[PointState]:
     """A point after each of some steps in which nothing moves, until it has failed."""
     states = [point]
     while len(states) <= steps and states[-1].damage < 1.0:

@@ -23,7 +23,7 @@ from solver.strength.johnson_cook import JohnsonCook
 from solver.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
 from solver.stress import (
     RETURN_TOLERANCE,
-    Point,
+    PointState,
     advance,
     homologous_temperature,
     relative_stiffness,
@@ -74,9 +74,9 @@ def directions(draw: st.DrawFn) -> tuple[float, ...]:
 
 def stretched(
     matter: Matter, *, kelvin: float, strain: float, rate: float = 1e4, steps: int = 1
-) -> Point:
+) -> PointState:
     """A point that is stretched in one direction, at constant volume and temperature, to an equivalent strain."""
-    point = Point(DENSITY, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, kelvin)
+    point = PointState(DENSITY, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, kelvin)
     dt = strain / rate / steps
     gradient = rate * np.diag([1.0, -0.5, -0.5])
     for _ in range(steps):

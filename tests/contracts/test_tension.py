@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
-from solver.stress import Point, advance
+from solver.stress import PointState, advance
 from solver.tension import TensionEntry, pressure_floor
 from tests.solver.bodies import DENSITY, MELT, ROOM, SPACING, elastic_copper, real_copper
 
@@ -29,11 +29,11 @@ def tension(request: pytest.FixtureRequest) -> Any:
     return entry.record(*COPPER[request.param])
 
 
-def at_rest(temperature: float = ROOM) -> Point:
-    return Point(DENSITY, 0.0, 0.0, 0.0, UNSTRESSED, 0.0, temperature)
+def at_rest(temperature: float = ROOM) -> PointState:
+    return PointState(DENSITY, 0.0, 0.0, 0.0, UNSTRESSED, 0.0, temperature)
 
 
-def stretched(matter: Matter, volume: float, old: Point) -> tuple[Point, int]:
+def stretched(matter: Matter, volume: float, old: PointState) -> tuple[PointState, int]:
     """A point whose volume grows by a part in a step, the same in all directions."""
     gradient = np.eye(3) * volume / 3.0 / DT
     point, _, acts = advance(matter, ArtificialViscosity(), SPACING, DT, gradient, old)

@@ -11,7 +11,7 @@ import pytest
 
 from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
-from service.queue.garbage_collection import REMOVED, Care
+from service.queue.garbage_collection import REMOVED, GarbageCollector
 from service.queue.orphans import PART_OF_ALL
 from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
 from tests.service.bench import Bench, open_bench
@@ -27,9 +27,9 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
         yield opened
 
 
-def care_of(bench: Bench) -> Care:
+def care_of(bench: Bench) -> GarbageCollector:
     """At the begin of a round."""
-    return Care(
+    return GarbageCollector(
         bench.settings,
         bench.store,
         Artifacts(bench.settings.data),
@@ -290,7 +290,7 @@ def test_keep__a_kill_between_row_and_file_is_made_good(
     bench.end_well(ticket)
     bench.engine.free = 0
     with monkeypatch.context() as patch:
-        patch.setattr(Care, "step", lambda _self: None)
+        patch.setattr(GarbageCollector, "step", lambda _self: None)
         bench.turn()
     bench.store.forget_files(run_id(0), ["state.npz"])  # and then the process was killed
     state = Path(ticket.directory) / "state.npz"
@@ -379,7 +379,7 @@ def test_step__removes_no_more_than_so_much(bench: Bench) -> None:
         (folder / f"a1-{number:08x}").mkdir(parents=True)
     make_old(folder)
     settings, artifacts = bench.settings, Artifacts(bench.settings.data)
-    care = Care(settings, bench.store, artifacts, Space(settings.data, 0))
+    care = GarbageCollector(settings, bench.store, artifacts, Space(settings.data, 0))
     counts = [len(attempts_of(bench))]
     for _ in range(8):
         care.step()
@@ -397,7 +397,7 @@ def test_step__looks_no_longer_than_a_moment(bench: Bench, monkeypatch: pytest.M
     for number in range(PART_OF_ALL + 10):
         artifacts.run_folder(run_id(number)).mkdir(parents=True)
     monkeypatch.setattr("service.queue.garbage_collection.STEP_SECONDS", 0.0)
-    care = Care(settings, bench.store, artifacts, Space(settings.data, 0))
+    care = GarbageCollector(settings, bench.store, artifacts, Space(settings.data, 0))
     care.step()
     assert looked == [PART_OF_ALL]
     care.step()

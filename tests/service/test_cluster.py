@@ -17,7 +17,7 @@ import pytest
 from pydantic import ByteSize, ValidationError
 
 from service.execution import dask
-from service.execution.dask import Connection, DaskEngine, probe
+from service.execution.dask import DaskEngine, SchedulerConnection, probe
 from service.records.attempt import Away, Back, Ended, Inbox, Ticket
 from service.records.jobs import Cause
 from service.records.settings import Settings
@@ -308,7 +308,7 @@ def test_follow__that_failed_can_be_asked_for_again(
 
     order = ticket(tmp_path)
     with monkeypatch.context() as patch:
-        patch.setattr(Connection, "kept", refuse)
+        patch.setattr(SchedulerConnection, "kept", refuse)
         with pytest.raises(ConnectionError, match="just now"):
             service.engine.follow(order.key)
     service.engine.follow(order.key)

@@ -12,7 +12,7 @@ import httpx
 import pytest
 
 from service.api.event_streams import Live, Moment
-from service.api.feeds import Pace, of_queue
+from service.api.feeds import FeedRate, of_queue
 from service.records.jobs import Cause, Claim, StoreUnavailable
 from tests.service.api import Api, open_api, served
 from tests.service.doubles import wait_until
@@ -181,7 +181,7 @@ def test_progress__of_a_run_is_told_at_most_once_a_second(api: Api) -> None:
     api.submit()
     claims = api.store.claim(2, api.epoch())
     now = [0.0]
-    pace, subject = Pace(clock=lambda: now[0]), of_queue(api.store)
+    pace, subject = FeedRate(clock=lambda: now[0]), of_queue(api.store)
     told = []
     for step in range(1, 41):
         now[0] = step / 10
@@ -198,7 +198,7 @@ def test_progress__that_is_no_news_is_not_told(api: Api) -> None:
     api.submit()
     [claim] = api.store.claim(1, api.epoch())
     now = [0.0]
-    pace, subject = Pace(clock=lambda: now[0]), of_queue(api.store)
+    pace, subject = FeedRate(clock=lambda: now[0]), of_queue(api.store)
     tell(api, claim, 3)
     moment = Moment(0, api.store.under_way())
     assert len(list(pace.news(subject, moment))) == 1

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from service.queue.garbage_collection import Care
+from service.queue.garbage_collection import GarbageCollector
 from service.queue.leader import NO_WORKER, REFUSED
 from service.records.attempt import Ticket, Told
 from service.records.jobs import Cause, Keep, Kind, State, StoreUnavailable
@@ -136,11 +136,11 @@ def test_store_that_cannot_be_written__keeps_nobody_from_stopping_and_making_roo
     def away(*_arguments: Any, **_words: Any) -> State | None:
         raise StoreUnavailable("database or disk is full")
 
-    rounds: list[Care] = []
+    rounds: list[GarbageCollector] = []
     bench.store.create_sweep(sweep_of(2))
     ended, other = bench.turn()
     monkeypatch.setattr(bench.store, "requeue", away)
-    monkeypatch.setattr(Care, "step", lambda care: rounds.append(care))
+    monkeypatch.setattr(GarbageCollector, "step", lambda care: rounds.append(care))
     bench.store.cancel_sweep(bench.store.sweeps(limit=1).items[0].id)
     bench.end_badly(ended, Cause.LOST)
     bench.engine.free = 0

@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.records.jobs import Cause, Kind, State, SweepState, Tally
+from service.records.jobs import Cause, JobTally, Kind, State, SweepState
 from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.by_hand import claim_runs, finish_all, result
@@ -134,9 +134,9 @@ def test_tally__jobs_by_kind_state_and_duration(store: Store) -> None:
     store.create_sweep(sweep_of(3))
     for claim in claim_runs(store, 2):
         store.finish(claim, result())
-    done = Tally(Kind.RUN, State.SUCCEEDED, 2, 2, 4.0)
-    queued = Tally(Kind.RUN, State.QUEUED, None, 1, 0.0)
-    waiting = Tally(Kind.PUBLISH, State.WAITING, None, 1, 0.0)
+    done = JobTally(Kind.RUN, State.SUCCEEDED, 2, 2, 4.0)
+    queued = JobTally(Kind.RUN, State.QUEUED, None, 1, 0.0)
+    waiting = JobTally(Kind.PUBLISH, State.WAITING, None, 1, 0.0)
     assert set(store.tally((0.5, 1.0, 2.0))) == {done, queued, waiting}
 
 

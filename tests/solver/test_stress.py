@@ -11,7 +11,7 @@ from solver.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
 from solver.failure.plastic_strain import PlasticStrainLimit
 from solver.problem import ArtificialViscosity, Body, Matter, Problem
 from solver.simulation import COUNTED, Counters, Simulation, start
-from solver.stress import Point, advance
+from solver.stress import PointState, advance
 from solver.tensor import contract
 from tests.solver.bodies import (
     CONSTANTS,
@@ -51,7 +51,7 @@ def test_energy_to_come__has_the_half_of_the_new_stress_on_top() -> None:
     """What scheme USF stores: (s : e - p tr - q tr) / 2 rho of the new stress, in the midpoint volume for p and q."""
     gradient = np.array([[-4e6, 1e6, 0.0], [3e6, 1e6, 0.0], [0.0, 0.0, 0.5e6]])
     stress = (3e7, -1e7, -2e7, 1e7, 0.0, 0.0)
-    old = Point(DENSITY, 100.0, 1e9, 0.0, stress, 0.1, ROOM)
+    old = PointState(DENSITY, 100.0, 1e9, 0.0, stress, 0.1, ROOM)
     viscosity = ArtificialViscosity()
     new, present, _ = advance(real_copper(), viscosity, SPACING, DT, gradient, old)
     strain = 0.5 * (gradient + gradient.T) * DT

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from studies.cubes.catalogue import Catalogue, Observed
-from studies.cubes.layout import Outcome
+from studies.cubes.layout import MissingResult
 from studies.cubes.variables import Quantity
 from studies.values.parameters import Parameter
 
@@ -380,7 +380,7 @@ def with_trouble(sweep: Sweep) -> dict[str, Any]:
         reason="density = 3e4 at particle 17 of 'target', t = 1.2e-06 s, step 88",
         stop="failed",
     )
-    known[second] = Outcome("cancelled", "cancelled by its user")
+    known[second] = MissingResult("cancelled", "cancelled by its user")
     known[third] = replace(known[third], flags=("under_resolved",))
     known[fourth] = replace(
         known[fourth],

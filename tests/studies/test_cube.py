@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.cubes.layout import Outcome
+from studies.cubes.layout import MissingResult
 from studies.cubes.variables import STATES, SchemaError
 from tests.studies import compliance, fakes
 from tests.studies.fakes import Axis, Sweep
@@ -108,7 +108,9 @@ def test_missing_run__is_said_to_be_missing() -> None:
 def test_unknown_state__keeps_its_word_in_the_reason() -> None:
     sweep = fakes.holes()
     first = sweep.runs()[0].run.id
-    dataset = cube.build(sweep, {first: Outcome("evicted", "by a neighbour")}, fakes.catalogue())
+    dataset = cube.build(
+        sweep, {first: MissingResult("evicted", "by a neighbour")}, fakes.catalogue()
+    )
     cell = dataset.isel(speed=0, plate_thickness=0)
     assert STATES[int(cell.run_state)] == "other"
     assert cell.run_reason.item() == "evicted: by a neighbour"

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.cubes.layout import Outcome
+from studies.cubes.layout import MissingResult
 from studies.reports.compare import compare
 from studies.reports.figures import Figure, Series
 from studies.reports.plot import plot
@@ -34,7 +34,7 @@ def without_coarse_runs(sweep: Sweep) -> dict[str, Any]:
         if point.coordinates["speed"] == LONELY
         and point.coordinates["cells_per_diameter"] < max(sweep.refinements[0].values)
     ]
-    return {**fakes.results(sweep), **dict.fromkeys(lost, Outcome("crashed", "out of luck"))}
+    return {**fakes.results(sweep), **dict.fromkeys(lost, MissingResult("crashed", "out of luck"))}
 
 
 def built(sweep: Sweep, known: dict[str, Any] | None = None) -> xr.Dataset:

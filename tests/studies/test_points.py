@@ -12,7 +12,7 @@ import xarray as xr
 
 from studies.convergence.richardson import Sample, converge
 from studies.cubes import cube
-from studies.cubes.layout import Outcome
+from studies.cubes.layout import MissingResult
 from studies.cubes.variables import STATES, VERDICT_WORDS
 from studies.reports import report
 from studies.reports.compare import compare
@@ -126,7 +126,7 @@ def test_zip__is_refined_along_its_runs() -> None:
 
 def test_failed_run__leaves_its_point_with_the_others_and_says_so() -> None:
     lost = run_at(SWEEP, speed=2e3, cells_per_diameter=64.0, offset=fakes.OFFSETS[0])
-    dataset = built(SWEEP, **{lost.id: Outcome("crashed", "out of luck")})
+    dataset = built(SWEEP, **{lost.id: MissingResult("crashed", "out of luck")})
     whole = built()
     cell = dataset.sel(speed=2e3)
     assert "1 of 3 offsets without a value" in cell.hole_diameter_converged_reason.item()
@@ -192,8 +192,10 @@ def test_points__have_converged_values_and_error_bars() -> None:
 
 def test_points__succeed_where_any_run_gave_a_value() -> None:
     runs = [p.run for p in SWEEP.runs()]
-    known = {run.id: Outcome("cancelled", "enough") for run in runs[:9]}  # all of the first speed
-    known[runs[-3].id] = Outcome("crashed", "out of luck")  # one of the finest of the last
+    known = {
+        run.id: MissingResult("cancelled", "enough") for run in runs[:9]
+    }  # all of the first speed
+    known[runs[-3].id] = MissingResult("crashed", "out of luck")  # one of the finest of the last
     points = points_of(built(SWEEP, **known))
     assert [STATES[state] for state in points.run_state.values[[0, -1]]] == [
         "cancelled",

@@ -15,7 +15,7 @@ from solver.simulation import Simulation, start
 from studies import materials, scenarios
 from studies.runs.execution import setting_of
 from studies.runs.run import Run, estimate, resolve
-from studies.scenarios._impact import Shot
+from studies.scenarios._impact import ImpactShot
 from studies.scenarios._numerics import (
     BY_RECIPE,
     Numerics,
@@ -73,7 +73,7 @@ def test_recipe__decides_every_numerical_parameter_that_may_be_left_out() -> Non
 
 
 def test_recipe__decides_every_parameter_of_impacts_that_is_said_to_be_its_own() -> None:
-    own = {name for name, one in declared(Shot).items() if one.meaning.endswith(BY_RECIPE)}
+    own = {name for name, one in declared(ImpactShot).items() if one.meaning.endswith(BY_RECIPE)}
     assert {one.name for one in dataclasses.fields(ImpactRecipe)} == own
 
 

@@ -8,7 +8,7 @@ import pytest
 from solver.problem import ArtificialViscosity, Problem
 from solver.registry import entries
 from solver.simulation import Simulation, start
-from solver.stress import Point, advance
+from solver.stress import PointState, advance
 from solver.tensor import equivalent_stress
 from tests.solver.bodies import (
     ABOUT_AXIS,
@@ -125,10 +125,10 @@ def test_translation__moves_every_particle_alike(
 # Rigid rotation of a point under stress
 
 
-def turned(steps: int, spin: tuple[float, float, float]) -> tuple[Point, Point]:
+def turned(steps: int, spin: tuple[float, float, float]) -> tuple[PointState, PointState]:
     """A stressed point before and after steps that only turn it, each by a spin (rad)."""
     stress = (3e8, -1e8, -2e8, 0.5e8, -0.7e8, 1.1e8)
-    point = Point(DENSITY, 0.0, 1e9, 0.0, stress, 0.0, ROOM)
+    point = PointState(DENSITY, 0.0, 1e9, 0.0, stress, 0.0, ROOM)
     before = point
     x, y, z = spin
     dt = 1e-8

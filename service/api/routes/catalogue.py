@@ -4,7 +4,7 @@ from dataclasses import asdict
 
 from fastapi import APIRouter
 
-from service.api.schemas import Catalogue, ParameterModel, ScenarioCatalogue, ScenarioModel
+from service.api.schemas import CatalogueModel, ParameterModel, ScenarioCatalogue, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.values.parameters import declared, describe
 from studies.values.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
@@ -19,27 +19,27 @@ def list_scenarios() -> ScenarioCatalogue:
 
 
 @router.get("/materials")
-def list_materials() -> Catalogue:
+def list_materials() -> CatalogueModel:
     """Every material that ships, each number with unit, source and confidence."""
-    return Catalogue(items=[materials.load(name).document() for name in materials.names()])
+    return CatalogueModel(items=[materials.load(name).document() for name in materials.names()])
 
 
 @router.get("/laws")
-def list_laws() -> Catalogue:
+def list_laws() -> CatalogueModel:
     """Every law, with equation, source and range."""
-    return Catalogue(items=[laws.load(name).describe() for name in laws.names()])
+    return CatalogueModel(items=[laws.load(name).describe() for name in laws.names()])
 
 
 @router.get("/accuracies")
-def list_accuracies() -> Catalogue:
+def list_accuracies() -> CatalogueModel:
     """Every preset of resolutions and sub-cell offsets: what `accuracy` of a sweep may say."""
-    return Catalogue(items=[{"name": name, **asdict(one)} for name, one in ACCURACY.items()])
+    return CatalogueModel(items=[{"name": name, **asdict(one)} for name, one in ACCURACY.items()])
 
 
 @router.get("/recipes")
-def list_recipes() -> Catalogue:
+def list_recipes() -> CatalogueModel:
     """Every preset of numerical parameters: what the parameter `recipe` may say, and what it fills in."""
-    return Catalogue(
+    return CatalogueModel(
         items=[
             {"name": name, **asdict(one), **asdict(IMPACT_RECIPES[name])}
             for name, one in RECIPES.items()

@@ -44,9 +44,7 @@ def rooms() -> Iterator[Row]:
         )
         if one.package != "solver":
             yield at_most(f"{one.package}: rooms", limit=ROOMS, got=len(one.lines))
-            yield at_most(
-                f"{one.package}: arrows between rooms", limit=ARROWS, got=len(one.arrows)
-            )
+            yield at_most(f"{one.package}: arrows between rooms", limit=ARROWS, got=len(one.arrows))
             if not circle:
                 yield at_most(f"{one.package}: floors", limit=FLOORS, got=len(one.floors))
 
