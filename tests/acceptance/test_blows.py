@@ -18,7 +18,7 @@ from tests.acceptance.drill import Drill, Work
 from tests.acceptance.herd import MARK, herded
 from tests.service.doubles import is_gone
 
-SLEEP = [sys.executable, "-c", "import time; time.sleep(600)"]
+SLEEP = [sys.executable, "-c", "import time; time.sleep(20)"]
 
 
 @dataclass
@@ -37,8 +37,8 @@ class Told:
     def last_event(self) -> int:
         return 1
 
-    def states(self) -> dict[State, int]:
-        return {State.RUNNING: len(self.found)}
+    def queue(self) -> SimpleNamespace:
+        return SimpleNamespace(states={State.RUNNING: len(self.found)})
 
     def targets(self, _moment: Moment) -> list[Target]:
         return self.found.pop(0) if self.found else []
