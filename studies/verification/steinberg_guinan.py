@@ -51,9 +51,9 @@ STATES = (
 def shear_modulus(state: ThermodynamicState) -> float:
     """The law itself, Pa; what is thinner than a solid can be is softer in proportion.
 
-    >>> shear_modulus(State("", 1.0, 0.0, 300.0)) / 1e9
+    >>> shear_modulus(ThermodynamicState("", 1.0, 0.0, 300.0)) / 1e9
     47.7
-    >>> round(shear_modulus(State("", 1.0, 1e9, 300.0)) / 1e9 - 47.7, 2)  # A G0 = 1.35
+    >>> round(shear_modulus(ThermodynamicState("", 1.0, 1e9, 300.0)) / 1e9 - 47.7, 2)  # A G0 = 1.35
     1.35
     """
     pressed = A * state.pressure / math.cbrt(state.compression)
