@@ -1,6 +1,6 @@
 """Sweep files that ship: the main job, and a smoke test.
 
-How to add one: a YAML file in this folder. It is checked by ``tests/studies/test_sweep.py``, listed
+How to add one: a YAML file in this folder. It is checked by ``tests/studies/sweeps/test_sweep.py``, listed
 by ``names()`` and offered by the command line.
 """
 

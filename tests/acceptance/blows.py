@@ -11,7 +11,7 @@ from service.files.artifacts import Artifacts
 from service.records.jobs import Claim, Kind, State
 from service.store import Store
 from studies.values.files import ANSWER
-from tests.service.doubles import is_gone
+from tests.service.support.fakes import is_gone
 
 FIRST, LAST = (
     0.05,

@@ -15,7 +15,7 @@ from solver.errors import Interrupted
 from studies.reports import publish as real
 from studies.results import Measured, Progress, RunResult
 from studies.values.atomic import write_text
-from tests.service.targets import Run
+from tests.service.support.targets import Run
 
 __all__ = ["Run", "execute", "publish"]
 

@@ -14,8 +14,8 @@ from service.store import Store
 from tests.acceptance.blows import Blow, Field, Moment, Target, Victim
 from tests.acceptance.herd import Herd, herded, parent_of, slay
 from tests.acceptance.serving import Service
-from tests.service.cluster import Cluster, Process, running
-from tests.service.doubles import is_gone, wait_until
+from tests.service.support.cluster import Cluster, Process, running
+from tests.service.support.fakes import is_gone, wait_until
 
 WORKERS = 2
 MEMORY_LIMIT = "4GiB"  # of a run on a cluster

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from tests.service.doubles import is_gone, wait_until
+from tests.service.support.fakes import is_gone, wait_until
 
 MARK = "DRILL_OF"  # in the environment of every process that the block starts
 

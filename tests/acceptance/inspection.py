@@ -16,7 +16,7 @@ from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
 from service.records.jobs import RunRow, State, Stored, SweepRow
 from service.store import Store
 from studies.values.files import ANSWER
-from tests.service.test_store_races import check as nobody_waits_in_vain
+from tests.service.store.test_races import check as nobody_waits_in_vain
 
 WALL_CLOCK = {"solver_seconds", "solver_threads"}  # what may differ between two times
 WORDS = "OSU"  # kinds of arrays of words; those of a part are as wide as the longest of the whole

@@ -14,8 +14,8 @@ import sqlalchemy as sa
 from service.records.jobs import StoreUnavailable
 from service.store import Store
 from tests.acceptance.herd import MARK
-from tests.service.databases import postgresql_server
-from tests.service.doubles import is_gone, wait_until
+from tests.service.support.databases import postgresql_server
+from tests.service.support.fakes import is_gone, wait_until
 
 
 @dataclass

@@ -14,8 +14,8 @@ import httpx
 
 from service.client.client import Client
 from service.records.fault_points import VARIABLE
-from tests.service.cluster import free_port
-from tests.service.doubles import wait_until
+from tests.service.support.cluster import free_port
+from tests.service.support.fakes import wait_until
 
 ROOT = Path(__file__).parents[2]
 START_SECONDS = 120.0  # deadlines, for machines that are busy with something else

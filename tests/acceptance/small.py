@@ -15,8 +15,8 @@ from service.queue.dispatcher import Dispatcher
 from service.records.attempt import Ended, Ending, Inbox, Ticket
 from service.records.jobs import Kind
 from service.workers.warm_process import perform
-from tests.service.doubles import StandStill, open_store, settings_in, sweep_of
-from tests.service.targets import Run
+from tests.service.support.fakes import StandStill, open_store, settings_in, sweep_of
+from tests.service.support.targets import Run
 
 KEY = ("the-only-one", "11" * 32)
 PUBLISHED = ("cube.nc", "report.html", "report.json")

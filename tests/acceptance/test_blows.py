@@ -16,7 +16,7 @@ from service.records.jobs import State
 from tests.acceptance.blows import Blow, Moment, Target, Victim
 from tests.acceptance.drill import Drill, Work
 from tests.acceptance.herd import MARK, herded
-from tests.service.doubles import is_gone
+from tests.service.support.fakes import is_gone
 
 SLEEP = [sys.executable, "-c", "import time; time.sleep(20)"]
 

@@ -13,11 +13,13 @@ from service.records.jobs import State
 from tests.acceptance import inspection
 from tests.acceptance.drill import Work
 from tests.acceptance.serving import ROOT
-from tests.service.cluster import family
-from tests.service.doubles import is_gone, open_store, settings_in, wait_until
-from tests.service.targets import RUN_GATE
+from tests.service.support.cluster import family
+from tests.service.support.fakes import is_gone, open_store, settings_in, wait_until
+from tests.service.support.targets import RUN_GATE
 
-WORK = Work(speeds=3, sweeps=1, thicknesses=1, targets="tests.service.targets", run_seconds=0.0)
+WORK = Work(
+    speeds=3, sweeps=1, thicknesses=1, targets="tests.service.support.targets", run_seconds=0.0
+)
 # A turn, and the last one above all, looks at everything that ended, however busy the machine is.
 SWEEP = """
 import sys

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from studies.reports.publish import publish_sweep
-from tests.studies import fakes
+from tests.studies.support import fakes
 
 CHROMIUM = os.environ.get("WHIPPLE_CHROMIUM") or shutil.which("chromium")
 FLAGS = (

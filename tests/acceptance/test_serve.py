@@ -12,13 +12,13 @@ import pytest
 from studies import examples
 from studies.sweeps.document import read_yaml
 from tests.acceptance.serving import ROOT, Service, serving
-from tests.service.api import until
+from tests.service.support.api import until
 
 START_SECONDS = 60.0  # deadlines, for machines that are busy with something else
 SWEEP_SECONDS = 900.0  # each worker compiles kernels, where none are kept
 LEAVE_SECONDS = 10.0
 NEVER_MAPPED = ("llvmlite", "_netcdf4", "/numba/")
-FAKE = {"WHIPPLE_TARGETS_MODULE": "tests.service.targets"}
+FAKE = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets"}
 SMOKE = read_yaml(examples.text("smoke"), "smoke")
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from studies.results import RunResult
 from tests.acceptance import chained
 from tests.acceptance.chained import publish
-from tests.service.targets import Run
+from tests.service.support.targets import Run
 
 __all__ = ["Run", "execute", "publish"]
 

@@ -18,8 +18,8 @@ import httpx
 from tests.acceptance import inspection
 from tests.acceptance.drill import WORKERS, Drill, Work, drill
 from tests.benchmarks.burning import burn
-from tests.service.databases import postgresql_server
-from tests.service.doubles import wait_until
+from tests.service.support.databases import postgresql_server
+from tests.service.support.fakes import wait_until
 
 OVERHEAD_AIM = 0.15  # s a run
 POOL_AIM = 1.15  # of the same work in a pool of processes

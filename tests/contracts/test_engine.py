@@ -15,8 +15,8 @@ import pytest
 from service.execution.local import LocalEngine
 from service.records.attempt import Ended, Inbox, Ticket
 from service.records.jobs import Cause
-from tests.service.attempts import LIMIT
-from tests.service.cluster import (
+from tests.service.support.attempts import LIMIT
+from tests.service.support.cluster import (
     Service,
     family,
     parent_of,
@@ -26,8 +26,8 @@ from tests.service.cluster import (
     serving,
     ticket,
 )
-from tests.service.doubles import is_gone
-from tests.service.targets import STEPS
+from tests.service.support.fakes import is_gone
+from tests.service.support.targets import STEPS
 
 WORKERS = 2
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from service.store import Store
-from tests.service.databases import Postgresql, postgresql_server
-from tests.service.doubles import DEADLINE
+from tests.service.support.databases import Postgresql, postgresql_server
+from tests.service.support.fakes import DEADLINE
 
-collect_ignore = ["raised_targets.py"]  # importing it changes a definition
+collect_ignore = ["support/changed_targets.py"]  # importing it changes a definition
 
 
 @pytest.fixture(autouse=True)

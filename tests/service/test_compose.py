@@ -20,9 +20,9 @@ import yaml
 
 from service.client.client import Client
 from service.records.settings import Settings
-from tests.service.api import SWEEP
-from tests.service.cluster import ROOT, Process, environment, free_port, patiently
-from tests.service.databases import Postgresql
+from tests.service.support.api import SWEEP
+from tests.service.support.cluster import ROOT, Process, environment, free_port, patiently
+from tests.service.support.databases import Postgresql
 
 FILE = ROOT / "compose.yaml"
 DOCUMENT: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
@@ -92,7 +92,7 @@ class Parts:
         if "WHIPPLE_DATABASE_URL" in given:
             given["WHIPPLE_DATABASE_URL"] = self.database
         more = {"WHIPPLE_PORT": str(self.port), "WHIPPLE_DATA": str(self.folder / "data")}
-        return {**given, **more, "WHIPPLE_TARGETS_MODULE": "tests.service.targets"}
+        return {**given, **more, "WHIPPLE_TARGETS_MODULE": "tests.service.support.targets"}
 
     def _words(self, command: Any) -> str:
         return shlex.join(self._there(word) for word in command)

@@ -15,8 +15,8 @@ from studies.reports.publish import outcome_from_json, publish
 from studies.sweeps.sweep import Sweep
 from tests.claims import Row, claim
 from tests.claims.computed import result_of, scratch
-from tests.studies import compliance
-from tests.studies.printed import Page, at, read_page
+from tests.studies.support import compliance
+from tests.studies.support.printed import Page, at, read_page
 
 # Coarse, so that it takes seconds: these claims are about bookkeeping, not about holes.
 SWEEP: dict[str, Any] = {

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.claims import Row, claim
-from tests.service.api import SWEEP, open_api
+from tests.service.support.api import SWEEP, open_api
 
 FIXED = SWEEP["fixed"]
 BAD: Mapping[

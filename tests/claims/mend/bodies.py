@@ -15,9 +15,9 @@ from tests.acceptance.bad_bodies import BODIES, Body
 from tests.acceptance.serving import Service
 from tests.acceptance.watching import Watch, watching
 from tests.claims import Row, at_most, claim
-from tests.service.api import SWEEP
+from tests.service.support.api import SWEEP
 
-IDLE = {"WHIPPLE_TARGETS_MODULE": "tests.service.targets", "WHIPPLE_WORKERS": "1"}
+IDLE = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "WHIPPLE_WORKERS": "1"}
 ROUTES = (("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate"), ("PATCH", "/v1/sweeps/none"))
 REFUSALS = {413, 415, 422}
 MOST_BYTES, MOST_FINDINGS = 64 * 1024, 50  # of an answer to a bad body

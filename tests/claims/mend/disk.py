@@ -16,10 +16,12 @@ from tests.acceptance.herd import herded
 from tests.acceptance.serving import Service, http
 from tests.claims import Row, at_most, claim
 from tests.claims.queue._common import folder
-from tests.service.databases import postgresql_server
-from tests.service.doubles import wait_until
+from tests.service.support.databases import postgresql_server
+from tests.service.support.fakes import wait_until
 
-WORK = Work(speeds=2, sweeps=1, targets="tests.service.targets", run_seconds=0.0)  # four runs
+WORK = Work(
+    speeds=2, sweeps=1, targets="tests.service.support.targets", run_seconds=0.0
+)  # four runs
 SLOW = replace(WORK, run_seconds=1.0)  # some are under way when the leader is frozen
 NOT_THERE = "the data directory is not there"
 PATIENCE = 60.0  # s

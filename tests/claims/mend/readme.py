@@ -21,8 +21,8 @@ from service.files.artifacts import digest
 from tests.acceptance.refusing import refusing
 from tests.acceptance.serving import ROOT
 from tests.claims import Row, claim
-from tests.service.cluster import free_port
-from tests.service.doubles import is_gone, wait_until
+from tests.service.support.cluster import free_port
+from tests.service.support.fakes import is_gone, wait_until
 
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"[\w-]+\.(?:nc|html|json)\b")

@@ -14,7 +14,7 @@ FULL = {"WHIPPLE_EXAMPLES": "60", "WHIPPLE_SEQUENCES": "60"}  # of test_openapi.
     says="schemathesis (fixed seed, operations alone and in sequence) finds nothing against the description",
 )
 def openapi() -> Iterator[Row]:
-    yield from rows_of_tests("tests/service/test_openapi.py", FULL)
+    yield from rows_of_tests("tests/service/api/test_openapi.py", FULL)
 
 
 @claim(
@@ -22,4 +22,4 @@ def openapi() -> Iterator[Row]:
     says="10 000 bodies that Hypothesis invents are accepted or refused with a reason: none fails",
 )
 def bodies() -> Iterator[Row]:
-    yield from rows_of_tests("tests/service/test_bodies.py", {"WHIPPLE_BODIES": str(BODIES)})
+    yield from rows_of_tests("tests/service/api/test_bodies.py", {"WHIPPLE_BODIES": str(BODIES)})

@@ -26,7 +26,7 @@ from tests.acceptance.herd import herded
 from tests.acceptance.serving import ROOT, START_SECONDS
 from tests.claims import Row, claim
 from tests.claims.queue._common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
-from tests.service.databases import postgresql_server
+from tests.service.support.databases import postgresql_server
 
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
 KEY = {"Idempotency-Key": "the-only-one"}

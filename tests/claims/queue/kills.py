@@ -18,7 +18,7 @@ from tests.claims.queue._common import (
     rows_of_store,
     undisturbed,
 )
-from tests.service.databases import postgresql_server
+from tests.service.support.databases import postgresql_server
 
 SOLVER = "tests.acceptance.solving"
 

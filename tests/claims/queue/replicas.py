@@ -17,8 +17,8 @@ from tests.acceptance.herd import Herd, herded
 from tests.acceptance.serving import Service
 from tests.claims import Row, claim
 from tests.claims.queue._common import folder, rows_of_cubes, undisturbed
-from tests.service.databases import postgresql_server
-from tests.service.doubles import wait_until
+from tests.service.support.databases import postgresql_server
+from tests.service.support.fakes import wait_until
 
 WORK = Work(speeds=4, sweeps=1, run_seconds=0.3)
 MORE = replace(WORK, resolution=5)  # other runs

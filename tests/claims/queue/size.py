@@ -8,9 +8,7 @@ from pathlib import Path
 
 from tests.claims import Row, at_most, claim
 from tests.claims.queue._common import folder
-from tests.service.by_hand import EPOCH, statements
-from tests.service.databases import postgresql_server
-from tests.service.test_store_size import (
+from tests.service.store.test_size import (
     LARGE,
     PAGE,
     PAGES,
@@ -21,6 +19,8 @@ from tests.service.test_store_size import (
     statements_for,
     whole_tables_of,
 )
+from tests.service.support.by_hand import EPOCH, statements
+from tests.service.support.databases import postgresql_server
 
 WRITE = re.compile(r"(?:UPDATE|DELETE FROM|INSERT INTO) (\w+)")
 

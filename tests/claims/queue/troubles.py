@@ -26,7 +26,7 @@ from tests.claims.queue._common import (
     rows_of_store,
     undisturbed,
 )
-from tests.service.doubles import wait_until
+from tests.service.support.fakes import wait_until
 
 WORK = Work(speeds=6, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.

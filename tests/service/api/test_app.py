@@ -1,0 +1,195 @@
+"""The app as a whole: what it loads, whom it answers, how it describes itself."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from ipaddress import ip_network
+from pathlib import Path
+
+import pytest
+from fastapi.testclient import TestClient
+
+from service.api.access import FORBIDS, check_binding
+from service.records.settings import Settings
+from studies.values.errors import InvalidInput
+from tests.service.support.api import SWEEP, Api, open_api
+
+ROOT = Path(__file__).parents[3]
+PROXY = (ip_network("10.0.3.0/24"),)
+HIT_EVERY_ROUTE = """
+import sys
+from pathlib import Path
+from tests.service.support.api import SWEEP, open_api
+
+with open_api(Path(sys.argv[1])) as api:
+    id = api.submit()
+    api.compute()
+    run = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"][0]["run"]["id"]
+    paths = set(api.http.app.openapi()["paths"]) | {"/", "/docs", "/static/style.css"}
+    paths -= {"/v1/queue/events"}  # it does not end
+    for path in sorted(paths):
+        there = path.replace("{id}", run if "/runs/{id}" in path else id)
+        there = there.replace("{name}", "result.json")
+        for method in ("GET", "HEAD", "POST"):
+            answer = api.http.request(method, there, json=SWEEP if method == "POST" else None)
+            broken = answer.status_code == 500 and not answer.json()["type"].endswith("partial-cube-failed")
+            assert not broken, (method, path, answer.text)
+    api.http.delete(f"/v1/sweeps/{id}")
+heavy = {"numba", "llvmlite", "xarray", "netCDF4", "plotly", "pandas"} & set(sys.modules)
+assert not heavy, heavy
+print(len(paths), "paths")
+"""
+
+
+@pytest.fixture
+def api(tmp_path: Path) -> Iterator[Api]:
+    with open_api(tmp_path) as opened:
+        yield opened
+
+
+def test_api_process__never_loads_solver_or_datasets(tmp_path: Path) -> None:
+    answer = subprocess.run(
+        [sys.executable, "-c", HIT_EVERY_ROUTE, str(tmp_path)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert answer.returncode == 0, answer.stderr
+    assert int(answer.stdout.split()[0]) > 15
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.168.1.7", "example.org"])
+def test_binding__elsewhere_than_the_loopback_is_refused_with_a_cure(host: str) -> None:
+    with pytest.raises(InvalidInput) as refused:
+        check_binding(Settings(host=host), has_keys=False)
+    [finding] = refused.value.findings
+    assert finding.value == host
+    assert "127.0.0.1" in finding.cure
+
+
+def test_binding__behind_a_declared_proxy_needs_the_names_it_is_reached_by() -> None:
+    with pytest.raises(InvalidInput):
+        check_binding(Settings(host="0.0.0.0", trusted_proxy=PROXY), has_keys=False)
+    known = Settings(host="0.0.0.0", trusted_proxy=PROXY, allowed_hosts=("hvi.example.org",))
+    check_binding(known, has_keys=False)
+
+
+def test_binding__elsewhere_is_allowed_with_an_api_key() -> None:
+    check_binding(Settings(host="0.0.0.0"), has_keys=True)
+
+
+def test_service__elsewhere_without_a_key_does_not_start(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="whipple keys"), open_api(tmp_path, host="0.0.0.0"):
+        pass
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.0.0.2", "::1", "localhost"])
+def test_binding__to_the_loopback_is_allowed(host: str) -> None:
+    check_binding(Settings(host=host), has_keys=False)
+
+
+@pytest.mark.parametrize("host", ["localhost", "localhost:9", "127.0.0.1:8000", "[::1]:8000"])
+def test_host__of_the_loopback_is_answered(api: Api, host: str) -> None:
+    assert api.http.get("/livez", headers={"Host": host}).status_code == 200
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "["]
+)
+def test_host__of_somebody_else_is_not_answered(api: Api, host: str) -> None:
+    response = api.http.get("/v1/sweeps", headers={"Host": host})
+    assert response.status_code == 421
+    assert response.headers["Content-Type"] == "application/problem+json"
+
+
+def test_host__that_is_the_address_of_the_service_is_answered(tmp_path: Path) -> None:
+    with open_api(tmp_path) as api:
+        elsewhere = TestClient(api.http.app, base_url="http://192.0.2.7:8000")
+        assert elsewhere.get("/livez").status_code == 200
+        assert elsewhere.get("/livez", headers={"Host": "192.0.2.8:8000"}).status_code == 421
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("Host", ["127.0.0.1:8000", "evil.example"]),
+        ("Host", ["127.0.0.1:8000", "127.0.0.1:8000"]),
+        ("Origin", ["http://127.0.0.1:8000", "https://evil.example"]),
+        ("Sec-Fetch-Site", ["none", "cross-site"]),
+    ],
+)
+def test_request__that_says_twice_where_it_comes_from_or_goes_is_refused(
+    api: Api, name: str, values: list[str]
+) -> None:
+    headers = [(name, value) for value in values]
+    answers = [
+        api.http.get("/livez", headers=headers),
+        api.http.post("/v1/sweeps", json=SWEEP, headers=headers),
+    ]
+    for answer in answers:
+        assert answer.status_code == answer.json()["status"] == 400
+        assert answer.json()["type"].endswith("malformed")
+        assert name in answer.json()["detail"]
+    assert api.http.get("/v1/sweeps").json()["items"] == []
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+        {"Origin": "https://evil.example"},
+        {"Origin": "http://127.0.0.1:3000"},
+        {"Origin": "null"},
+        {"Origin": "http://["},
+        {"Origin": ""},
+    ],
+)
+def test_write__from_another_site_is_refused_and_stores_nothing(
+    api: Api, headers: dict[str, str]
+) -> None:
+    response = api.http.post("/v1/sweeps", json=SWEEP, headers=headers)
+    assert response.status_code == 403
+    assert api.http.get("/v1/sweeps").json()["items"] == []
+
+
+@pytest.mark.parametrize(
+    "headers", [{}, {"Sec-Fetch-Site": "same-origin", "Origin": "http://127.0.0.1:8000"}]
+)
+def test_write__of_a_program_or_an_own_page_is_taken(api: Api, headers: dict[str, str]) -> None:
+    assert api.http.post("/v1/sweeps", json=SWEEP, headers=headers).status_code == 202
+
+
+def test_request_id__is_the_callers_if_it_is_plain(api: Api) -> None:
+    own = api.http.get("/livez", headers={"X-Request-ID": "night-run.7"}).headers["X-Request-ID"]
+    other = api.http.get("/livez", headers={"X-Request-ID": "a b\x07"}).headers["X-Request-ID"]
+    assert own == "night-run.7"
+    assert other.isalnum()
+
+
+@pytest.mark.parametrize("path", ["/", "/livez", "/nowhere", "/static/style.css", "/v1/sweeps"])
+def test_every_answer__says_what_a_browser_may_not_do_with_it(api: Api, path: str) -> None:
+    headers = api.http.get(path).headers
+    assert {name: headers[name] for name in FORBIDS} == FORBIDS
+    assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
+    assert "server" not in headers
+
+
+def test_openapi__describes_every_operation_and_its_problems(api: Api) -> None:
+    document = api.http.get("/openapi.json").json()
+    for path, methods in document["paths"].items():
+        for method, operation in methods.items():
+            assert operation["description"], (method, path)
+            problem = operation["responses"]["4XX"]["content"]
+            assert list(problem) == ["application/problem+json"], (method, path)
+    assert "ErrorItem" in document["components"]["schemas"]
+
+
+def test_openapi__examples_are_accepted(api: Api) -> None:
+    body = api.http.get("/openapi.json").json()["paths"]["/v1/sweeps"]["post"]["requestBody"]
+    examples = body["content"]["application/json"]["examples"]
+    assert examples
+    for example in examples.values():
+        response = api.http.post("/v1/sweeps/estimate", json=example["value"])
+        assert response.status_code == 200, response.text

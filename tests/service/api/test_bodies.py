@@ -1,0 +1,178 @@
+"""Whatever is sent, the answer is clear: accepted, or refused with a reason, and never a failure.
+
+``WHIPPLE_BODIES`` is how many bodies are sent, half of them to a service on each database; they are the
+same each time.
+"""
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests.service.support.api import SWEEP, Api, open_api
+
+BODIES = int(os.environ.get("WHIPPLE_BODIES", "300"))
+THOROUGH = settings(
+    max_examples=BODIES // 2,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
+JSON, YAML = "application/json", "application/yaml"
+REFUSALS = (413, 415, 422)
+
+# --- what may be sent -----------------------------------------------------------------------------
+
+NUMBERS = st.integers() | st.floats() | st.sampled_from([10**400, -(10**30), 1e308, -0.0])
+UNITS = ("km/s", "m/s", "mm", "um", "kg", "%", "", " ", "m^m", "K**9", "Δ", "m/0", "1", "degC")
+QUANTITIES = st.builds("{} {}".format, NUMBERS, st.sampled_from(UNITS))
+NAMES = st.sampled_from(
+    [
+        *SWEEP,
+        *SWEEP["fixed"],
+        *("speed", "materials", "observations", "combine", "offsets", "accuracy", "recipe"),
+        *("target.strength.A", "target.", ".", "start", "stop", "step", "count", "__class__"),
+    ]
+)
+WORDS = NAMES | st.sampled_from(["thick_plate", "taylor_bar", "zip", "copper-ofhc", "fine"])
+SCALARS = st.none() | st.booleans() | NUMBERS | QUANTITIES | WORDS | st.text(max_size=8)
+VALUES = st.recursive(
+    SCALARS,
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(NAMES | st.text(max_size=8), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+
+
+@st.composite
+def changed_sweeps(draw: st.DrawFn) -> Any:
+    """The sweep of the tests with some of it replaced, added or missing."""
+    document: dict[str, Any] = json.loads(json.dumps(SWEEP))
+    for _ in range(draw(st.integers(1, 3))):
+        place = draw(st.sampled_from([document, document.get("fixed"), document.get("axes")]))
+        if not isinstance(place, dict):
+            continue
+        name = draw(NAMES | st.text(max_size=12))
+        if draw(st.integers(0, 3)) == 0:
+            place.pop(name, None)
+        else:
+            place[name] = draw(VALUES)
+    return document
+
+
+def as_yaml(value: Any) -> str:
+    return yaml.safe_dump(value, allow_unicode=True)
+
+
+DOCUMENTS = changed_sweeps() | VALUES | st.just(SWEEP)
+TEXTS = DOCUMENTS.map(json.dumps) | DOCUMENTS.map(as_yaml)
+SIGNS = st.text(alphabet="{}[]:-&*!|>%@`'\"\\ \n\t#,?ab01.e+~\0\ufeff\u2028", max_size=60)
+
+
+@st.composite
+def damaged_texts(draw: st.DrawFn) -> bytes:
+    """A document with a piece of it cut out, or something put in."""
+    body = draw(TEXTS).encode("utf-8", "surrogatepass")
+    first, last = sorted(draw(st.tuples(*[st.integers(0, len(body))] * 2)))
+    return body[:first] + draw(st.binary(max_size=6)) + body[draw(st.sampled_from([first, last])) :]
+
+
+NESTED = st.builds(
+    lambda bracket, depth: bracket * depth,
+    st.sampled_from([b"[", b"{", b'{"a":', b"[{", b"- ", b"a: {", b"&a [", b"? "]),
+    st.integers(1, 3000),
+)
+BODIES_SENT = st.one_of(
+    TEXTS.map(lambda text: text.encode("utf-8", "surrogatepass")),
+    damaged_texts(),
+    SIGNS.map(lambda text: text.encode("utf-8", "surrogatepass")),
+    st.binary(max_size=100),
+    NESTED,
+)
+MEDIA_TYPES = st.sampled_from(
+    [JSON, YAML, "text/yaml", "application/json; charset=utf-16", "text/plain", "", "a/b;;", "JSON"]
+)
+QUERIES = st.fixed_dictionaries(
+    {},
+    optional={
+        "priority": st.integers(-200, 200).map(str) | st.text(max_size=5),
+        "keep": st.sampled_from(["numbers", "final", "film", "all", ""]),
+        "verdicts": st.text(max_size=3),
+    },
+)
+KEYS = st.none() | st.sampled_from(["k1", "k2", '"k1"', "", " "]) | st.text(max_size=5)
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def api(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
+    """A service on each database: what the one takes as text, the other may not."""
+    with ExitStack() as ends:
+        url = None
+        if request.param == "postgresql":
+            url = ends.enter_context(request.getfixturevalue("postgresql").database())
+        folder = tmp_path_factory.mktemp("bodies")
+        yield ends.enter_context(open_api(folder, max_runs=200, database_url=url))
+
+
+def is_clear(response: Any) -> bool:
+    """Whether a refusal says what is wrong, and what to do."""
+    problem = response.json()
+    told = all(error[word] for error in problem.get("errors", ()) for word in ("limit", "cure"))
+    return problem["status"] == response.status_code and bool(problem["detail"]) and told
+
+
+# --- the claims -----------------------------------------------------------------------------------
+
+
+@THOROUGH
+@given(body=BODIES_SENT, media_type=MEDIA_TYPES, query=QUERIES, key=KEYS, path=st.data())
+def test_any_submission__is_accepted_or_refused(
+    api: Api, body: bytes, media_type: str, query: dict[str, str], key: str | None, path: Any
+) -> None:
+    headers = {b"Content-Type": media_type.encode()}
+    if key is not None:
+        headers[b"Idempotency-Key"] = key.encode("utf-8", "surrogatepass").translate(
+            None, b"\r\n\0"
+        )
+    there = path.draw(st.sampled_from(["/v1/sweeps", "/v1/sweeps/estimate"]))
+    before = api.store.last_event()
+    response = api.http.post(there, content=body, headers=headers, params=query)
+    if response.is_success:
+        assert response.status_code in (200, 202)
+    else:
+        assert response.status_code in REFUSALS, (body, response.text)
+        assert is_clear(response), (body, response.text)
+        assert api.store.last_event() == before, "something was stored"
+
+
+@settings(max_examples=max(50, BODIES // 10))
+@given(body=BODIES_SENT, media_type=MEDIA_TYPES)
+def test_any_change__is_made_or_refused(api: Api, body: bytes, media_type: str) -> None:
+    headers = {"Content-Type": media_type}
+    id = api.http.post("/v1/sweeps", json=SWEEP, headers={"Idempotency-Key": "one"}).json()["id"]
+    response = api.http.patch(f"/v1/sweeps/{id}", content=body, headers=headers)
+    assert response.status_code in (200, *REFUSALS), (body, response.text)
+    assert response.is_success or is_clear(response), (body, response.text)
+
+
+@settings(max_examples=max(50, BODIES // 10))
+@given(
+    path=st.text(max_size=30),
+    query=st.dictionaries(st.text(max_size=8), st.text(max_size=8), max_size=3),
+    method=st.sampled_from(["GET", "HEAD", "POST", "PATCH", "DELETE", "PUT", "OPTIONS"]),
+    place=st.sampled_from(
+        ["/", "/v1/", "/v1/sweeps/", "/v1/runs/", "/v1/runs/0/files/", "/static/", "/docs"]
+    ),
+)
+def test_any_address__has_an_answer(
+    api: Api, path: str, query: dict[str, str], method: str, place: str
+) -> None:
+    quoted = "".join(f"%{byte:02x}" for byte in path.encode("utf-8", "surrogatepass"))
+    response = api.http.request(method, place + quoted, params=query)
+    assert response.status_code < 500, (path, response.text)

@@ -1,0 +1,258 @@
+"""Bad input gets a clear answer and stores nothing; every error is a problem document."""
+
+import json
+import logging
+import socket
+from collections.abc import Iterator
+from typing import Any
+from urllib.parse import urlsplit
+
+import pytest
+
+from service.api.errors import pointer
+from service.api.routes.given import LONGEST_BODY
+from studies.sweeps.sweep import MOST_PARTICLES
+from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of, until
+
+JSON = {"Content-Type": "application/json"}
+YAML = {"Content-Type": "application/yaml"}
+FIXED: dict[str, Any] = SWEEP["fixed"]
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
+    with open_api(tmp_path_factory.mktemp("errors")) as opened:
+        yield opened
+
+
+def is_problem(response: Any, status: int) -> bool:
+    """Whether an answer is a problem document of this status."""
+    body = response.json()
+    return (
+        response.status_code == body["status"] == status
+        and response.headers["Content-Type"] == "application/problem+json"
+        and body["request_id"] == response.headers["X-Request-ID"]
+        and bool(body["title"])
+    )
+
+
+BAD: dict[str, tuple[dict[str, Any], str, str]] = {
+    "unknown scenario": ({"scenario": "thin_plat"}, "/scenario", "thin_plate"),
+    "unknown material": (
+        {"fixed": {**FIXED, "target": "coper-ofhc"}},
+        "/fixed/target",
+        "copper-ofhc",
+    ),
+    "unknown parameter": ({"fixed": {**FIXED, "sped": "6 km/s"}}, "/fixed/sped", "speed"),
+    "unknown constant": (
+        {"fixed": {**FIXED, "target.strength.AA": "90 MPa"}},
+        "/fixed/target.strength.AA",
+        "target.strength.A",
+    ),
+    "bare number": ({"axes": {"speed": ["2 km/s", 6]}}, "/axes/speed/1", "6 km/s"),
+    "wrong unit": ({"axes": {"speed": ["2 km"]}}, "/axes/speed/0", ""),
+    "negative": ({"fixed": {**FIXED, "plate_thickness": "-2 mm"}}, "/fixed/plate_thickness", ""),
+    "empty axis": ({"axes": {"speed": []}}, "/axes/speed", ""),
+    "unknown key": ({"resolutions": 8}, "/resolutions", "resolution"),
+    "too many values": (
+        {"axes": {"speed": {"start": "1 km/s", "stop": "9 km/s", "step": "1 mm/s"}}},
+        "/axes/speed",
+        "",
+    ),
+    "too many runs": (
+        {
+            "axes": {
+                "speed": {"start": "1 km/s", "stop": "9 km/s", "step": "10 m/s"},
+                "projectile_diameter": {"start": "1 mm", "stop": "9 mm", "step": "10 um"},
+            },
+            "fixed": {k: v for k, v in FIXED.items() if k != "projectile_diameter"},
+        },
+        "/axes",
+        "",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_sweep__is_refused_with_field_value_limit_and_cure(api: Api, case: str) -> None:
+    changes, place, cure = BAD[case]
+    response = api.http.post("/v1/sweeps", json=sweep_of(**changes))
+    assert is_problem(response, 422), response.text
+    found = [error for error in response.json()["errors"] if error["pointer"] == place]
+    assert found, response.json()["errors"]
+    assert all(found[0][word] for word in ("field", "value", "limit", "cure"))
+    assert cure in found[0]["cure"]
+    assert api.http.get("/v1/sweeps").json()["items"] == []
+
+
+def test_sweep_over_the_cap__is_refused_with_the_number(api: Api) -> None:
+    response = api.http.post("/v1/sweeps", json=sweep_of(**BAD["too many runs"][0]))
+    texts = [error["value"] + error["limit"] for error in response.json()["errors"]]
+    assert any(str(801 * 801) in text and str(api.settings.max_runs) in text for text in texts)
+
+
+@pytest.mark.parametrize("path", ["/v1/sweeps", "/v1/sweeps/estimate"])
+def test_run_of_too_many_particles__is_refused_with_the_number(api: Api, path: str) -> None:
+    fixed = {
+        **FIXED,
+        "projectile_diameter": "10 um",
+        "plate_thickness": "10 mm",
+        "plate_radius": "10 m",
+    }
+    response = api.http.post(path, json=sweep_of(fixed=fixed))
+    assert is_problem(response, 422), response.text
+    found = response.json()["errors"][0]
+    assert found["field"] == "particles"
+    assert "e+" in found["value"]
+    assert str(MOST_PARTICLES) in found["limit"]
+    assert api.http.get("/v1/sweeps").json()["items"] == []
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999", "-1e999", "1" * 5000])
+def test_number_that_is_none__is_refused(api: Api, number: str) -> None:
+    text = json.dumps(SWEEP).replace('"resolution": 8', f'"resolution": {number}')
+    assert is_problem(api.http.post("/v1/sweeps", content=text, headers=JSON), 422)
+
+
+def test_every_finding__is_told_not_only_the_first(api: Api) -> None:
+    response = api.http.post("/v1/sweeps", json=sweep_of(axes={"speed": [1, 2]}, resolution="x"))
+    assert len(response.json()["errors"]) == 3
+
+
+@pytest.mark.parametrize("path", ["/v1/sweeps", "/v1/sweeps/estimate"])
+def test_malformed_json__is_refused_with_line_and_column(api: Api, path: str) -> None:
+    response = api.http.post(path, content=b'{"name": "x",\n "axes": }', headers=JSON)
+    assert is_problem(response, 422)
+    assert response.json()["errors"][0]["value"] == "line 2, column 10"
+
+
+def test_malformed_yaml__is_refused_with_line_and_column(api: Api) -> None:
+    response = api.http.post("/v1/sweeps", content=b"name: x\naxes: [1, }", headers=YAML)
+    assert is_problem(response, 422)
+    assert "line 2, column 11" in response.json()["errors"][0]["value"]
+
+
+@pytest.mark.parametrize(
+    ("text", "headers"),
+    [
+        (b"", JSON),
+        (b"", YAML),
+        (b"[]", JSON),
+        (b"null", YAML),
+        (b"name: \xff", YAML),
+        (b'{"name": "a", "name": "b"}', JSON),
+        (b"name: a\nname: b", YAML),
+        (b"a: &a [1]\nb: *a", YAML),
+        (b"a: !!python/object/apply:os.system [ls]", YAML),
+        (b"[" * 100_000, JSON),
+        (b"[" * 10_000, YAML),
+        (b"[" * 500 + b"]" * 500, JSON),
+        (b"? [a, b]\n: c", YAML),
+        (b"\x00", YAML),
+        (b'{"name": "\\ud800"}', JSON),
+        (b'{"\\udfff": 1}', JSON),
+        (b'{"name": ["a\\u0000b"]}', JSON),
+        (b'name: "\\ud800"', YAML),
+        (b'name: "\\0"', YAML),
+    ],
+)
+def test_document_that_says_nothing_clear__is_refused(
+    api: Api, text: bytes, headers: dict[str, str]
+) -> None:
+    assert is_problem(api.http.post("/v1/sweeps", content=text, headers=headers), 422)
+
+
+def test_references__cannot_make_a_short_text_endless(api: Api) -> None:
+    layers = "".join(f"a{n + 1}: &a{n + 1} [{', '.join([f'*a{n}'] * 9)}]\n" for n in range(30))
+    response = api.http.post("/v1/sweeps", content="a0: &a0 [x]\n" + layers, headers=YAML)
+    assert is_problem(response, 422)
+
+
+def test_body_over_the_limit__is_a_413(api: Api) -> None:
+    response = api.http.post("/v1/sweeps", content=b"x" * (LONGEST_BODY + 1), headers=JSON)
+    assert is_problem(response, 413)
+
+
+def test_body_over_the_limit__is_a_413_without_a_declared_length_too(api: Api) -> None:
+    chunks = (b"x" * 1024 * 1024 for _ in range(5))
+    assert is_problem(api.http.post("/v1/sweeps", content=chunks, headers=JSON), 413)
+
+
+def test_other_media_type__is_a_415(api: Api) -> None:
+    headers = {"Content-Type": "text/plain"}
+    response = api.http.post("/v1/sweeps", content=json.dumps(SWEEP), headers=headers)
+    assert is_problem(response, 415)
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [
+        ("GET", "/nowhere", 404),
+        ("GET", "/v1/sweeps/nope", 404),
+        ("GET", "/v1/sweeps/nope/runs", 404),
+        ("GET", "/v1/sweeps/nope/cube.nc", 404),
+        ("POST", "/v1/sweeps/nope/cancel", 404),
+        ("POST", "/v1/sweeps/nope/retry", 404),
+        ("DELETE", "/v1/sweeps/nope", 404),
+        ("GET", "/v1/runs/nope", 404),
+        ("GET", "/v1/sweeps/..%2F..%2Fetc%2Fpasswd", 404),
+        ("GET", "/static/..%2Fapp.py", 404),
+        ("PUT", "/v1/sweeps", 405),
+        ("GET", "/v1/sweeps?limit=0", 422),
+        ("GET", "/v1/sweeps?state=nope", 422),
+        ("GET", "/v1/sweeps?cursor=nope", 422),
+        ("GET", f"/v1/sweeps?cursor={'9' * 40}", 422),
+        ("GET", "/?cursor=-1", 422),
+    ],
+)
+def test_wrong_address__is_a_problem(api: Api, method: str, path: str, status: int) -> None:
+    assert is_problem(api.http.request(method, path), status)
+
+
+def test_unforeseen_error__tells_its_text_to_the_log_only(
+    api: Api, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def break_down(*_: Any, **__: Any) -> None:
+        raise RuntimeError("secret path /etc/x")
+
+    monkeypatch.setattr(type(api.store), "sweeps", break_down)
+    response = api.http.get("/v1/sweeps")
+    assert is_problem(response, 500)
+    assert "secret" not in response.text
+    assert "secret" in caplog.text
+    assert response.json()["request_id"] in caplog.text
+
+
+def test_store_that_is_away__is_a_503_to_be_tried_again(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from service.records.jobs import StoreUnavailable
+
+    def be_away(*_: Any, **__: Any) -> None:
+        raise StoreUnavailable("the database is locked")
+
+    monkeypatch.setattr(type(api.store), "create_sweep", be_away)
+    response = api.http.post("/v1/sweeps", json=SWEEP)
+    assert is_problem(response, 503)
+    assert response.headers["Retry-After"]
+
+
+def test_pointer__stops_where_the_document_ends() -> None:
+    document = {"axes": {"speed": [1], "a/b~": 2}}
+    assert pointer("axes.speed[7]", document) == "/axes/speed"
+    assert pointer("axes.a/b~", document) == "/axes/a~1b~0"
+    assert pointer("nothing", document) == ""
+    assert pointer("axes", None) == ""
+
+
+def test_body__that_ends_with_its_connection_is_no_failure_of_the_service(
+    api: Api, caplog: pytest.LogCaptureFixture
+) -> None:
+    head = b"POST /v1/sweeps HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
+    with caplog.at_level(logging.INFO), served(api) as url:
+        place = urlsplit(url)
+        with socket.create_connection((place.hostname, place.port)) as connection:
+            connection.sendall(head + b'Content-Length: 1000\r\n\r\n{"name":')
+        until(lambda: any("POST /v1/sweeps" in line for line in caplog.messages), seconds=20)
+    assert [line for line in caplog.messages if "POST" in line] == ["POST /v1/sweeps 400"]
+    assert all(line.levelno < logging.WARNING and not line.exc_info for line in caplog.records)

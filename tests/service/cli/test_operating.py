@@ -1,0 +1,144 @@
+"""The commands that work on database and files: keys, doctor, and what they refuse."""
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from service.files.data_directory import holding
+from service.queue import data_identity as identity
+from service.records.jobs import Scope
+from service.records.settings import Settings
+from service.store import Store
+from service.store.tables import CONTROL
+from tests.service.support.command import run
+
+Capsys = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A data directory that is not there yet, and which every command means."""
+    monkeypatch.setenv("WHIPPLE_DATA", str(tmp_path / "data"))
+    monkeypatch.delenv("WHIPPLE_DATABASE_URL", raising=False)
+    return tmp_path / "data"
+
+
+@pytest.fixture
+def store(data: Path) -> Iterator[Store]:
+    """A store in that directory."""
+    data.mkdir()
+    with closing(Store.open(Settings(data=data).url)) as opened:
+        yield opened
+
+
+def created(capsys: Capsys, *words: object) -> str:
+    """The secret of a key that the command made."""
+    assert run("keys", "create", *words) == 0
+    return capsys.readouterr().out.strip()
+
+
+def test_first_key__is_made_before_the_service_ever_ran(data: Path, capsys: Capsys) -> None:
+    secret = created(capsys, "anna")
+    with closing(Store.open(Settings(data=data).url)) as store:
+        found = store.find_key(secret)
+        assert found is not None
+        assert (found.name, found.expires) == ("anna", None)
+        assert found.scopes == {Scope.SUBMIT}
+
+
+def test_key__is_made_while_a_service_works_in_the_directory(
+    data: Path, store: Store, capsys: Capsys
+) -> None:
+    with holding(Settings(data=data)):
+        secret = created(capsys, "anna", "--scope", "admin", "--expires", "90d")
+    found = store.find_key(secret)
+    assert found is not None
+    assert found.scopes == {Scope.ADMIN}
+    assert found.expires is not None
+    assert (found.expires - found.created).days in (89, 90)
+
+
+def test_secret__is_told_once(store: Store, capsys: Capsys) -> None:
+    secret = created(capsys, "anna")
+    assert run("keys", "list") == 0
+    said = capsys.readouterr().out
+    assert "anna: submit, for ever, never used" in said
+    assert secret not in said
+    assert store.keys()[0].prefix in said
+
+
+def test_key__that_is_revoked_is_of_no_use(store: Store, capsys: Capsys) -> None:
+    secret, other = created(capsys, "anna"), created(capsys, "bert")
+    assert run("keys", "revoke", store.keys()[0].prefix) == 0
+    assert "revoked" in capsys.readouterr().out
+    assert store.find_key(secret) is None
+    assert store.find_key(other) is not None
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("create",),
+        ("create", " "),
+        ("create", "a\x07b"),
+        ("create", "anna", "--scope", "root"),
+        ("create", "anna", "--expires", "soon"),
+        ("create", "anna", "--expires", "0d"),
+        ("revoke", "nobody"),
+    ],
+)
+@pytest.mark.usefixtures("store")
+def test_keys__refuse_what_they_do_not_know(words: tuple[str, ...], capsys: Capsys) -> None:
+    assert run("keys", *words) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [("keys", "list"), ("remeasure",), ("backup", "out")])
+def test_command__without_a_database_says_how_to_name_one(
+    data: Path, words: tuple[str, ...], capsys: Capsys
+) -> None:
+    assert run(*words) == 1
+    assert "WHIPPLE_DATA" in capsys.readouterr().err
+    assert not data.exists()
+
+
+def test_command__of_another_revision_leaves_the_database_alone(
+    store: Store, capsys: Capsys
+) -> None:
+    with store._database.writing() as writing:
+        writing.exec_driver_sql("UPDATE alembic_version SET version_num = '0001'")
+    assert run("keys", "create", "anna") == 1
+    assert "tables of revision 0001" in capsys.readouterr().err
+    assert store.keys() == ()
+
+
+def test_doctor__ends_with_0_where_nothing_is_wrong(store: Store, capsys: Capsys) -> None:
+    assert run("doctor") == 0
+    said = capsys.readouterr().out
+    assert "FINE     store: " in said
+    assert store.keys() == ()
+
+
+# --- files that are away ---------------------------------------------------------------------------
+
+
+def test_adopt__lets_an_empty_directory_belong_to_the_database(
+    data: Path, store: Store, capsys: Capsys
+) -> None:
+    identity.settle(Settings(data=data), store)
+    (data / identity.FILE).unlink()
+    assert run("doctor") == 1
+    assert "has no id" in capsys.readouterr().out
+    assert run("adopt") == 0
+    assert str(store.data_id()) in capsys.readouterr().out
+    assert identity.read(data) == store.data_id()
+
+
+def test_forget_lost__allows_so_many(store: Store, capsys: Capsys) -> None:
+    assert run("forget-lost", "12") == 0
+    assert "12 lost results may be forgotten" in capsys.readouterr().out
+    with store._database.reading() as reading:
+        assert reading.execute(sa.select(CONTROL.c.forgettable)).scalar() == 12

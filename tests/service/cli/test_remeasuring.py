@@ -1,0 +1,251 @@
+"""``whipple remeasure``: values follow a changed definition, nothing is solved, and whatever dies loses nothing."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+
+from service.cli.local import start_engine
+from service.cli.offline import without_services
+from service.cli.remeasuring import plan_of, renew
+from service.files.artifacts import Artifacts
+from service.files.data_directory import DataInUse, holding
+from service.records.jobs import State, SweepState
+from service.records.settings import Settings
+from service.store import Store
+from studies import measurements
+from studies.sweeps.sweep import Sweep
+from studies.values.files import ANSWER, STATE
+from tests.service.support.api import SWEEP
+from tests.service.support.changed_measurement import (
+    FAULT,
+    MEASUREMENT,
+    TODAY,
+    VALUE,
+    VERSION,
+    raise_the_version,
+)
+from tests.service.support.command import run
+from tests.service.support.fakes import wait_until
+
+Capsys = pytest.CaptureFixture[str]
+
+TINY = {
+    **SWEEP,
+    "fixed": {**SWEEP["fixed"], "plate_radius": "16 mm", "end_time": "2 us", "stop": "end_time"},
+    "resolution": 4,
+}
+OTHER = {**TINY, "name": "other", "axes": {"speed": ["3 km/s"]}}  # one of the two runs of the first
+RAISED = "tests.service.support.changed_targets"
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A data directory with sweeps that were solved, and its store."""
+
+    settings: Settings
+    store: Store
+
+    @property
+    def artifacts(self) -> Artifacts:
+        return Artifacts(self.settings.data)
+
+    def runs(self) -> list[str]:
+        """The ids of both runs."""
+        [sweep] = [row for row in self.store.sweeps().items if row.name == TINY["name"]]
+        return [point.run.id for point in self.store.sweep_runs(sweep.id).items]
+
+    def result(self, run_id: str) -> dict[str, Any]:
+        """What the registered result of a run says."""
+        answer: dict[str, Any] = self.artifacts.read_json(self.store.run_file(run_id, ANSWER))
+        return answer
+
+    def states(self) -> set[SweepState]:
+        """Where the sweeps stand."""
+        return {row.state for row in self.store.sweeps().items}
+
+    def is_intact(self) -> bool:
+        """Whether every row points to a whole file."""
+        return all(self.artifacts.is_intact(file) for _, file in self.store.files())
+
+
+@pytest.fixture(scope="module")
+def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A data directory with two sweeps that were solved and published; tests work on copies."""
+    settings = Settings(data=tmp_path_factory.mktemp("original"), workers=1)
+    with closing(Store.open(settings.url, cost=lambda run: 1.0)) as store:
+        for document in (TINY, OTHER):
+            store.create_sweep(Sweep.parse(document))
+        with holding(settings), start_engine(settings, store):
+            wait_until(lambda: Solved(settings, store).states() == {SweepState.SUCCEEDED})
+    return settings.data
+
+
+@pytest.fixture
+def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Solved]:
+    """A copy, and a definition that has changed since, here and in every process to come."""
+    monkeypatch.setattr(measurements, "load", measurements.load)  # put back what is raised
+    raise_the_version()
+    shutil.copytree(original, tmp_path, dirs_exist_ok=True)
+    settings = {"data": tmp_path, "workers": 1, "targets_module": RAISED}
+    for name, value in settings.items():
+        monkeypatch.setenv(f"WHIPPLE_{name.upper()}", str(value))
+    with closing(Store.open(Settings().url, cost=lambda run: 1.0)) as store:
+        yield Solved(Settings(), store)
+
+
+def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
+    solved: Solved, capsys: Capsys
+) -> None:
+    old = {id: solved.result(id) for id in solved.runs()}
+    earlier = [solved.store.run_file(id, ANSWER) for id in old]
+    assert run("remeasure") == 0
+    said = capsys.readouterr().out
+    assert "changed: 2 results; unreadable: 0" in said
+    assert "published again by the next start of the service: 2 sweeps" in said
+    assert all(f"{row.id}  {row.name}" in said for row in solved.store.sweeps().items)
+    assert solved.states() == {SweepState.PUBLISHING}
+    for id in solved.runs():
+        result, row = solved.result(id), solved.store.run(id)
+        assert row.summary is not None
+        assert result["measurements"][MEASUREMENT]["version"] == VERSION
+        assert row.summary["measurements"][MEASUREMENT]["value"] == VALUE
+        assert (row.attempt, row.state) == (1, State.SUCCEEDED)
+        file = solved.store.run_file(id, ANSWER)
+        assert (row.path, row.size, row.sha256) == (file.path, file.size, file.sha256)
+        others = {name: one for name, one in result["measurements"].items() if name != MEASUREMENT}
+        assert others.items() <= old[id]["measurements"].items()
+    assert solved.is_intact()
+    assert all(solved.artifacts.is_intact(file) for file in earlier)  # nothing is written in place
+    assert not [*solved.settings.data.glob("runs/**/*.part")]
+
+
+def test_cube__follows_at_the_next_start_and_nothing_is_solved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    document, out = tmp_path / "tiny.json", tmp_path / "out"
+    document.write_text(json.dumps(OTHER))
+    monkeypatch.setenv("WHIPPLE_WORKERS", "1")
+    monkeypatch.setattr(measurements, "load", measurements.load)  # put back what is raised
+    assert run("sweep", document, "--out", out) == 0
+    before = xr.load_dataset(out / "cube.nc")
+    assert json.loads(before.attrs["measurement_versions"])[MEASUREMENT] == [TODAY]
+    raise_the_version()
+    monkeypatch.setenv("WHIPPLE_TARGETS_MODULE", RAISED)
+    assert run("remeasure", "--data", out / ".whipple") == 0
+    assert run("sweep", document, "--out", out) == 0
+    cube = xr.load_dataset(out / "cube.nc")
+    assert (cube[MEASUREMENT] == VALUE).all()
+    assert json.loads(cube.attrs["measurement_versions"])[MEASUREMENT] == [VERSION]
+    told = json.loads(cube.attrs["software"])["remeasured"][0]
+    assert f"{MEASUREMENT} {TODAY} to {VERSION}" in told
+    rest = [name for name in before.data_vars if MEASUREMENT not in str(name)]
+    assert all(cube[name].identical(before[name]) for name in rest if before[name].size)
+
+
+def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(
+    solved: Solved, capsys: Capsys
+) -> None:
+    other = solved.store.create_sweep(Sweep.parse({**OTHER, "axes": {"speed": ["8 km/s"]}}))
+    damaged, fine = solved.runs()
+    before = solved.result(damaged)
+    file = solved.artifacts.path(solved.store.run_file(damaged, STATE))
+    file.write_bytes(b"x" * file.stat().st_size)
+    assert run("remeasure") == 3
+    said = capsys.readouterr().out
+    assert "not kept: 0" in said
+    assert "changed: 1 results; unreadable: 1" in said
+    assert f"{damaged} stays as it is: Damaged: state.npz does not match its checksum" in said
+    assert solved.result(damaged) == before
+    assert solved.result(fine)["measurements"][MEASUREMENT]["value"] == VALUE
+    assert solved.store.sweep(other.id).state is SweepState.QUEUED  # no run was begun
+
+
+def test_result__of_another_physics_stays_as_it_is(
+    solved: Solved, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = solved.runs()
+    question = solved.store.run_spec(second)  # by another version the same question has another id
+    monkeypatch.setattr(Store, "run_spec", lambda _store, _id: question)
+    [renewal] = renew(solved.settings, solved.store, [first])
+    assert renewal.reason is not None
+    assert "another version of the physics" in renewal.reason
+
+
+def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(
+    solved: Solved, capsys: Capsys
+) -> None:
+    for id in solved.runs():
+        solved.store.forget_files(id, [STATE])
+    assert run("remeasure") == 0
+    said = capsys.readouterr().out
+    assert "to read again: 0 results of 0 sweeps; not kept: 2" in said
+    assert all(f"{id} stays as it is: its final state was not kept" in said for id in solved.runs())
+
+
+# --- what interrupts it ----------------------------------------------------------------------------
+
+
+def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(
+    solved: Solved, capsys: Capsys
+) -> None:
+    plan = plan_of(solved.store)
+    assert len(plan.read) == 2
+    [first] = islice(renew(solved.settings, solved.store, plan.read), 1)
+    assert first.marked
+    file = solved.store.run_file(first.run_id, ANSWER)
+    assert solved.is_intact()
+    assert run("remeasure") == 0
+    assert capsys.readouterr().out.startswith("to read again: 1 results")
+    assert solved.store.run_file(first.run_id, ANSWER) == file
+    assert run("remeasure") == 0
+    assert capsys.readouterr().out == "to read again: 0 results of 0 sweeps; not kept: 0\n"
+
+
+def test_child__that_dies_is_told_of_and_the_next_time_goes_on(
+    solved: Solved, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(FAULT, str(solved.settings.data / "died"))
+    assert run("remeasure") == 1
+    said = capsys.readouterr()
+    assert "a process that reads states died" in said.err
+    assert "changed: 0 results" in said.out
+    assert run("remeasure") == 0
+    assert plan_of(solved.store).read == ()
+
+
+# --- beside a service ------------------------------------------------------------------------------
+
+
+def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) -> None:
+    files = solved.store.files()
+    with holding(solved.settings):
+        assert run("remeasure") == 1
+        assert "is used by process" in capsys.readouterr().err
+        assert run("remeasure", "--dry-run") == 0
+    assert "to read again: 2 results of 2 sweeps" in capsys.readouterr().out
+    assert solved.store.files() == files
+
+
+def test_command__refuses_where_a_service_leads_on_postgresql(
+    tmp_path: Path, postgresql_url: str
+) -> None:
+    settings = Settings(data=tmp_path, database_url=postgresql_url)
+    with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
+        leadership = store.lead("host:7")
+        assert leadership is not None
+        with (
+            closing(leadership),
+            pytest.raises(DataInUse, match="host:7 works on this database"),
+            without_services(settings, store),
+        ):
+            pass
+        with without_services(settings, store):
+            assert store.lead("host:8") is None

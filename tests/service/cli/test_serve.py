@@ -1,0 +1,198 @@
+"""``whipple serve`` as a server: it listens, heeds signals from the first moment, and leaves in order."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+import httpx
+import pytest
+from fastapi import FastAPI, Request
+from fastapi.responses import StreamingResponse
+
+from service.api.event_streams import MOST_STREAMS
+from service.cli import serve
+from service.cli.serve import _listening, _Server
+from service.records.settings import Settings
+from service.records.signals import heeding
+from studies.values.errors import InvalidInput
+from tests.service.support.fakes import DEADLINE
+
+ROOT = Path(__file__).parents[3]
+
+
+@dataclass
+class Watched:
+    """Stands in for the engine and for the event streams: remembers what it was told."""
+
+    told: list[str] = field(default_factory=list)
+
+    def leave(self) -> None:
+        self.told.append("leave")
+
+    def close(self) -> None:
+        self.told.append("close")
+
+
+@pytest.fixture
+def watched() -> Watched:
+    return Watched()
+
+
+@pytest.fixture
+def app(watched: Watched) -> FastAPI:
+    made = FastAPI()
+    made.state.engine = made.state.live = watched
+    return made
+
+
+def serve_until(app: FastAPI, folder: Path, when: Callable[[_Server], Any]) -> str | None:
+    """Serve; ``when`` is told of the server as it begins. The signal that was heeded."""
+    settings = Settings(data=folder, port=0)
+    with heeding() as leaving, _listening(settings) as listener:
+        server = _Server(app, settings, leaving)
+        when(server)
+        server.run(sockets=[listener])
+        wish = leaving.asked()
+    return wish.name if wish else None
+
+
+def once_started(server: _Server, act: Callable[[int], Any]) -> None:
+    """Let a thread act as soon as the server listens; it is told the port."""
+    startup = server.startup
+
+    async def announce(sockets: Any = None) -> None:
+        await startup(sockets)
+        threading.Thread(target=act, args=[sockets[0].getsockname()[1]], daemon=True).start()
+
+    server.startup = announce  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_signal__lets_runs_leave_while_connections_close(
+    app: FastAPI, watched: Watched, tmp_path: Path, number: signal.Signals
+) -> None:
+    def soon(server: _Server) -> None:
+        once_started(server, lambda _port: os.kill(os.getpid(), number))
+
+    assert serve_until(app, tmp_path, soon) == number.name
+    assert watched.told == ["leave", "close"]
+
+
+def test_signal__that_came_before_the_server_is_heeded_too(
+    app: FastAPI, watched: Watched, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def at_once(_server: _Server) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    assert serve_until(app, tmp_path, at_once) == "SIGTERM"
+    assert watched.told == ["close"]
+    assert "serves" not in capsys.readouterr().out
+
+
+STUCK = (
+    "import sys, threading; from concurrent.futures import ThreadPoolExecutor\n"
+    "from contextlib import contextmanager; from pathlib import Path\n"
+    "from fastapi import FastAPI\n"
+    "from service.cli import serve; from service.records.settings import Settings\n"
+    "from tests.service.cli.test_serve import Watched\n"
+    "@contextmanager\n"
+    "def open_service(settings, start_engine):\n"
+    "    app = FastAPI()\n"
+    "    app.state.engine = app.state.live = Watched()\n"
+    "    yield app\n"
+    "serve.open_service = open_service\n"
+    "ThreadPoolExecutor(1).submit(threading.Event().wait)\n"
+    "serve.serve(Settings(data=Path(sys.argv[1]), port=0))\n"
+)
+
+
+def test_signal__ends_the_process_though_a_thread_goes_on(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", STUCK, str(tmp_path)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline().startswith("whipple serves")
+        begin = time.monotonic()
+        process.terminate()
+        assert process.wait(DEADLINE) == 0
+        assert time.monotonic() - begin < serve.GONE_SECONDS
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def ask_in(app: FastAPI, folder: Path, ask: Callable[[httpx.Client], Any]) -> Any:
+    """What somebody finds who asks a server, which ends then."""
+    found: SimpleQueue[Any] = SimpleQueue()
+
+    def act(port: int) -> None:
+        try:
+            with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=DEADLINE) as client:
+                found.put(ask(client))
+        finally:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    serve_until(app, folder, lambda server: once_started(server, act))
+    return found.get(timeout=DEADLINE)
+
+
+def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path) -> None:
+    @app.get("/peer")
+    def peer(request: Request) -> str:
+        assert request.client is not None
+        return request.client.host
+
+    forged = {"X-Forwarded-For": "10.0.3.7", "X-Forwarded-Proto": "https"}
+    told = ask_in(app, tmp_path, lambda client: client.get("/peer", headers=forged).json())
+    assert told == "127.0.0.1"
+
+
+def test_connections__beyond_the_limit_are_refused_and_streams_go_on(
+    app: FastAPI, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over = threading.Event()
+
+    @app.get("/stream")
+    def stream() -> StreamingResponse:
+        def words() -> Iterator[str]:
+            yield "first"
+            assert over.wait(DEADLINE)
+            yield "last"
+
+        return StreamingResponse(words())
+
+    def ask(client: httpx.Client) -> tuple[int, str, int]:
+        with client.stream("GET", "/stream") as opened:
+            refused = client.get("/nothing")
+            over.set()
+            return refused.status_code, opened.read().decode(), client.get("/nothing").status_code
+
+    monkeypatch.setattr(serve, "MOST_CONNECTIONS", 2)
+    assert ask_in(app, tmp_path, ask) == (503, "firstlast", 404)
+
+
+def test_connections__leave_room_beside_the_event_streams(app: FastAPI, tmp_path: Path) -> None:
+    with heeding() as leaving:
+        config = _Server(app, Settings(data=tmp_path), leaving).config
+    assert config.limit_concurrency is not None
+    assert config.limit_concurrency > 2 * MOST_STREAMS
+
+
+def test_port__that_is_taken_is_refused_with_a_cure(tmp_path: Path) -> None:
+    with _listening(Settings(data=tmp_path, port=0)) as first:
+        taken = Settings(data=tmp_path, port=first.getsockname()[1])
+        first.listen()
+        with pytest.raises(InvalidInput, match="choose another port"):
+            _listening(taken)

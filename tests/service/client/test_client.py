@@ -1,0 +1,168 @@
+"""The client, against the real interface over a real connection."""
+
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.client.client import Client, ServiceError, StillRunning, SweepStatus, Unreachable
+from studies import examples
+from studies.values.errors import InvalidInput
+from tests.service.support.api import FILES, SWEEP, Api, open_api, served, sweep_of
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
+    with open_api(tmp_path_factory.mktemp("client")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def client(api: Api) -> Iterator[Client]:
+    with served(api) as url, Client(url) as opened:
+        yield opened
+
+
+def test_client__without_an_address_asks_that_of_the_environment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("WHIPPLE_SERVICE", "http://127.0.0.1:8001")
+    assert Client().url == "http://127.0.0.1:8001"
+    assert Client("http://127.0.0.1:8002").url == "http://127.0.0.1:8002"
+    monkeypatch.delenv("WHIPPLE_SERVICE")
+    assert Client().url == "http://127.0.0.1:8000"
+
+
+def test_submit__takes_a_document_and_hands_back_the_sweep(client: Client) -> None:
+    status = client.submit(SWEEP).status()
+    assert (status.name, status.planned) == ("two-speeds", 2)
+
+
+def test_submit__takes_a_file_with_the_observations_beside_it(
+    client: Client, tmp_path: Path
+) -> None:
+    text = examples.text("smoke") + "\nobservations: shots.csv\n"
+    (tmp_path / "smoke.yaml").write_text(text)
+    (tmp_path / "shots.csv").write_text(
+        "speed,quantity,value,uncertainty,source\n3 km/s,hole_diameter,16 mm,1 mm,own shot 7\n"
+    )
+    document = client.submit(tmp_path / "smoke.yaml").document()
+    assert document["observations"][0]["source"] == "own shot 7"
+
+
+def test_submit__refused__carries_every_finding(client: Client) -> None:
+    with pytest.raises(InvalidInput) as refused:
+        client.submit(sweep_of(scenario="thin_plat"))
+    [finding] = refused.value.findings
+    assert finding.field == "scenario"
+    assert "thin_plate" in finding.cure
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_submit__sends_even_what_json_cannot_say(client: Client, value: float) -> None:
+    with pytest.raises(InvalidInput, match="resolution"):
+        client.submit(sweep_of(resolution=value))
+
+
+def test_submit__of_a_missing_file_is_refused(client: Client, tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"nothing\.yaml"):
+        client.submit(tmp_path / "nothing.yaml")
+
+
+def test_wait__tells_progress_and_ends_with_the_sweep(api: Api, client: Client) -> None:
+    handle, seen = client.submit(sweep_of(name="waited for")), list[SweepStatus]()
+    api.compute()
+    assert handle.wait(timeout=20, on_progress=seen.append).state == "succeeded"
+    assert seen[-1].progress == 1
+
+
+def test_wait__past_its_deadline_says_where_the_sweep_stands(client: Client) -> None:
+    handle = client.submit(sweep_of(axes={"speed": ["4.5 km/s"]}))
+    with pytest.raises(StillRunning, match="queued"):
+        handle.wait(timeout=0)
+
+
+def test_fetch__brings_the_three_files_whole(api: Api, client: Client, tmp_path: Path) -> None:
+    handle = client.submit(SWEEP)
+    api.compute()
+    folder = handle.fetch(tmp_path / "new" / "folder")
+    assert {file.name: file.read_bytes() for file in folder.iterdir()} == FILES
+
+
+def test_fetch__of_a_damaged_file_leaves_nothing(api: Api, client: Client, tmp_path: Path) -> None:
+    handle = client.submit(sweep_of(name="damaged"))
+    api.compute()
+    stored = api.store.artifacts(handle.id)[0]
+    (api.settings.data / stored.path).write_bytes(b"x" * stored.size)
+    with pytest.raises(ServiceError, match="digest"):
+        handle.fetch(tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_fetch__before_the_end_says_how_far_the_sweep_is(client: Client, tmp_path: Path) -> None:
+    handle = client.submit(sweep_of(axes={"speed": ["5.5 km/s"]}))
+    with pytest.raises(ServiceError, match="queued") as refused:
+        handle.fetch(tmp_path)
+    assert refused.value.status == 409
+
+
+def test_runs__come_from_every_page(api: Api, client: Client) -> None:
+    api.compute()  # what other tests left in the queue
+    axis = {"start": "1 km/s", "stop": "2.2 km/s", "step": "10 m/s"}
+    handle = client.submit(sweep_of(axes={"speed": axis}))
+    assert [point["ordinal"] for point in handle.runs()] == list(range(121))
+    api.compute(failures=2)
+    assert len(list(handle.runs("failed"))) == 2
+
+
+def test_cancel_retry_delete__move_a_sweep(api: Api, client: Client) -> None:
+    handle = client.submit(sweep_of(axes={"speed": ["7.5 km/s"]}))
+    assert handle.cancel().counts["cancelled"] == 1
+    assert handle.retry().counts["queued"] == 1
+    api.compute()
+    handle.delete()
+    with pytest.raises(ServiceError) as refused:
+        handle.status()
+    assert refused.value.status == 404
+
+
+def test_catalogue__is_at_hand(client: Client) -> None:
+    assert "thin_plate" in [one["name"] for one in client.scenarios()]
+    assert "copper-ofhc" in [one["name"] for one in client.materials()]
+    assert client.laws()
+    assert "fine" in [one["name"] for one in client.accuracies()]
+    assert client.estimate(SWEEP)["runs"] == 2
+
+
+def test_sweeps__are_listed(client: Client) -> None:
+    handle = client.submit(SWEEP)
+    assert handle.id in [status.id for status in client.sweeps()]
+
+
+def test_client__without_a_service_says_what_to_start() -> None:
+    with socket.socket() as nobody:
+        nobody.bind(("127.0.0.1", 0))  # taken, and nobody listens
+        client = Client(f"http://127.0.0.1:{nobody.getsockname()[1]}")
+        with pytest.raises(Unreachable, match="whipple serve"):
+            client.submit(SWEEP)
+
+
+@pytest.mark.parametrize("url", ["nonsense", "ftp://127.0.0.1", "http://[", ""])
+def test_client__with_a_wrong_address_says_so(url: str) -> None:
+    with pytest.raises(Unreachable), Client(url) as client:
+        client.submit(SWEEP)
+
+
+def test_client__of_something_else_says_what_it_got(monkeypatch: pytest.MonkeyPatch) -> None:
+    import httpx
+
+    def page(request: Any) -> httpx.Response:
+        return httpx.Response(502, text="<html>bad gateway</html>")
+
+    with (
+        Client(transport=httpx.MockTransport(page)) as client,
+        pytest.raises(ServiceError, match="502"),
+    ):
+        client.submit(SWEEP)

@@ -1,0 +1,385 @@
+"""The client when the connection breaks: what is sent again, what is told at once, and streams taken up again."""
+
+import json
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import xarray as xr
+
+import whipple
+from service.client import connection
+from service.client import remote_cube as remote
+from service.client.client import (
+    KEY_VARIABLE,
+    Client,
+    ServiceError,
+    SweepHandle,
+    Unreachable,
+)
+from service.client.server_events import messages
+from service.records.jobs import Scope
+from studies.values.errors import InvalidInput, MissingExtra
+from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of, until
+
+Answer = httpx.Response | Exception
+DEADLINE = 60.0
+TERMINAL: dict[str, Any] = {
+    **dict.fromkeys(("id", "name", "scenario", "owner", "keep"), "x"),
+    **dict.fromkeys(("priority", "planned", "reused", "new", "progress"), 0),
+    **{"state": "succeeded", "reason": None, "counts": {}, "eta_seconds": None, "links": {}},
+}
+
+
+@pytest.fixture(scope="module")
+def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
+    with open_api(tmp_path_factory.mktemp("connection")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def url(api: Api) -> Iterator[str]:
+    with served(api) as address:
+        yield address
+
+
+@pytest.fixture(autouse=True)
+def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connection, "FIRST_PAUSE", 0.001)
+    monkeypatch.setattr(connection, "LONGEST_PAUSE", 0.01)
+
+
+class Flaky(httpx.BaseTransport):
+    """Passes requests on to a service; before or behind some of them the connection breaks."""
+
+    def __init__(self, url: str, *faults: str):
+        self._there = httpx.HTTPTransport()
+        self._faults = list(faults)
+        self.sent: list[httpx.Request] = []
+
+    def handle_request(self, request: httpx.Request) -> httpx.Response:
+        self.sent.append(request)
+        fault = self._faults.pop(0) if self._faults else ""
+        if fault == "before":
+            raise httpx.ConnectError("refused")
+        response = self._there.handle_request(request)
+        if fault == "behind":
+            response.read()
+            response.close()
+            raise httpx.ReadError("reset")
+        return response
+
+
+def scripted(*answers: Answer) -> tuple[Client, list[httpx.Request]]:
+    """A client of a service that answers as said, one request after the other."""
+    left, sent = list(answers), list[httpx.Request]()
+
+    def answer(request: httpx.Request) -> httpx.Response:
+        sent.append(request)
+        one = left.pop(0)
+        if isinstance(one, Exception):
+            raise one
+        return one
+
+    return Client(transport=httpx.MockTransport(answer), patience=5.0), sent
+
+
+def problem(status: int, **headers: str) -> httpx.Response:
+    words = {"title": "The store does not answer", "detail": "locked", "status": status}
+    kind = {"content-type": "application/problem+json", **headers}
+    return httpx.Response(status, content=json.dumps(words), headers=kind)
+
+
+# --- requests that are sent again -----------------------------------------------------------------
+
+
+def test_submission__whose_answer_was_lost_is_accepted_once(api: Api, url: str) -> None:
+    before = len(api.store.sweeps(limit=1000).items)
+    transport = Flaky(url, "behind", "behind")
+    with Client(url, transport=transport) as client:
+        handle = client.submit(sweep_of(name="sent three times"))
+    assert len(transport.sent) == 3
+    assert len({request.headers["Idempotency-Key"] for request in transport.sent}) == 1
+    assert len(api.store.sweeps(limit=1000).items) == before + 1
+    assert api.store.sweep(handle.id).name == "sent three times"
+
+
+def test_submission__has_a_key_of_its_own_each_time(url: str) -> None:
+    with Client(url) as client:
+        assert client.submit(SWEEP).id != client.submit(SWEEP).id
+
+
+def test_submission__with_a_key_is_the_same_sweep(url: str) -> None:
+    with Client(url) as client:
+        ids = {client.submit(SWEEP, idempotency_key="mine").id for _ in range(2)}
+        assert len(ids) == 1
+        with pytest.raises(ServiceError) as refused:
+            client.submit(SWEEP, idempotency_key="mine", keep="film")
+    assert refused.value.status == 422
+
+
+def test_delete__whose_answer_was_lost_is_done(api: Api, url: str) -> None:
+    with Client(url, transport=Flaky(url, "", "", "behind")) as client:
+        handle = client.submit(sweep_of(name="to go", axes={"speed": ["7.1 km/s"]}))
+        handle.cancel()
+        handle.delete()
+        with pytest.raises(ServiceError, match="no such thing"):
+            handle.delete()
+
+
+def test_service__that_comes_back_is_waited_for() -> None:
+    gone = httpx.ConnectError("refused")
+    client, sent = scripted(
+        httpx.Response(200, json=TERMINAL), gone, gone, httpx.Response(200, json=TERMINAL)
+    )
+    for _ in range(2):
+        assert client.sweep("x").status().state == "succeeded"
+    assert len(sent) == 4
+
+
+def test_service__that_does_not_come_back_is_given_up_in_time() -> None:
+    gone: list[Answer] = [httpx.ConnectError("refused")] * 10_000
+    answers: list[Answer] = [httpx.Response(200, json=TERMINAL), *gone]
+    client, sent = scripted(*answers)
+    client._connection._patience = 1.0
+    client.sweep("x").status()
+    begin = time.monotonic()
+    with pytest.raises(Unreachable, match="whipple serve"):
+        client.sweep("x").status()
+    assert time.monotonic() - begin < DEADLINE
+    assert len(sent) > 3
+
+
+def test_address__that_never_answered_is_told_at_once() -> None:
+    client, sent = scripted(httpx.ConnectError("refused"))
+    with pytest.raises(Unreachable):
+        client.submit(SWEEP)
+    assert len(sent) == 1
+
+
+def test_store__that_is_locked_for_a_while_is_asked_again() -> None:
+    client, sent = scripted(
+        problem(503, **{"retry-after": "0"}), httpx.Response(200, json=TERMINAL)
+    )
+    assert client.sweep("x").status().state == "succeeded"
+    assert len(sent) == 2
+
+
+def test_store__that_stays_locked_is_told_in_its_own_words() -> None:
+    client, _ = scripted(*[problem(503)] * 10_000)
+    client._connection._patience = 0.1
+    with pytest.raises(ServiceError, match="locked") as refused:
+        client.sweep("x").status()
+    assert refused.value.status == 503
+
+
+@pytest.mark.parametrize("status", [400, 401, 403, 404, 409, 422, 500])
+def test_refusal__is_not_asked_again(status: int) -> None:
+    client, sent = scripted(problem(status))
+    with pytest.raises(ServiceError):
+        client.sweep("x").status()
+    assert len(sent) == 1
+
+
+def test_download__that_breaks_off_begins_again(api: Api, url: str, tmp_path: Path) -> None:
+    with Client(url) as client:
+        id = client.submit(sweep_of(name="fetched")).id
+    api.compute()
+    with Client(url, transport=Flaky(url, "behind", "", "behind")) as client:
+        folder = client.sweep(id).fetch(tmp_path)
+    assert len(list(folder.iterdir())) == 3
+
+
+# --- keys -----------------------------------------------------------------------------------------
+
+
+def test_key__is_sent_with_every_request(monkeypatch: pytest.MonkeyPatch) -> None:
+    def asked(**given: Any) -> str | None:
+        seen: list[httpx.Request] = []
+        transport = httpx.MockTransport(
+            lambda request: seen.append(request) or httpx.Response(200, json={"items": []})  # type: ignore[func-returns-value]
+        )
+        with Client(transport=transport, **given) as client:
+            client.laws()
+        return seen[0].headers.get("Authorization")
+
+    monkeypatch.delenv(KEY_VARIABLE, raising=False)
+    assert asked() is None
+    assert asked(key="whp_one") == "Bearer whp_one"
+    monkeypatch.setenv(KEY_VARIABLE, "whp_two")
+    assert asked() == "Bearer whp_two"
+    assert asked(key="whp_one") == "Bearer whp_one"
+
+
+# --- events ---------------------------------------------------------------------------------------
+
+
+def heard(handle: SweepHandle, api: Api) -> list[Any]:
+    """What a listener hears of a sweep that is computed meanwhile."""
+    found: list[Any] = []
+    listening = threading.Thread(target=lambda: found.extend(handle.events()))
+    listening.start()
+    until(lambda: bool(found), seconds=DEADLINE)
+    api.compute()
+    listening.join(DEADLINE)
+    return found
+
+
+def test_events__tell_all_until_the_end(api: Api, url: str) -> None:
+    with Client(url) as client:
+        found = heard(client.submit(sweep_of(name="heard")), api)
+    kinds = [one.content["kind"] for one in found if one.name == "message"]
+    assert kinds[0] == "accepted"
+    assert kinds[-1] == "published"
+    assert found[-1].name == "end"
+    assert found[-1].content["state"] == "succeeded"
+    numbers = [one.number for one in found if one.number is not None]
+    assert numbers == sorted(set(numbers))
+
+
+def test_events__go_on_behind_a_number(api: Api, url: str) -> None:
+    with Client(url) as client:
+        handle = client.submit(sweep_of(name="heard late"))
+        api.compute()
+        every = list(handle.events())
+        rest = list(handle.events(after=every[1].number))
+    assert [one.number for one in rest] == [one.number for one in every[2:]]
+
+
+class Torn(httpx.SyncByteStream):
+    """A stream that breaks off, or ends, behind some of its bytes."""
+
+    def __init__(self, content: bytes, error: Exception | None):
+        self._content, self._error = content, error
+
+    def __iter__(self) -> Iterator[bytes]:
+        yield self._content
+        if self._error is not None:
+            raise self._error
+
+
+def event(number: int) -> bytes:
+    return f'id: {number}\ndata: {{"number": {number}}}\n\n'.encode()
+
+
+def test_stream__that_breaks_is_taken_up_where_it_was() -> None:
+    def stream(content: bytes, error: Exception | None = None) -> httpx.Response:
+        return httpx.Response(200, stream=Torn(content, error))
+
+    half = b'id: 3\ndata: {"num'
+    client, sent = scripted(
+        stream(b"retry: 1\n\n" + event(1) + event(2) + half, httpx.ReadError("reset")),
+        httpx.ConnectError("refused"),
+        problem(503),
+        stream(event(3)),  # closed in order, as a service does that leaves
+        stream(event(4) + b'event: end\ndata: {"state": "succeeded"}\n\n'),
+    )
+    found = list(client.sweep("x").events())
+    assert [one.number for one in found] == [1, 2, 3, 4, None]
+    assert [request.headers.get("Last-Event-ID") for request in sent] == [None, "2", "2", "2", "3"]
+
+
+def test_stream__of_an_unknown_sweep_says_so(url: str) -> None:
+    with Client(url) as client, pytest.raises(ServiceError) as refused:
+        list(client.sweep("0" * 32).events())
+    assert refused.value.status == 404
+
+
+def test_messages__of_several_lines_comments_and_unknown_words() -> None:
+    lines = [": hello", "", "data: one", "data: two", "colour: red", "", "event: x", "data", ""]
+    found = [(one.name, one.data) for one in messages(lines)]
+    assert found == [("message", "one\ntwo"), ("x", "")]
+
+
+# --- cubes from afar, runs, orders ------------------------------------------------------------------
+
+
+@pytest.fixture
+def published(api: Api, url: str, tmp_path: Path) -> Iterator[SweepHandle]:
+    """A sweep with a real cube."""
+    with Client(url) as client:
+        handle = client.submit(sweep_of(name="with a cube"))
+        api.compute()
+        file = api.settings.data / api.store.artifacts(handle.id)[0].path
+        cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
+        cube.to_netcdf(file, engine="netcdf4")
+        yield handle
+
+
+def test_open_cube__reads_a_value_and_gives_the_connection_back(published: SweepHandle) -> None:
+    with published.open_cube() as cube:
+        assert cube.hole_diameter.sel(speed=6e3).item() == 0.2
+
+
+def test_open_cube__takes_an_address_too(published: SweepHandle) -> None:
+    address = f"{published.client.url}/v1/sweeps/{published.id}/cube.nc"
+    with whipple.open_cube(address) as cube:
+        assert cube.hole_diameter.sel(speed=3e3).item() == 0.1
+
+
+def test_open_cube__sends_the_key(
+    api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, secret = api.store.create_key("anna", [Scope.READ])
+    monkeypatch.setattr(published._connection, "headers", {"Authorization": "Bearer whp_wrong"})
+    with pytest.raises(FileNotFoundError):
+        published.open_cube()
+    right = {"Authorization": f"Bearer {secret}"}
+    monkeypatch.setattr(published._connection, "headers", right)
+    with published.open_cube() as cube:
+        assert cube.sizes == {"speed": 2}
+
+
+def test_open_cube__that_is_not_there_yet_says_so(url: str) -> None:
+    with Client(url) as client:
+        handle = client.submit(sweep_of(axes={"speed": ["7.3 km/s"]}))
+        with pytest.raises(ServiceError, match="queued"):
+            handle.open_cube()
+
+
+def test_open_cube__without_its_libraries_says_what_to_install(
+    published: SweepHandle, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing(name: str) -> None:
+        raise ImportError(f"No module named {name!r}")
+
+    monkeypatch.setattr(remote, "import_module", missing)
+    with pytest.raises(MissingExtra, match=r"pip install 'whipple\[remote\]'"):
+        published.open_cube()
+
+
+def test_run__gives_its_files(api: Api, url: str, tmp_path: Path) -> None:
+    with Client(url) as client:
+        handle = client.submit(sweep_of(name="of runs"))
+        api.compute()
+        id = next(handle.runs())["run"]["id"]
+        assert [file["name"] for file in client.run_files(id)] == ["result.json"]
+        assert (client.fetch_run(id, tmp_path) / "result.json").read_bytes() == b"{}"
+
+
+def test_orders__priority_keep_and_the_queue(api: Api, url: str) -> None:
+    with Client(url) as client:
+        handle = client.submit(sweep_of(axes={"speed": ["7.4 km/s"]}), priority=-3, keep="numbers")
+        status = handle.status()
+        assert (status.priority, status.keep, status.owner) == (-3, "numbers", "")
+        assert handle.prioritise(9).priority == 9
+        assert client.pause()["paused"]
+        assert client.queue()["counts"]["queued"] >= 1
+        assert client.resume()["paused"] is None
+        with pytest.raises(InvalidInput, match="priority"):
+            handle.prioritise(1000)
+    api.compute()
+
+
+def test_something__that_is_no_service_is_given_up() -> None:
+    with socket.socket() as deaf:
+        deaf.bind(("127.0.0.1", 0))
+        deaf.listen()
+        address = f"http://127.0.0.1:{deaf.getsockname()[1]}"
+        with Client(address, timeout=0.05, patience=0.1) as client, pytest.raises(Unreachable):
+            client.laws()

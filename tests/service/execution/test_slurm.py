@@ -1,0 +1,54 @@
+"""Workers as jobs of Slurm, by the program of docs/cluster.md."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from tests.service.support.cluster import (
+    Cluster,
+    Process,
+    documented,
+    environment,
+    patiently,
+    serving,
+    ticket,
+)
+
+# Stand in for Slurm: a job is a process in the background.
+SBATCH = """#!/bin/sh
+cp "$1" job.sh
+setsid sh job.sh >job.log 2>&1 &
+echo "Submitted batch job $!"
+"""
+SCANCEL = """#!/bin/sh
+kill "$1" 2>/dev/null
+"""
+
+
+def test_slurm__the_documented_program_starts_workers_that_get_work(tmp_path: Path) -> None:
+    pytest.importorskip("dask_jobqueue", reason="the extra cluster is not installed")
+    cluster = Cluster(tmp_path)
+    cluster.certify()
+    for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL)):
+        (tmp_path / name).write_text(text)
+        (tmp_path / name).chmod(0o755)
+    program = documented("cluster = SLURMCluster(", "python")
+    program = program.replace("8786", str(cluster.port)).replace("JOBS = 10", "JOBS = 1")
+    (tmp_path / "cluster.py").write_text(
+        program.replace("cores=4", "cores=2").replace("processes=4", "processes=2")
+    )
+    path = os.pathsep.join([str(tmp_path), environment()["PATH"]])
+    process = Process("python cluster.py", tmp_path, "slurm", {"PATH": path})
+    cluster.processes.append(process)
+    job = tmp_path / "job.log"
+    try:
+        with serving(cluster.remote()) as service:
+            service.wait_for_slots(2)
+            order = ticket(tmp_path)
+            service.engine.submit(order)
+            assert service.end_of(order).cause is None
+    finally:
+        process.kill()
+        cluster.end()
+    patiently(lambda: "End worker" in job.read_text())

@@ -1,0 +1,143 @@
+"""Who works in a data directory, and who is refused."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from service.cli.local import run_sweep
+from service.cli.serve import serve
+from service.files.data_directory import DataInUse, check_names, holding
+from service.records.settings import Settings
+from studies.values.errors import InvalidInput
+from tests.service.execution.test_local import document, settings_of
+
+ROOT = Path(__file__).parents[3]
+HOLD = (
+    "import sys; from pathlib import Path; from service.files.data_directory import holding; "
+    "from service.records.settings import Settings\n"
+    "with holding(Settings(data=Path(sys.argv[1]))): print('held', flush=True); sys.stdin.read()"
+)
+
+
+@contextmanager
+def held_elsewhere(folder: Path) -> Iterator["subprocess.Popen[str]"]:
+    """A process that works in the folder."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(folder)],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "held\n"
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def run_sweep_in(settings: Settings) -> None:
+    """Compute a sweep there."""
+    run_sweep(document(), settings.data, settings=settings)
+
+
+def test_second__is_refused_and_told_by_whom(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path)
+    with (
+        held_elsewhere(tmp_path) as process,
+        pytest.raises(DataInUse, match=f"process {process.pid}; stop it, or choose another"),
+        holding(settings),
+    ):
+        pass  # never reached
+
+
+def test_second__in_the_same_process_is_refused_too(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path)
+    second = holding(settings)
+    with holding(settings), pytest.raises(DataInUse, match=str(os.getpid())), second:
+        pass  # never reached
+
+
+def test_second__with_the_same_database_is_refused_too(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path, target_is_directory=True)
+    one, other, third = (
+        Settings(data=tmp_path / "one", database_url=f"sqlite:///{tmp_path / 'shared.db'}"),
+        Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'link/shared.db'}"),
+        Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'one/whipple.db'}"),
+    )
+    for second in (other, third):
+        with holding(one), pytest.raises(DataInUse, match=str(os.getpid())), holding(second):
+            pass  # never reached
+    with holding(other), holding(Settings(data=tmp_path / "one")):
+        pass
+
+
+def test_second__by_a_symbolic_link_to_the_database_is_refused_too(tmp_path: Path) -> None:
+    data, linked = tmp_path / "one", tmp_path / "two" / "linked.db"
+    linked.parent.mkdir()
+    linked.symlink_to(data / "whipple.db")
+    second = Settings(data=linked.parent, database_url=f"sqlite:///{linked}")
+    with (
+        held_elsewhere(data) as process,
+        pytest.raises(DataInUse, match=f"process {process.pid}; stop it, or choose another"),
+        holding(second),
+    ):
+        pass  # never reached
+
+
+def test_hard_link__to_the_database_is_refused_by_either_name(tmp_path: Path) -> None:
+    data, linked = tmp_path / "one", tmp_path / "two" / "linked.db"
+    for folder in (data, linked.parent):
+        folder.mkdir()
+    (data / "whipple.db").touch()
+    one = Settings(data=data)
+    other = Settings(data=linked.parent, database_url=f"sqlite:///{linked}")
+    check_names(one)
+    check_names(other)  # none yet
+    linked.hardlink_to(data / "whipple.db")
+    for settings in (one, other):
+        with pytest.raises(InvalidInput, match=r"with 2 names .* remove the others"):
+            check_names(settings)
+
+
+@pytest.mark.parametrize("begin", [serve, run_sweep_in])
+def test_hard_link__is_refused_before_the_database_is_touched(
+    tmp_path: Path, begin: Callable[[Settings], object]
+) -> None:
+    settings = Settings(data=tmp_path / "data", port=0)
+    settings.data.mkdir()
+    database = settings.data / "whipple.db"
+    database.touch()
+    (tmp_path / "other.db").hardlink_to(database)
+    with pytest.raises(InvalidInput, match="without hard links"):
+        begin(settings)
+    assert list(settings.data.iterdir()) == [database]
+    assert database.stat().st_size == 0
+
+
+def test_killed__leaves_it_free(tmp_path: Path) -> None:
+    with held_elsewhere(tmp_path) as process:
+        process.kill()
+        process.wait()
+        with holding(Settings(data=tmp_path)) as folder:
+            assert folder == tmp_path
+
+
+def test_refusal__comes_before_the_database_is_touched(tmp_path: Path) -> None:
+    settings = settings_of(tmp_path)
+    with held_elsewhere(settings.data), pytest.raises(DataInUse):
+        run_sweep(document(), tmp_path, settings=settings)
+    assert [entry.name for entry in settings.data.iterdir()] == ["whipple.lock"]
+
+
+def test_postgresql__several_services_share_a_directory(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path, database_url="postgresql+psycopg://nobody@localhost/none")
+    with holding(settings), holding(settings):
+        assert not (tmp_path / "whipple.lock").exists()

@@ -1,0 +1,181 @@
+"""A disk that is full: nothing is begun, what met it is tried again, and the state says so."""
+
+import errno
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from service.files import disk_space as space
+from service.files.disk_space import Space, is_want_of_space
+from service.records.attempt import Ending
+from service.records.jobs import Cause, Kind, State, StoreUnavailable
+from tests.service.support.fakes import sweep_of
+from tests.service.support.stepped_dispatcher import Bench, open_bench
+
+RESERVE = 1 << 30
+
+
+class Disk:
+    """As much free space as a test says."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch):
+        self.free = 2 * RESERVE
+        monkeypatch.setattr(space.shutil, "disk_usage", self._usage)
+
+    def _usage(self, _folder: Path) -> SimpleNamespace:
+        return SimpleNamespace(free=self.free)
+
+
+@pytest.fixture
+def disk(monkeypatch: pytest.MonkeyPatch) -> Disk:
+    return Disk(monkeypatch)
+
+
+@pytest.fixture
+def bench(tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    monkeypatch.setattr(space, "REST_SECONDS", 0.0)
+    with open_bench(tmp_path, disk_reserve=RESERVE) as opened:
+        yield opened
+
+
+def full(words: str = os.strerror(errno.ENOSPC)) -> Ending:
+    """How an attempt ends that met a full disk."""
+    return Ending(Cause.ERROR, "OSError", f"[Errno 28] {words}: 'state.npz'", (), 1.0)
+
+
+def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(bench: Bench, disk: Disk) -> None:
+    disk.free = RESERVE - 1
+    bench.store.create_sweep(sweep_of(1))
+    assert bench.turn() == []
+    said = bench.dispatcher.trouble()
+    assert said is not None
+    assert said == bench.store.queue().hindrance
+    assert "reserve" in said
+    disk.free = RESERVE
+    assert len(bench.turn()) == 1
+    assert bench.dispatcher.trouble() is bench.store.queue().hindrance is None
+
+
+def test_reserve__what_is_under_way_goes_on_and_is_registered(bench: Bench, disk: Disk) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    disk.free = 0
+    bench.end_well(ticket)
+    bench.turn()
+    assert bench.run().state is State.SUCCEEDED
+    assert bench.engine.stopped == []
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_full_disk__the_run_is_queued_again_and_costs_nothing(
+    bench: Bench, disk: Disk, number: int
+) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    for _ in range(3):
+        [ticket] = bench.turn()
+        disk.free = RESERVE - 1
+        bench.end(ticket, full(os.strerror(number)))
+        bench.turn()
+        disk.free = RESERVE
+    assert len(bench.turn()) == 1
+    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_full_disk__a_run_that_leaves_room_behind_has_crashed(bench: Bench, number: int) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    for _ in range(3):
+        [ticket] = bench.turn()
+        bench.end(ticket, full(os.strerror(number)))
+    assert [ticket.kind for ticket in bench.turn()] == [Kind.PUBLISH]
+    assert (bench.run().state, bench.run().cause) == (State.FAILED, Cause.CRASH)
+    assert "the disk was full" in str(bench.run().reason)
+
+
+def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) -> None:
+    disk.free = 0
+    assert Space(tmp_path, 0).is_used_up()
+    assert Space(tmp_path, 0).shortage() is None
+
+
+def test_full_disk__is_believed_whatever_the_library_says(bench: Bench, disk: Disk) -> None:
+    bench.store.create_sweep(sweep_of(2))
+    one, other = bench.turn()
+    disk.free = RESERVE - 1
+    bench.end_badly(one, Cause.ERROR, reason="NetCDF: HDF error")
+    bench.end_badly(other, Cause.CRASH, reason="the process died: SIGBUS")
+    assert bench.turn() == []
+    disk.free = RESERVE
+    assert len(bench.turn()) == 2
+    assert {bench.run(number).crashes for number in (0, 1)} == {0}
+
+
+@pytest.mark.parametrize(
+    ("cause", "reason"),
+    [
+        (Cause.ERROR, os.strerror(errno.ENOSPC)),
+        (Cause.ERROR, "NetCDF: HDF error"),
+        (Cause.CRASH, "the process died: SIGBUS"),
+    ],
+)
+def test_full_disk__is_judged_by_the_room_that_there_was(
+    bench: Bench, cause: Cause, reason: str
+) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    bench.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
+    assert len(bench.turn()) == 1
+    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
+
+
+def test_full_disk__is_judged_once_however_long_the_store_is_away(
+    bench: Bench, disk: Disk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def away(*_arguments: Any, **_words: Any) -> State | None:
+        raise StoreUnavailable("database or disk is full")
+
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    disk.free = 0
+    bench.end(ticket, replace(full("no room"), free=0))
+    with monkeypatch.context() as patch:
+        patch.setattr(bench.store, "requeue", away)
+        with pytest.raises(StoreUnavailable):
+            bench.turn()
+    disk.free = 2 * RESERVE
+    assert len(bench.turn()) == 1
+    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
+
+
+def test_full_disk__after_it_nothing_is_begun_for_a_while(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench.store.create_sweep(sweep_of(1))
+    [ticket] = bench.turn()
+    monkeypatch.setattr(space, "REST_SECONDS", 3600.0)
+    bench.end(ticket, full())
+    assert bench.turn() == []
+    assert "full disk" in str(bench.dispatcher.trouble())
+    monkeypatch.setattr(space, "REST_SECONDS", 0.0)
+    assert len(bench.turn()) == 1
+
+
+@pytest.mark.parametrize("cause", [None, Cause.LOST, Cause.TIME_LIMIT, Cause.MEMORY_LIMIT])
+def test_want_of_space__explains_only_errors_and_crashes(
+    tmp_path: Path, disk: Disk, cause: Cause | None
+) -> None:
+    disk.free = 0
+    assert not is_want_of_space(Ending(cause, "", "", (), 1.0), Space(tmp_path, RESERVE))
+
+
+def test_want_of_space__an_error_with_room_on_the_disk_is_an_error(
+    tmp_path: Path, disk: Disk
+) -> None:
+    ending = Ending(Cause.ERROR, "RuntimeError", "something else", (), 1.0)
+    assert not is_want_of_space(ending, Space(tmp_path, RESERVE))

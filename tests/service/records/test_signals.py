@@ -1,0 +1,221 @@
+"""Ctrl-C and SIGTERM are never lost, wherever in the program they arrive."""
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from service.records.signals import ASKS, KILLED_BY, heeding
+
+ROOT = Path(__file__).parents[3]
+WAKE_SECONDS = 30.0  # far more than a busy machine needs, far less than the test waits
+
+
+def interrupt() -> None:
+    """Ctrl-C, to this process, here and now."""
+    os.kill(os.getpid(), signal.SIGINT)
+    time.sleep(0)  # an opportunity to run the handler
+
+
+class Finalizer:
+    """Something that is interrupted while it goes."""
+
+    def __del__(self) -> None:
+        interrupt()
+
+
+def by_finalizer() -> None:
+    Finalizer()
+
+
+def by_collector() -> None:
+    def collecting(_phase: str, _details: object) -> None:
+        gc.callbacks.remove(collecting)
+        interrupt()
+
+    gc.callbacks.append(collecting)
+    gc.collect()
+
+
+@pytest.fixture(autouse=True)
+def _as_before() -> Iterator[None]:
+    before = {one: signal.getsignal(one) for one in ASKS}
+    yield
+    assert {one: signal.getsignal(one) for one in ASKS} == before
+
+
+@pytest.mark.parametrize("deliver", [interrupt, by_finalizer, by_collector])
+def test_wish__is_noted_wherever_it_arrives(deliver: Callable[[], None]) -> None:
+    with heeding() as leaving:
+        deliver()
+        assert leaving.asked() is signal.SIGINT
+
+
+@pytest.mark.parametrize("deliver", ["by_finalizer", "by_collector"])
+def test_pythons_own_way__loses_it_there(deliver: str) -> None:
+    """The reason why there are wishes: this program is interrupted, and goes on to its end."""
+    program = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        f"from tests.service import test_leaving; test_leaving.{deliver}(); print('went on')"
+    )
+    answer = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (answer.returncode, answer.stdout) == (0, "went on\n")
+    assert "KeyboardInterrupt" in answer.stderr
+
+
+def test_wish__wakes_whoever_waits() -> None:
+    begin = time.monotonic()
+    with heeding() as leaving:
+        waiting = threading.Event()
+
+        def later() -> None:
+            waiting.wait()
+            interrupt()
+
+        other = threading.Thread(target=later)
+        other.start()
+        waiting.set()
+        assert leaving.asked(wait=10 * WAKE_SECONDS) is signal.SIGINT
+        other.join()
+    assert time.monotonic() - begin < WAKE_SECONDS
+
+
+def test_wish__stays_until_it_is_obeyed() -> None:
+    with heeding() as leaving:
+        assert leaving.asked() is None
+        os.kill(os.getpid(), signal.SIGTERM)
+        interrupt()
+        assert leaving.asked() is leaving.asked() is signal.SIGTERM
+
+
+def test_obey__raises_what_ends_a_program() -> None:
+    with heeding() as leaving:
+        leaving.obey()
+        interrupt()
+        with pytest.raises(KeyboardInterrupt):
+            leaving.obey(wait=WAKE_SECONDS)
+    with heeding() as leaving:
+        os.kill(os.getpid(), signal.SIGTERM)
+        with pytest.raises(SystemExit) as ended:
+            leaving.obey(wait=WAKE_SECONDS)
+    assert ended.value.code == KILLED_BY + signal.SIGTERM
+
+
+HANGS = (
+    "import sys, time, threading; from service.records.signals import heeding\n"
+    "with heeding(gone_within={seconds}) as leaving:\n"
+    "    print('ready', flush=True)\n"
+    "    leaving.asked(wait=600)\n"
+    "    {then}\n"
+    "print('left')\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "then", "said"), [(0.2, "threading.Event().wait()", ""), (600, "pass", "left\n")]
+)
+def test_gone_within__ends_a_process_that_hangs_and_no_other(
+    seconds: float, then: str, said: str
+) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-c", HANGS.format(seconds=seconds, then=then)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    process.terminate()
+    assert process.communicate()[0] == said
+    assert process.returncode == 0
+
+
+LINGERS = (
+    "import threading; from concurrent.futures import ThreadPoolExecutor\n"
+    "from service.records.signals import heeding\n"
+    "threads = ThreadPoolExecutor(1)\n"
+    "threads.submit(threading.Event().wait)\n"
+    "with heeding(gone_within={seconds}) as leaving:\n"
+    "    print('ready', flush=True)\n"
+    "    leaving.asked(wait=600)\n"
+    "threads.shutdown(wait=False, cancel_futures=True)\n"
+    "print('left')\n"
+    "{then}\n"
+)
+
+
+@pytest.mark.parametrize(("seconds", "then"), [(3.0, "pass"), (600, "leaving.go()")])
+def test_thread_that_goes_on__does_not_keep_the_process(seconds: float, then: str) -> None:
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-c", LINGERS.format(seconds=seconds, then=then)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        process.terminate()
+        assert process.communicate(timeout=WAKE_SECONDS)[0] == "left\n"
+        assert process.returncode == 0
+    finally:
+        process.kill()
+
+
+def test_go__does_nothing_unless_asked() -> None:
+    with heeding() as leaving:
+        leaving.go()
+
+
+GOES = (
+    "import atexit, os, signal; from service.records.signals import heeding\n"
+    "atexit.register(print, 'in order')\n"
+    "with heeding() as leaving:\n"
+    "    os.kill(os.getpid(), signal.SIGTERM)\n"
+    "leaving.go()\n"
+    "print('not reached')\n"
+)
+
+
+def test_go__keeps_what_was_printed_and_what_was_registered_for_the_end() -> None:
+    answer = subprocess.run(
+        [sys.executable, "-c", GOES], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False
+    )
+    assert (answer.returncode, answer.stdout) == (0, "in order\n")
+
+
+def test_ignored__stays_ignored() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with heeding() as leaving:
+            interrupt()
+            assert leaving.asked() is None
+            assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_another_thread__changes_nothing() -> None:
+    seen = []
+
+    def elsewhere() -> None:
+        with heeding() as leaving:
+            seen.append((leaving.asked(), signal.getsignal(signal.SIGINT)))
+
+    other = threading.Thread(target=elsewhere)
+    other.start()
+    other.join()
+    assert seen == [(None, signal.getsignal(signal.SIGINT))]

@@ -1,0 +1,238 @@
+"""People and dispatchers at the same moment: replicas on one database, each in a thread of its own.
+
+Each replica has connections of its own, as a process of its own would have.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, closing, suppress
+from threading import Barrier
+
+import pytest
+import sqlalchemy as sa
+
+from service.records.jobs import Cause, Claim, Conflict, Kind, State, SweepState
+from service.store import Store
+from service.store.tables import JOBS, POINTS
+from tests.service.support.by_hand import EPOCH, finish_all, result
+from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
+from tests.service.support.targets import Run
+
+REPLICAS = 4
+ROUNDS = 5
+PATIENCE = 120.0  # s, for everything that is done at once
+
+
+@pytest.fixture
+def replicas(database_url: str) -> Iterator[list[Store]]:
+    """Services on one database."""
+    with ExitStack() as ends:
+        yield [
+            ends.enter_context(closing(Store.open(database_url, cost=lambda run: 1.0)))
+            for _ in range(REPLICAS)
+        ]
+
+
+def at_once(*doings: Callable[[], object]) -> list[object]:
+    """Do things at the same moment, each in a thread; the first exception is raised."""
+    ready = Barrier(len(doings))
+
+    def begin(doing: Callable[[], object]) -> object:
+        ready.wait(PATIENCE)
+        return doing()
+
+    with ThreadPoolExecutor(len(doings)) as pool:
+        return [future.result(PATIENCE) for future in [pool.submit(begin, one) for one in doings]]
+
+
+def attempts(store: Store) -> dict[str, int]:
+    query = sa.select(JOBS.c.id, JOBS.c.attempt).where(JOBS.c.kind == Kind.RUN)
+    with store._database.reading() as connection:
+        return {row.id: row.attempt for row in connection.execute(query)}
+
+
+def check(store: Store) -> None:
+    """Nobody waits in vain, nothing is queued for nobody, and what is done is known."""
+    active = [State.QUEUED, State.RUNNING, State.CANCELLING]
+    publications = sa.alias(JOBS, "publications")
+    waiting = (
+        sa.select(POINTS.c.run_id, POINTS.c.sweep_id, JOBS.c.state)
+        .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
+        .join(publications, publications.c.sweep_id == POINTS.c.sweep_id)
+        .where(publications.c.state == State.WAITING, POINTS.c.detached.is_(False))
+    )
+    queued = sa.select(JOBS.c.id).where(JOBS.c.kind == Kind.RUN, JOBS.c.state == State.QUEUED)
+    pending = sa.select(JOBS.c.sweep_id).where(JOBS.c.state == State.WAITING)
+    with store._database.reading() as connection:
+        rows = connection.execute(waiting).all()
+        assert set(connection.scalars(pending)) == {
+            row.sweep_id for row in rows if row.state in active
+        }
+        assert set(connection.scalars(queued)) <= {row.run_id for row in rows}
+
+
+def test_same_sweep__submitted_by_eight_clients_is_computed_once(replicas: list[Store]) -> None:
+    rows = at_once(*(submitting(store, runs_of(*["fine"] * 50)) for store in replicas * 2))
+    assert sum(row.new for row in rows) == 50  # type: ignore[attr-defined]
+    finish_all(replicas[0])
+    assert set(attempts(replicas[0]).values()) == {1}
+    for row in replicas[0].sweeps().items:
+        assert (row.state, row.counts["succeeded"]) == (SweepState.SUCCEEDED, 50)
+
+
+def test_overlapping_sweeps__in_opposite_orders_are_all_accepted(replicas: list[Store]) -> None:
+    runs = runs_of(*["fine"] * 60)
+
+    at_once(*(submitting(store, runs[:: (-1) ** n]) for n, store in enumerate(replicas * 2)))
+    check(replicas[0])
+    assert len(attempts(replicas[0])) == 60
+
+
+def test_idempotency__two_at_once_are_one_sweep(replicas: list[Store]) -> None:
+    for number in range(ROUNDS):
+        key = (f"key-{number}", "11" * 32)
+
+        def submit(store: Store, key: tuple[str, str] = key) -> Callable[[], object]:
+            return lambda: store.create_sweep(sweep_of(3), owner="ann", idempotency=key)
+
+        rows = at_once(*(submit(store) for store in replicas))
+        assert len({row.id for row in rows}) == 1  # type: ignore[attr-defined]
+    assert len(replicas[0].sweeps().items) == ROUNDS
+
+
+def test_claims__two_dispatchers_never_get_the_same_job(replicas: list[Store]) -> None:
+    replicas[0].create_sweep(sweep_of(200))
+    taken: list[str] = []
+
+    def take(store: Store) -> Callable[[], object]:
+        def work() -> None:
+            while claims := store.claim(3, EPOCH):
+                taken.extend(claim.id for claim in claims)
+
+        return work
+
+    at_once(*(take(store) for store in replicas))
+    assert sorted(taken) == [run_id(number) for number in range(200)]
+
+
+def test_finish__a_sweep_that_joins_meanwhile_is_published(replicas: list[Store]) -> None:
+    dispatcher, people, *_ = replicas
+    for number in range(ROUNDS):
+        runs = runs_of("fine", first=100 * number)
+        dispatcher.create_sweep(sweep_of(runs))
+        [claim] = [one for one in dispatcher.claim(9, EPOCH) if one.kind is Kind.RUN]
+        at_once(finishing(dispatcher, claim), submitting(people, runs))
+        check(dispatcher)
+        finish_all(dispatcher)
+    assert {row.state for row in dispatcher.sweeps().items} == {SweepState.SUCCEEDED}
+    assert set(attempts(dispatcher).values()) == {1}
+
+
+def finishing(store: Store, claim: Claim) -> Callable[[], object]:
+    return lambda: store.finish(claim, result())
+
+
+def submitting(store: Store, runs: Sequence[Run]) -> Callable[[], object]:
+    return lambda: store.create_sweep(sweep_of(runs))
+
+
+def cancelling(store: Store, id: str) -> Callable[[], object]:
+    return lambda: store.cancel_sweep(id)
+
+
+def test_finish__the_last_two_runs_at_once_publish_once(replicas: list[Store]) -> None:
+    store, other, *_ = replicas
+    for number in range(ROUNDS):
+        store.create_sweep(sweep_of(runs_of("fine", "fine", first=100 * number)))
+        one, two = store.claim(2, EPOCH)
+        at_once(finishing(store, one), finishing(other, two))
+        [publication] = store.claim(9, EPOCH)
+        assert publication.kind is Kind.PUBLISH
+        assert store.publish(publication, [stored("cube.nc")], seconds=1.0)
+
+
+def test_cancel__while_another_sweep_joins_leaves_the_run_to_it(replicas: list[Store]) -> None:
+    people, others, dispatcher, *_ = replicas
+    for number in range(ROUNDS):
+        runs = runs_of("fine", "fine", first=100 * number)
+        mine = people.create_sweep(sweep_of(runs))
+        [claim] = dispatcher.claim(1, EPOCH)
+        at_once(cancelling(people, mine.id), submitting(others, runs))
+        check(dispatcher)
+        if dispatcher.run(claim.id).state is State.CANCELLING:
+            assert dispatcher.requeue(claim, Cause.LOST, reason="stopped")
+        else:
+            assert dispatcher.finish(claim, result())
+        finish_all(dispatcher)
+    done = [row.state for row in dispatcher.sweeps().items]
+    assert done.count(SweepState.SUCCEEDED) == ROUNDS
+    assert len(done) == 2 * ROUNDS
+
+
+def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> None:
+    people, others, dispatcher, second = replicas
+
+    def submit_and_cancel(store: Store, turn: int) -> Callable[[], object]:
+        def work() -> None:
+            for number in range(12):
+                first = (number * 3 + turn) % 10
+                row = store.create_sweep(sweep_of(runs_of(*["fine"] * 4, first=first)))
+                if number % 3 == turn:
+                    store.cancel_sweep(row.id)
+                with suppress(Conflict):  # it may have ended
+                    store.set_priority(row.id, number)
+
+        return work
+
+    def compute(store: Store) -> Callable[[], object]:
+        def work() -> None:
+            for number in range(40):
+                for claim in store.claim(2, EPOCH):
+                    end(store, claim, number)
+
+        return work
+
+    at_once(
+        submit_and_cancel(people, 0),
+        submit_and_cancel(others, 1),
+        compute(dispatcher),
+        compute(second),
+    )
+    check(dispatcher)
+    for claim in dispatcher.claimed():
+        dispatcher.requeue(claim, Cause.LOST, reason="stopped")
+    finish_all(dispatcher)
+    for row in dispatcher.sweeps(limit=1000).items:
+        assert row.is_terminal
+        assert sum(row.counts.values()) == row.planned
+
+
+def end(store: Store, claim: Claim, number: int) -> None:
+    if claim.kind is Kind.PUBLISH:
+        store.publish(claim, [stored("cube.nc")], seconds=1.0)
+    elif number % 4 == 0:
+        store.requeue(claim, Cause.LOST, reason="worker lost")
+    else:
+        store.finish(claim, result(succeeded=number % 3 > 0))
+
+
+def test_events__become_visible_in_the_order_of_their_numbers(replicas: list[Store]) -> None:
+    *writers, reader = replicas
+    done: list[None] = []
+    seen: list[int] = []
+
+    def write(store: Store, first: int) -> Callable[[], object]:
+        def work() -> None:
+            for number in range(20):
+                store.create_sweep(sweep_of(runs_of("fine", first=first + number)))
+            done.append(None)
+
+        return work
+
+    def follow() -> None:
+        while len(done) < len(writers):
+            seen.extend(event.number for event in reader.all_events(after=max(seen, default=0)))
+
+    at_once(*(write(store, 1000 * n) for n, store in enumerate(writers)), follow)
+    seen.extend(event.number for event in reader.all_events(after=max(seen, default=0)))
+    assert seen == [event.number for event in reader.all_events()]

@@ -1,0 +1,325 @@
+"""The store under any order of events: what must hold at every moment.
+
+Sweeps share runs out of a small pool; attempts end in every way, some of them late; dispatchers take
+over from each other. Whatever happens, an attempt counts once, nobody waits in vain, nothing is
+computed for nobody, and in the end every sweep that was accepted has ended.
+"""
+
+import atexit
+import shutil
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import sqlalchemy as sa
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    Bundle,
+    MultipleResults,
+    RuleBasedStateMachine,
+    invariant,
+    multiple,
+    rule,
+)
+
+from service.files.lost_results import Loss
+from service.records.jobs import (
+    ACTIVE,
+    SWEEP_TERMINAL,
+    Cause,
+    Claim,
+    Conflict,
+    Keep,
+    KeyReused,
+    Kind,
+    State,
+)
+from service.store.rows import PUBLISH_PRIORITY
+from service.store.tables import JOBS, POINTS, SWEEPS
+from service.store.turns import LAST
+from tests.service.support.by_hand import finish_all, result
+from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
+from tests.service.support.targets import Run
+
+POOL = 5  # runs that sweeps can ask for
+PRIORITY = st.integers(-2, 2)
+STEP = st.sampled_from([None, 100, 200])
+
+
+@cache
+def empty_store() -> Path:
+    """An empty store, made once, then copied."""
+    folder = Path(tempfile.mkdtemp(prefix="whipple-rules-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    open_store(settings_in(folder)).close()
+    return folder
+
+
+class Rules(RuleBasedStateMachine):
+    """A store, people and dispatchers, in any order."""
+
+    sweeps: "Bundle[str]" = Bundle("sweeps")
+    claims: "Bundle[Claim]" = Bundle("claims")  # also those that count no longer
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.folder = Path(tempfile.mkdtemp(prefix="whipple-rules-"))
+        shutil.copytree(empty_store(), self.folder, dirs_exist_ok=True)
+        self.store = open_store(settings_in(self.folder))
+        self.deleted: set[str] = set()
+        self.sent: dict[str, tuple[str, str]] = {}  # idempotency key: body, sweep
+        self.held: dict[str, Claim] = {}  # attempts that count, by key
+        self.known: set[str] = set()  # runs that have had a result
+        self.epoch = self.store.begin_epoch("first")
+        self.paused = False
+
+    def teardown(self) -> None:
+        self.everything_ends()
+        self.store.close()
+        shutil.rmtree(self.folder)
+
+    # --- people
+
+    @rule(
+        target=sweeps,
+        wanted=st.lists(st.integers(0, POOL - 1), min_size=1, max_size=POOL),
+        priority=PRIORITY,
+        keep=st.sampled_from(Keep),
+    )
+    def submit(self, wanted: list[int], priority: int, keep: Keep) -> str:
+        asked = sweep_of([Run(run_id(number)) for number in wanted])
+        return self.store.create_sweep(asked, priority=priority, keep=keep).id
+
+    @rule(
+        target=sweeps,
+        key=st.sampled_from(["a", "b"]),
+        wanted=st.sampled_from([[0], [1, 2]]),
+    )
+    def submit_with_key(self, key: str, wanted: list[int]) -> MultipleResults[str]:
+        asked, body = sweep_of([Run(run_id(number)) for number in wanted]), str(wanted)
+        known, id = self.sent.get(key, (body, None))
+        try:
+            row = self.store.create_sweep(asked, idempotency=(key, body))
+        except KeyReused:
+            assert known != body
+            return multiple()
+        assert known == body
+        assert id in (None, row.id)
+        self.sent[key] = (body, row.id)
+        return multiple(row.id) if id is None else multiple()
+
+    @rule(sweep=sweeps)
+    def cancel(self, sweep: str) -> None:
+        if sweep not in self.deleted:
+            self.store.cancel_sweep(sweep)
+
+    @rule(sweep=sweeps, verdicts=st.booleans())
+    def retry(self, sweep: str, verdicts: bool) -> None:
+        if sweep in self.deleted:
+            return
+        try:
+            self.store.retry_sweep(sweep, verdicts=verdicts)
+        except Conflict:
+            assert self.publication(sweep) is State.RUNNING
+
+    @rule(sweep=sweeps)
+    def delete(self, sweep: str) -> None:
+        if sweep in self.deleted or self.store.sweep(sweep).state not in SWEEP_TERMINAL:
+            return
+        self.store.delete_sweep(sweep)
+        self.deleted.add(sweep)
+        self.sent = {key: known for key, known in self.sent.items() if known[1] != sweep}
+
+    @rule(sweep=sweeps, priority=PRIORITY)
+    def prioritise(self, sweep: str, priority: int) -> None:
+        if sweep in self.deleted:
+            return
+        try:
+            assert self.store.set_priority(sweep, priority).priority == priority
+        except Conflict:
+            assert self.store.sweep(sweep).is_terminal
+
+    @rule(paused=st.booleans())
+    def pause(self, paused: bool) -> None:
+        self.paused = paused
+        row = self.store.pause() if paused else self.store.resume()
+        assert (row.paused is not None) == paused
+
+    # --- dispatchers
+
+    @rule(target=claims, limit=st.integers(1, 3))
+    def claim(self, limit: int) -> MultipleResults[Claim]:
+        claims = self.store.claim(limit, self.epoch)
+        assert not self.paused or {claim.kind for claim in claims} <= {Kind.PUBLISH}
+        for claim in claims:
+            assert claim.id not in {held.id for held in self.held.values()}
+            self.held[claim.key] = claim
+        return multiple(*claims)
+
+    @rule(target=claims, adopts=st.booleans())
+    def take_over(self, adopts: bool) -> MultipleResults[Claim]:
+        """Another reign: it adopts what is under way, or leaves it as it is."""
+        earlier, self.epoch = self.epoch, self.store.begin_epoch("next")
+        assert self.store.claim(9, earlier) == ()
+        if not adopts:
+            return multiple()
+        for claim in self.store.claimed():
+            assert self.store.adopt(claim, earlier) is None
+            adopted = self.store.adopt(claim, self.epoch)
+            assert adopted is not None
+            assert adopted.key in self.held
+            self.held[adopted.key] = adopted
+        return multiple(*self.held.values())
+
+    def counts(self, claim: Claim) -> bool:
+        """Whether the next word about this claim is heard; no later one is."""
+        held = self.held.get(claim.key)
+        if held is None or held.epoch != claim.epoch:
+            return False
+        del self.held[claim.key]
+        return True
+
+    @rule(claim=claims, succeeded=st.booleans())
+    def finish(self, claim: Claim, succeeded: bool) -> None:
+        counts = self.counts(claim)
+        if claim.kind is Kind.PUBLISH:
+            assert self.store.publish(claim, [stored("cube.nc")], seconds=1.0) == counts
+            return
+        assert self.store.finish(claim, result(succeeded=succeeded)) == counts
+        if counts:
+            self.known.add(claim.id)
+
+    @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.MEMORY_LIMIT]), step=STEP)
+    def fail(self, claim: Claim, cause: Cause, step: int | None) -> None:
+        counts = self.counts(claim)
+        assert self.store.fail(claim, cause, failure="", reason="", crash_step=step) == counts
+
+    @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.LOST]), step=STEP)
+    def requeue(self, claim: Claim, cause: Cause, step: int | None) -> None:
+        counts = self.counts(claim)
+        state = self.store.requeue(claim, cause, reason="", crash_step=step)
+        assert (state is not None) == counts
+
+    @rule(claim=claims, number=st.integers(1, POOL))
+    def lose_results(self, claim: Claim, number: int) -> None:
+        """A publication finds some of the results lost that it was made for."""
+        if claim.kind is not Kind.PUBLISH or claim.sweep_id in self.deleted:
+            return
+        assert claim.sweep_id is not None
+        _, outcomes = self.store.question(claim.sweep_id)
+        found = {one.run_id: one.sha256 for one in outcomes if one.path is not None}
+        losses = [Loss(id, "", sha256 or "") for id, sha256 in found.items()][:number]
+        if not losses:
+            return
+        counts = self.counts(claim)
+        self.store.allow_forgetting(len(losses))
+        assert self.store.lose_results(claim, losses) == counts
+        if counts:
+            _, outcomes = self.store.question(claim.sweep_id)
+            self.known -= {one.run_id for one in outcomes if one.path is None}
+
+    @rule(claim=claims, step=st.integers(1, 300))
+    def checkpoint(self, claim: Claim, step: int) -> None:
+        held = self.held.get(claim.key)
+        counts = held is not None and held.epoch == claim.epoch
+        before = self.checkpoint_of(claim.id)
+        self.store.checkpointed([(claim, step)])
+        assert self.checkpoint_of(claim.id) == (step if counts else before)
+
+    # --- what must hold
+
+    @invariant()
+    def nobody_waits_in_vain(self) -> None:
+        """A waiting publication waits for a run that is under way."""
+        for sweep in self.living():
+            if self.publication(sweep) is State.WAITING:
+                assert any(state in ACTIVE for state in self.attached(sweep))
+
+    @invariant()
+    def counts_are_complete(self) -> None:
+        """Every point of a sweep is in one state."""
+        for row in self.store.sweeps(limit=1000).items:
+            assert sum(row.counts.values()) == row.planned
+
+    @invariant()
+    def only_what_is_held_is_under_way(self) -> None:
+        """The rows that are running are the attempts that count."""
+        assert {claim.key for claim in self.store.claimed()} == set(self.held)
+
+    @invariant()
+    def nothing_is_computed_for_nobody_and_urgent_runs_come_first(self) -> None:
+        """An unfinished run has the priority of the most urgent sweep that waits; a queued one has one."""
+        publications = JOBS.alias("publications")
+        demand = (
+            sa.select(POINTS.c.run_id, sa.func.min(SWEEPS.c.priority).label("priority"))
+            .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+            .join(publications, publications.c.sweep_id == SWEEPS.c.id)
+            .where(POINTS.c.detached.is_(False), publications.c.state == State.WAITING)
+            .group_by(POINTS.c.run_id)
+        )
+        unfinished = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.priority, JOBS.c.turn).where(
+            JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(ACTIVE)
+        )
+        with self.store._database.reading() as reading:
+            wanted = {row.run_id: row.priority for row in reading.execute(demand)}
+            for run in reading.execute(unfinished):
+                assert run.state is not State.QUEUED or run.id in wanted
+                assert run.priority == wanted.get(run.id, run.priority)
+                assert run.turn < LAST
+
+    @invariant()
+    def results_are_kept(self) -> None:
+        """A run that had a result has it until it is lost, whatever its state; no other has a file."""
+        query = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.cause, JOBS.c.path)
+        with self.store._database.reading() as reading:
+            for id, state, cause, path in reading.execute(query.where(JOBS.c.kind == Kind.RUN)):
+                assert (path is not None) == (id in self.known)
+                if state not in ACTIVE:
+                    is_result = state is State.SUCCEEDED or cause is Cause.VERDICT
+                    assert is_result == (id in self.known)
+
+    @invariant()
+    def publications_come_first(self) -> None:
+        query = sa.select(JOBS.c.priority).where(JOBS.c.kind == Kind.PUBLISH).distinct()
+        with self.store._database.reading() as reading:
+            assert set(reading.execute(query).scalars()) <= {PUBLISH_PRIORITY}
+
+    def everything_ends(self) -> None:
+        """Once the queue is worked through, every sweep has ended, and every point has its result."""
+        self.store.resume()
+        epoch = self.store.begin_epoch("last")
+        for claim in self.store.claimed():
+            assert self.store.requeue(claim, Cause.LOST, reason="the service was gone")
+        finish_all(self.store, epoch=epoch)
+        for row in self.store.sweeps(limit=1000).items:
+            assert row.is_terminal
+            assert sum(row.counts.values()) == row.planned
+
+    # --- questions
+
+    def living(self) -> list[str]:
+        return [row.id for row in self.store.sweeps(limit=1000).items]
+
+    def checkpoint_of(self, job: str) -> int | None:
+        query = sa.select(JOBS.c.checkpoint).where(JOBS.c.id == job)
+        with self.store._database.reading() as reading:
+            return reading.execute(query).scalar()
+
+    def publication(self, sweep: str) -> State:
+        query = sa.select(JOBS.c.state).where(JOBS.c.sweep_id == sweep)
+        with self.store._database.reading() as reading:
+            return reading.execute(query).scalar_one()
+
+    def attached(self, sweep: str) -> list[State]:
+        query = (
+            sa.select(JOBS.c.state)
+            .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
+            .where(POINTS.c.sweep_id == sweep, POINTS.c.detached.is_(False))
+        )
+        with self.store._database.reading() as reading:
+            return list(reading.execute(query).scalars())
+
+
+Rules.TestCase.settings = settings(max_examples=12, stateful_step_count=30)
+TestRules = Rules.TestCase

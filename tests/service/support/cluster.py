@@ -1,0 +1,308 @@
+"""A scheduler and workers in processes of their own, started by the commands of docs/cluster.md."""
+
+import os
+import random
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from queue import Empty, SimpleQueue
+
+from service.execution.dask import DaskEngine, Remote
+from service.execution.protocol import Engine
+from service.records.attempt import Back, Ended, Ending, Inbox, Message, Ticket, Told
+from service.records.jobs import Kind
+from tests.service.support.fakes import is_gone, run_id, wait_until
+from tests.service.support.targets import Run
+
+ROOT = Path(__file__).parents[3]
+DOCUMENT = ROOT / "docs" / "cluster.md"
+patiently = partial(wait_until, seconds=180.0)  # what imports Dask starts slowly on a busy machine
+PRELOAD = "service.execution.dask_worker"
+EXAMPLE_HOST, EXAMPLE_PORT, EXAMPLE_COUNT = "scheduler.example.org", "8786", "--nworkers 4"
+
+
+def documented(beginning: str, language: str = "sh") -> str:
+    """The block of commands, or the program, of the document that has a line with this beginning."""
+    blocks = re.findall(rf"```{language}\n(.*?)```", DOCUMENT.read_text(), re.DOTALL)
+    [found] = [block for block in blocks if re.search(f"^{re.escape(beginning)}", block, re.M)]
+    return str(found)
+
+
+def free_port() -> int:
+    """Below those that the system gives to whoever asks for any: nobody gets it meanwhile."""
+    while True:
+        port = random.SystemRandom().randrange(10_000, 32_000)
+        with socket.socket() as one, suppress(OSError):  # it is taken
+            one.bind(("127.0.0.1", port))
+            return port
+
+
+def environment() -> dict[str, str]:
+    """With the commands of this Python first, and this checkout of whipple."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    return {**os.environ, "PATH": path, "PYTHONPATH": str(ROOT)}
+
+
+def family(pid: int) -> list[int]:
+    """A process and all that descend from it."""
+    parents: dict[int, int] = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            with suppress(OSError):  # it ended just now
+                fields = (entry / "stat").read_text().rpartition(")")[2].split()
+                parents[int(entry.name)] = int(fields[1])
+    found = [pid]
+    for one in found:
+        found += [child for child, parent in parents.items() if parent == one]
+    return found
+
+
+def parent_of(pid: int) -> int:
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+
+
+@dataclass
+class Process:
+    """A shell command in a session of its own, and what it says."""
+
+    command: str
+    folder: Path
+    name: str
+    more: Mapping[str, str] = field(default_factory=dict)  # environment
+    seen: set[int] = field(default_factory=set)  # ids of all that descended from it
+
+    def __post_init__(self) -> None:
+        self.said = self.folder / f"{self.name}.log"
+        with self.said.open("ab") as log:
+            self.process = subprocess.Popen(
+                ["bash", "-c", self.command.rstrip().replace("\ndask ", "\nexec dask ")],
+                cwd=self.folder,
+                env={**environment(), **self.more},
+                stdout=log,
+                stderr=log,
+                start_new_session=True,
+            )
+
+    def look(self) -> list[int]:
+        """It, and what descends from it now."""
+        found = family(self.process.pid)
+        self.seen |= set(found)
+        return found
+
+    def kill(self) -> None:
+        """Kill -9 all of it, as when a machine goes; what it had started must follow by itself."""
+        self.look()
+        for pid in family(self.process.pid):
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        self.process.wait(60)
+
+    def kill_alone(self) -> None:
+        """Kill -9 the process itself."""
+        self.look()
+        self.process.kill()
+        self.process.wait(60)
+
+    def is_gone(self) -> bool:
+        """Whether nothing is left of it and of all that it was seen to have started."""
+        return all(is_gone(pid) for pid in self.seen | {self.process.pid})
+
+
+@dataclass
+class Cluster:
+    """A scheduler on a port of the loopback, its workers and the certificates."""
+
+    folder: Path
+    port: int = field(default_factory=free_port)
+    processes: list[Process] = field(default_factory=list)
+
+    def certify(self) -> None:
+        """Make the certificates."""
+        subprocess.run(
+            ["bash", "-ec", documented("openssl")],
+            cwd=self.folder,
+            check=True,
+            capture_output=True,
+            timeout=120,
+        )
+
+    def remote(self, port: int | None = None) -> Remote:
+        """What a service needs to know of it."""
+        tls = self.folder / "tls"
+        address = f"tls://127.0.0.1:{port or self.port}"
+        return Remote(address, tls / "ca.pem", tls / "cert.pem", tls / "key.pem")
+
+    def start_scheduler(self) -> Process:
+        return self._start(documented("dask scheduler"), "scheduler")
+
+    def start_workers(self, count: int = 1, *, preload: str = "", **more: str) -> Process:
+        command = documented("dask worker").replace(EXAMPLE_COUNT, f"--nworkers {count}")
+        if preload:
+            command = command.replace(f"--preload {PRELOAD}", preload)
+        return self._start(command, "workers", more)
+
+    def end(self) -> None:
+        """End everything that was started, and see that nothing is left of it."""
+        for process in self.processes:
+            process.kill()
+        patiently(lambda: all(process.is_gone() for process in self.processes))
+
+    def _start(self, command: str, name: str, more: Mapping[str, str] | None = None) -> Process:
+        command = command.replace(EXAMPLE_HOST, "127.0.0.1").replace(EXAMPLE_PORT, str(self.port))
+        process = Process(command, self.folder, f"{name}-{len(self.processes)}", more or {})
+        self.processes.append(process)
+        return process
+
+
+@contextmanager
+def running(folder: Path, workers: int = 2) -> Iterator[Cluster]:
+    """A cluster until the end of the block; nothing of it is left behind."""
+    folder.mkdir(exist_ok=True)
+    cluster = Cluster(folder)
+    cluster.certify()
+    try:
+        cluster.start_scheduler()
+        if workers:
+            cluster.start_workers(workers)
+        yield cluster
+    finally:
+        cluster.end()
+
+
+class Service:
+    """The service's side: an engine, and all that it says."""
+
+    def __init__(self, engine: Engine, inbox: Inbox):
+        self.engine = engine
+        self._inbox = inbox
+        self.heard: list[Message] = []
+
+    def listen(self) -> list[Message]:
+        """All that was said so far."""
+        with suppress(Empty):
+            while True:
+                message = self._inbox.get_nowait()
+                if message is not None:
+                    self.heard.append(message)
+        return self.heard
+
+    def end_of(self, ticket: Ticket, *, forget: bool = True) -> Ending:
+        """How an attempt ended, as soon as it has."""
+        found: Ended = patiently(
+            lambda: next(
+                (one for one in self.listen() if isinstance(one, Ended) and one.key == ticket.key),
+                None,
+            )
+        )
+        if forget:  # else Dask computes it again when the worker dies that has the answer
+            self.engine.forget([ticket.key])
+        return found.ending
+
+    def told(self, ticket: Ticket) -> list[Mapping[str, object]]:
+        """What was told of an attempt's progress."""
+        return [
+            one.words for one in self.listen() if isinstance(one, Told) and one.key == ticket.key
+        ]
+
+    def wait_until_back(self) -> None:
+        """Until the scheduler answered after it was away."""
+        patiently(lambda: self.listen() and isinstance(self.heard[-1], Back))
+
+    def wait_for_slots(self, count: int) -> None:
+        patiently(lambda: self.engine.slots() == count)
+
+
+@contextmanager
+def serving(remote: Remote, *, leave_seconds: float | None = 0.0) -> Iterator[Service]:
+    """An engine on a cluster, until the end of the block."""
+    inbox: Inbox = SimpleQueue()
+    service = Service(DaskEngine(remote, inbox), inbox)
+    try:
+        yield service
+    finally:
+        service.engine.close(leave_seconds)
+
+
+def ticket(folder: Path, number: int = 1, behaviour: str = "fine", **more: object) -> Ticket:
+    """An order for a run that behaves as said, with a checkpoint beside its attempt."""
+    home = folder / run_id(number)
+    home.mkdir(parents=True, exist_ok=True)
+    attempt = f"a{len(list(home.glob('a*'))) + 1}-token"
+    (home / attempt).mkdir()
+    run = Run(run_id(number), {"behaviour": behaviour, **more})
+    return Ticket(
+        key=f"{run.id}-1-{folder.name}{attempt}",
+        kind=Kind.RUN,
+        directory=str(home / attempt),
+        spec=run.as_json(),
+        seconds_limit=120.0,
+        targets="tests.service.support.targets",
+        checkpoint=str(home / "checkpoint.npz"),
+    )
+
+
+def pid_of(ticket: Ticket) -> int:
+    """The process of an attempt, as soon as there is one."""
+    file = Path(ticket.directory) / "pid"
+    return int(patiently(lambda: file.is_file() and file.read_text()))
+
+
+def pids_of(tickets: Iterable[Ticket]) -> set[int]:
+    """The processes of the attempts that have begun."""
+    files = [Path(one.directory) / "pid" for one in tickets]
+    return {int(text) for file in files if file.is_file() and (text := file.read_text())}
+
+
+class Line:
+    """A connection to a port that can be cut, as a network can."""
+
+    def __init__(self, port: int):
+        self._target = port
+        self._listener = socket.create_server(("127.0.0.1", 0))
+        self.port = int(self._listener.getsockname()[1])
+        self._ends: list[socket.socket] = []
+        self._is_cut = False
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def cut(self) -> None:
+        """Break what is connected, and let nobody connect."""
+        self._is_cut = True
+        for end in self._ends:
+            with suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)
+
+    def mend(self) -> None:
+        self._is_cut = False
+
+    def close(self) -> None:
+        self.cut()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        with suppress(OSError):  # closed
+            while True:
+                near, _ = self._listener.accept()
+                if self._is_cut:
+                    near.close()
+                    continue
+                far = socket.create_connection(("127.0.0.1", self._target))
+                self._ends += [near, far]
+                for source, sink in ((near, far), (far, near)):
+                    threading.Thread(target=_carry, args=(source, sink), daemon=True).start()
+
+
+def _carry(source: socket.socket, sink: socket.socket) -> None:
+    with suppress(OSError):
+        while some := source.recv(1 << 16):
+            sink.sendall(some)
+    for end in (source, sink):
+        with suppress(OSError):
+            end.shutdown(socket.SHUT_RDWR)

@@ -1,0 +1,258 @@
+"""The cube: every run in its cell, every variable declared, the file whole, CF content."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies.cubes import cube
+from studies.cubes.layout import MissingResult
+from studies.cubes.variables import STATES, SchemaError
+from tests.studies.support import compliance, fakes
+from tests.studies.support.fakes import Axis, Sweep
+
+ZIP = Sweep(
+    (Axis("speed", "m s-1", (5e3, 2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3, 2e-3))),
+    combine="zip",
+)
+WORDS = Sweep(
+    (Axis("projectile", None, ("tin", "lead")), Axis("speed", "m s-1", (5e3, 3e3))),
+    fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
+)
+
+
+def holes(**known: object) -> xr.Dataset:
+    sweep = fakes.holes()
+    return cube.build(sweep, fakes.with_trouble(sweep), fakes.catalogue(**known))  # type: ignore[arg-type]
+
+
+def written(dataset: xr.Dataset, folder: Path) -> xr.Dataset:
+    with xr.open_dataset(cube.write(dataset, folder / "cube.nc")) as read:
+        return read.load()
+
+
+def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
+    sweep = fakes.holes()
+    results = fakes.results(sweep)
+    dataset = cube.build(sweep, results, fakes.catalogue())
+    assert dataset.hole_diameter.dims == ("speed", "plate_thickness")
+    for point in sweep.runs():
+        cell = dataset.sel(point.coordinates)
+        measured = results[point.run.id].measurements["hole_diameter"]
+        assert float(cell.hole_diameter) == measured.value
+        assert float(cell.hole_diameter_uncertainty) == measured.uncertainty
+        assert float(cell.hole_diameter_uncertainty_growth) == measured.parts["growth"]
+        assert cell.run_id.item() == point.run.id
+
+
+def test_grid__a_numeric_axis_ascends_in_whatever_order_it_was_given() -> None:
+    sweep = Sweep((Axis("speed", "m s-1", (5e3, 2e3, 3e3)),))
+    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
+    assert list(dataset.speed.values) == [2e3, 3e3, 5e3]
+    ids = {point.coordinates["speed"]: point.run.id for point in sweep.runs()}
+    assert [dataset.run_id.sel(speed=speed).item() for speed in ids] == list(ids.values())
+
+
+def test_zip__runs_are_the_dimension_and_axes_lie_along_it() -> None:
+    dataset = cube.build(ZIP, fakes.results(ZIP), fakes.catalogue())
+    assert dataset.hole_diameter.dims == ("run",)
+    assert list(dataset.speed.values) == [5e3, 2e3, 3e3]
+    assert "speed" in dataset.coords
+
+
+def test_words__an_axis_of_names_selects_by_name() -> None:
+    dataset = cube.build(WORDS, fakes.results(WORDS), fakes.catalogue())
+    assert np.isfinite(dataset.hole_diameter.sel(projectile="lead", speed=3e3))
+
+
+def test_material_path__becomes_a_cf_name() -> None:
+    sweep = Sweep((Axis("target.strength.A", "Pa", (9e7, 2e8)),))
+    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
+    assert dataset.target_strength_A.attrs["units"] == "Pa"
+
+
+def test_single_value__makes_a_cube_of_one_run(tmp_path: Path) -> None:
+    sweep = Sweep((Axis("speed", "m s-1", (5e3,)),))
+    dataset = written(cube.build(sweep, fakes.results(sweep), fakes.catalogue()), tmp_path)
+    assert dataset.hole_diameter.shape == (1,)
+
+
+def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
+    sweep = fakes.holes()
+    whole, hurt = (
+        cube.build(sweep, known, fakes.catalogue())
+        for known in (fakes.results(sweep), fakes.with_trouble(sweep))
+    )
+    failed, cancelled = (hurt.sel(speed=2e3, plate_thickness=thick) for thick in (2e-3, 3e-3))
+    assert np.isnan(failed.hole_diameter)
+    assert STATES[int(failed.run_state)] == "failed"
+    assert "density = 3e4 at particle 17" in failed.run_reason.item()
+    assert failed.run_failure.item() == "UnphysicalState"
+    assert STATES[int(cancelled.run_state)] == "cancelled"
+    assert cancelled.run_reason.item() == "cancelled by its user"
+    xr.testing.assert_identical(
+        hurt.hole_diameter.sel(speed=slice(4e3, None)),
+        whole.hole_diameter.sel(speed=slice(4e3, None)),
+    )
+
+
+def test_missing_run__is_said_to_be_missing() -> None:
+    dataset = cube.build(fakes.holes(), {}, fakes.catalogue())
+    assert (dataset.run_state == STATES.index("missing")).all()
+    assert dataset.hole_diameter.isnull().all()
+
+
+def test_unknown_state__keeps_its_word_in_the_reason() -> None:
+    sweep = fakes.holes()
+    first = sweep.runs()[0].run.id
+    dataset = cube.build(
+        sweep, {first: MissingResult("evicted", "by a neighbour")}, fakes.catalogue()
+    )
+    cell = dataset.isel(speed=0, plate_thickness=0)
+    assert STATES[int(cell.run_state)] == "other"
+    assert cell.run_reason.item() == "evicted: by a neighbour"
+
+
+def test_flags__are_bits_with_meanings() -> None:
+    flags = holes().hole_diameter_flags
+    bit = dict(zip(flags.flag_meanings.split(), np.atleast_1d(flags.flag_masks), strict=True))
+    assert int(flags.sel(speed=3e3, plate_thickness=2e-3)) == bit["not_perforated"]
+    assert int(flags.sel(speed=7e3, plate_thickness=2e-3)) == 0
+
+
+def test_laws__answer_as_themselves_with_range_and_reason() -> None:
+    dataset = holes()
+    for point in fakes.holes().runs():
+        shot = fakes.shot_of(point.run)
+        for law in fakes.HOLE_LAWS:
+            for variant in law.variants(shot):
+                label = f"{law.name}/{variant}" if variant else law.name
+                cell = dataset.sel(point.coordinates).sel(hole_diameter_law=label)
+                answer = law.evaluate(shot, variant)
+                np.testing.assert_equal(float(cell.hole_diameter_by_law), answer.value)
+                assert bool(cell.hole_diameter_by_law_in_range) == answer.in_range
+                assert cell.hole_diameter_by_law_reason.item() == answer.reason
+
+
+def test_laws__a_variant_that_a_shot_does_not_state_is_nan_with_the_reason() -> None:
+    class OneMaterial(fakes.Law):
+        def variants(self, shot: fakes.Shot) -> tuple[str, ...]:
+            return ("slow",) if shot.speed < 4e3 else ("fast",)
+
+    law = OneMaterial("choosy", "hole_diameter", lambda shot, variant: 2.0)
+    sweep = fakes.holes()
+    dataset = cube.build(sweep, {}, replace(fakes.catalogue(), laws=(law,)))
+    cell = dataset.isel(plate_thickness=0).sel(speed=2e3, hole_diameter_law="choosy/fast")
+    assert np.isnan(cell.hole_diameter_by_law)
+    assert "fast is not stated" in cell.hole_diameter_by_law_reason.item()
+
+
+def test_laws__a_run_that_is_no_shot_gets_no_answer() -> None:
+    sweep = fakes.holes()
+    dataset = cube.build(sweep, {}, replace(fakes.catalogue(), shot_of=lambda run: None))
+    assert "hole_diameter_law" not in dataset
+
+
+def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
+    dataset = holes(observations=fakes.SHOTS)
+    assert dataset.sizes["observation"] == len(fakes.SHOTS)
+    assert float(dataset.hole_diameter_observed[0]) == fakes.SHOTS[0].value
+    assert np.isnan(dataset.hole_diameter_observed_uncertainty[2])
+    answers = dataset.hole_diameter_by_law_at_observation.sel(
+        hole_diameter_observed_law="maiden_al"
+    )
+    assert fakes.SHOTS[0].shot is not None
+    assert float(answers[0]) == fakes.HOLE_LAWS[0].evaluate(fakes.SHOTS[0].shot, "").value
+
+
+def test_histories__are_padded_and_keep_both_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("studies.cubes.columns.HISTORY_SAMPLES", 8)
+    sweep = fakes.holes()
+    known = fakes.results(sweep)
+    history = known[sweep.runs()[0].run.id].measurements["hole_diameter"].history
+    dataset = cube.build(sweep, known, fakes.catalogue())
+    first = dataset.hole_diameter_history.isel(speed=0, plate_thickness=0)
+    assert dataset.sizes["sample"] == 8
+    assert (float(first[0]), float(first[-1])) == (history["value"][0], history["value"][-1])
+
+
+def test_shared_parameter__is_a_scalar_and_ratios_follow() -> None:
+    dataset = holes()
+    assert dataset.projectile_diameter.dims == ()
+    ratio = dataset.hole_diameter / dataset.equivalent_diameter
+    expected = dataset.hole_diameter.values / fakes.DIAMETER
+    np.testing.assert_array_equal(ratio.values, expected)
+
+
+def test_undeclared_number__stays_out_and_is_named() -> None:
+    sweep = fakes.holes()
+    known = fakes.results(sweep)
+    first = sweep.runs()[0].run.id
+    known[first] = replace(known[first], numbers={"moon_phase": 0.5})
+    dataset = cube.build(sweep, known, fakes.catalogue())
+    assert "audit_moon_phase" not in dataset
+    assert dataset.attrs["undeclared_numbers"] == "moon_phase"
+
+
+@pytest.mark.parametrize(
+    ("spoil", "complaint"),
+    [
+        (lambda d: d.assign(moon=1.0), "moon is not declared"),
+        (lambda d: d.assign(hole_diameter=d.hole_diameter.assign_attrs(units="mm")), "'mm'"),
+        (lambda d: d.assign(run_state=d.run_state.isel(speed=0)), "dimensions"),
+        (lambda d: d.assign(run_id=d.run_state), "text"),
+    ],
+    ids=["extra", "unit", "dims", "kind"],
+)
+def test_validate__refuses_what_is_not_as_declared(
+    spoil: Callable[[xr.Dataset], xr.Dataset], complaint: str
+) -> None:
+    with pytest.raises(SchemaError, match=complaint):
+        cube.validate(spoil(holes()))
+
+
+def test_write__opens_as_it_was_built(tmp_path: Path) -> None:
+    dataset = holes(observations=fakes.SHOTS)
+    read = written(dataset, tmp_path)
+    cube.validate(read)
+    assert set(read.variables) == set(dataset.variables)
+    for name, array in dataset.variables.items():
+        np.testing.assert_array_equal(read[name].values, array.values)
+
+
+def test_write__leaves_the_old_file_when_it_breaks_off(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = cube.write(holes(), tmp_path / "cube.nc")
+    before = path.read_bytes()
+
+    def broken(self: xr.Dataset, file: Path, **options: object) -> None:
+        Path(file).write_bytes(b"half")
+        raise OSError("disk full")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", broken)
+    with pytest.raises(OSError, match="disk full"):
+        cube.write(holes(), path)
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["cube.nc"]
+
+
+@pytest.mark.parametrize("case", ["grid", "zip", "words", "craters", "nothing"])
+def test_file__passes_the_cf_checker(tmp_path: Path, case: str) -> None:
+    sweeps = {"zip": ZIP, "words": WORDS, "craters": fakes.craters(), "nothing": fakes.holes()}
+    if case == "grid":
+        dataset = holes(observations=fakes.SHOTS)
+    else:
+        sweep = sweeps[case]
+        known = {} if case == "nothing" else fakes.results(sweep)
+        dataset = cube.build(sweep, known, fakes.catalogue(sweep.scenario))
+    assert compliance.complaints(cube.write(dataset, tmp_path / "cube.nc")) == []
+
+
+def test_cf_checker__sees_what_is_wrong(tmp_path: Path) -> None:
+    dataset = holes()
+    dataset["hole_diameter"].attrs["units"] = "furlongs per thaler"
+    assert compliance.complaints(cube.write(dataset, tmp_path / "cube.nc")) != []

@@ -1,0 +1,200 @@
+"""The film of a run: its frames, its bound, and that a break leaves no gap without saying so."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.errors import Interrupted
+from solver.problem import Problem
+from solver.simulation import simulate, start
+from solver.state import Snapshot, records
+from studies.films import film
+from studies.films.film import Film
+from studies.runs.execution import execute, observer_of
+from studies.runs.run import Run
+from tests.studies.runs.test_execution import BROKEN_OFF_AFTER, after, asked
+
+MOST = film.FRAMES + 2
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return asked("elastic_bar")
+
+
+@pytest.fixture(scope="module")
+def whole(run: Run, tmp_path_factory: pytest.TempPathFactory) -> dict[str, np.ndarray]:
+    folder = tmp_path_factory.mktemp("whole")
+    execute(run, folder, threads=1, film=True)
+    return read(folder / "film.npz")
+
+
+def read(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path) as file:
+        return dict(file)
+
+
+def broken_off(run: Run, folder: Path) -> Path:
+    """A run that left; its checkpoint."""
+    checkpoint = folder / "checkpoint.npz"
+    with pytest.raises(Interrupted):
+        execute(
+            run,
+            folder,
+            threads=1,
+            checkpoint=checkpoint,
+            leave=after(2 * BROKEN_OFF_AFTER),
+            film=True,
+        )
+    return checkpoint
+
+
+def small_problem() -> Problem:
+    return observer_of(asked("elastic_bar")).setting.problem
+
+
+def states(count: int) -> list[Snapshot]:
+    """States of a run at times 0, 1, 2 ..."""
+    simulation = start(small_problem(), threads=1)
+    return [simulation.snapshot()._replace(time=float(number)) for number in range(count)]
+
+
+def test_film__shows_the_first_and_the_last_state(run: Run, whole: dict[str, Any]) -> None:
+    begin = start(small_problem(), threads=1).particles
+    order = np.argsort(begin.number)
+    np.testing.assert_array_equal(whole["position"][0], begin.position[order].astype(np.float32))
+    end = simulate(small_problem(), threads=1).snapshot
+    order = np.argsort(end.particles.number)
+    np.testing.assert_array_equal(
+        whole["position"][-1], end.particles.position[order].astype(np.float32)
+    )
+    assert whole["time"][-1] == end.time
+
+
+def test_film__has_its_arrays_in_single_precision(whole: dict[str, Any]) -> None:
+    frames, count = whole["time"].size, whole["number"].size
+    assert 10 < frames <= MOST
+    assert whole["position"].shape == (frames, count, 3)
+    for name in ("speed", "pressure", "temperature"):
+        assert whole[name].shape == (frames, count)
+        assert whole[name].dtype == whole["position"].dtype == np.float32
+    assert whole["bodies"][whole["body"]].tolist() == ["bar"] * count
+    assert bool(whole["whole"])
+    assert int(whole["stride"]) == 1
+
+
+def test_film__is_made_only_when_it_is_asked_for(run: Run, tmp_path: Path) -> None:
+    execute(run, tmp_path, threads=1)
+    assert not (tmp_path / "film.npz").exists()
+
+
+def test_film__has_at_most_so_many_frames_evenly_in_time() -> None:
+    problem = replace(small_problem(), end_time=1000.0)
+    shown = Film(problem)
+    for state in states(1001):
+        shown.see(state, last=state.time == 1000.0)
+    assert len(shown.times) <= MOST
+    assert (shown.times[0], shown.times[-1]) == (0.0, 1000.0)
+    assert max(np.diff(shown.times)) <= 1000.0 / film.FRAMES + 1.0
+
+
+def test_film__shows_retired_debris_on_its_straight_way() -> None:
+    problem = small_problem()
+    [state] = states(1)
+    particles, gone = state.particles, np.array([3, 5])
+    particles.velocity[gone] = (0.0, 100.0, 0.0)
+    retired = records(0.0, particles, state.body, gone)
+    particles.alive[gone] = 0
+    shown = Film(problem)
+    time = 0.1 * problem.geometry.spacing / 100.0
+    shown.see(state._replace(time=time, retired=retired), last=True)
+    frame = shown.frames[0]
+    moved = retired.position + np.array([0.0, 100.0 * time, 0.0])
+    np.testing.assert_allclose(frame[retired.number, :3], moved, rtol=1e-6)
+    assert (frame[retired.number, 3] == 100.0).all()
+    np.testing.assert_allclose(frame[retired.number, 5], retired.temperature)
+    shown.see(state._replace(time=1.0, retired=retired), last=True)
+    assert np.isnan(shown.frames[1][retired.number]).all()
+
+
+def test_film__of_a_large_run_shows_some_particles_and_stays_small(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(film, "BYTES", 50_000)
+    shown = Film(small_problem())
+    [state] = states(1)
+    for number in range(MOST):
+        shown.see(state._replace(time=float(number)), last=True)
+    shown.save(tmp_path / "film.npz")
+    plain = read(tmp_path / "film.npz")
+    assert plain["stride"] > 1
+    np.testing.assert_array_equal(plain["number"] % plain["stride"], 0)
+    assert np.isfinite(plain["position"]).all()
+    fields = ("position", "speed", "pressure", "temperature")
+    assert sum(plain[name].nbytes for name in fields) <= 50_000
+
+
+def test_film__a_particle_that_left_the_grid_is_nan() -> None:
+    shown = Film(small_problem())
+    [state] = states(1)
+    gone = state.particles.alive.copy()
+    gone[state.particles.number == 3] = 0
+    shown.see(state, last=False)
+    shown.see(state._replace(particles=state.particles._replace(alive=gone)), last=True)
+    missing = [np.flatnonzero(np.isnan(frame[:, 0])).tolist() for frame in shown.frames]
+    assert missing == [[], [3]]
+
+
+# --- over a break --------------------------------------------------------------------------------
+
+
+def test_resume__gives_the_film_of_a_run_that_never_stopped(
+    run: Run, whole: dict[str, Any], tmp_path: Path
+) -> None:
+    checkpoint = broken_off(run, tmp_path)
+    execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
+    resumed = read(tmp_path / "film.npz")
+    assert resumed.keys() == whole.keys()
+    for name, values in whole.items():
+        np.testing.assert_array_equal(resumed[name], values)
+
+
+@pytest.mark.parametrize("damage", ["missing", "torn", "short"])
+def test_resume__without_the_frames_of_before_says_where_the_film_begins(
+    run: Run, whole: dict[str, Any], tmp_path: Path, damage: str
+) -> None:
+    checkpoint = broken_off(run, tmp_path)
+    before = tmp_path / "checkpoint.film.npz"
+    frames = read(before)["time"].size
+    if damage == "missing":
+        before.unlink()
+    elif damage == "torn":
+        before.write_bytes(before.read_bytes()[:100])
+    else:
+        Film(small_problem()).save(before)
+    execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
+    resumed = read(tmp_path / "film.npz")
+    assert not resumed["whole"]
+    assert resumed["time"][0] > whole["time"][frames - 1]
+    np.testing.assert_array_equal(resumed["position"][-1], whole["position"][-1])
+
+
+def test_resume__of_a_run_that_was_not_filmed_so_far_begins_there(run: Run, tmp_path: Path) -> None:
+    checkpoint = tmp_path / "checkpoint.npz"
+    with pytest.raises(Interrupted):
+        execute(run, tmp_path, threads=1, checkpoint=checkpoint, leave=after(BROKEN_OFF_AFTER))
+    execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
+    assert not read(tmp_path / "film.npz")["whole"]
+
+
+def test_no_space_for_the_frames__the_checkpoint_is_written_nevertheless(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(Film, "save", full)
+    assert broken_off(run, tmp_path).is_file()

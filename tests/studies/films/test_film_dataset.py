@@ -1,0 +1,123 @@
+"""What a film says to whoever opens it: as a dataset, and as files that VTK reads."""
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+
+import whipple
+from solver.state import Snapshot
+from studies.films.film import Film
+from studies.values.errors import InvalidInput
+from tests.service.support.command import run
+from tests.studies.films.test_film import small_problem, states
+
+LEFT, NEVER_SEEN = 3, 5  # particles: between the two frames, and before both
+FIELDS = ("speed", "pressure", "temperature")
+
+
+def without(state: Snapshot, *numbers: int) -> Snapshot:
+    gone = np.isin(state.particles.number, numbers)
+    alive = np.where(gone, 0, state.particles.alive)
+    return state._replace(particles=state.particles._replace(alive=alive))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A film of two frames and two bodies; in a third frame everything has left."""
+    shown = Film(small_problem())
+    shown.bodies = ["plate", "ball"]
+    first, second, third = states(3)
+    number = first.particles.number
+    body = (number >= number.size // 2).astype(first.body.dtype)
+    shown.see(without(first, NEVER_SEEN)._replace(body=body), last=True)
+    shown.see(without(second, NEVER_SEEN, LEFT)._replace(body=body), last=True)
+    shown.see(without(third, *number)._replace(body=body), last=True)
+    shown.save(tmp_path / "film.npz", compressed=True)
+    return tmp_path
+
+
+def test_open_film__has_time_particle_and_body_with_their_units(folder: Path) -> None:
+    film = whipple.open_film(folder)
+    assert film.position.dims == ("time", "particle", "component")
+    assert film.time.values.tolist() == [0.0, 1.0, 2.0]
+    assert film.body.sel(particle=[NEVER_SEEN, 0, film.sizes["particle"] - 1]).values.tolist() == [
+        "",
+        "plate",
+        "ball",
+    ]
+    assert np.isnan(film.speed.sel(particle=LEFT)).values.tolist() == [False, True, True]
+    units = [film[name].attrs["units"] for name in ("time", "position", *FIELDS)]
+    assert units == ["s", "m", "m s-1", "Pa", "K"]
+    with np.load(folder / "film.npz") as saved:
+        np.testing.assert_array_equal(film.temperature, saved["temperature"])
+        np.testing.assert_array_equal(film.position[0, 7:9], saved["position"][0, 7:9])
+
+
+def test_open_film__loads_what_is_looked_at(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    film = whipple.open_film(folder / "film.npz")
+    read: list[str] = []
+    load = np.lib.npyio.NpzFile.__getitem__
+
+    def told(file: np.lib.npyio.NpzFile, key: str) -> np.ndarray:
+        read.append(key)
+        return load(file, key)
+
+    monkeypatch.setattr(np.lib.npyio.NpzFile, "__getitem__", told)
+    assert film.pressure.isel(time=0).notnull().sum() == film.sizes["particle"] - 1
+    assert read == ["pressure"]
+
+
+def test_open_film__can_be_kept_as_netcdf(folder: Path) -> None:
+    film = whipple.open_film(folder)
+    film.to_netcdf(folder / "film.nc")
+    with xr.open_dataset(folder / "film.nc") as kept:
+        xr.testing.assert_identical(kept.load(), film.load())
+
+
+@pytest.mark.parametrize("content", [None, b"", b"PK no zip", b"text"])
+def test_open_film__of_something_else_is_refused(tmp_path: Path, content: bytes | None) -> None:
+    file = tmp_path / "film.npz"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(InvalidInput, match=r"film\.npz"):
+        whipple.open_film(tmp_path)
+    assert run("export", file, "--vtk", tmp_path / "out") == 2
+
+
+def grid(file: Path) -> vtkUnstructuredGrid:
+    """What VTK makes of a file."""
+    reader = vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(file))
+    reader.Update()
+    assert reader.GetErrorCode() == 0
+    return reader.GetOutput()
+
+
+def test_export__is_what_vtk_reads(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("export", folder, "--vtk", folder / "out") == 0
+    said = capsys.readouterr().out
+    assert "3 frames, bodies 1 ball, 2 plate" in said
+    film = whipple.open_film(folder)
+    listed = list(ET.parse(folder / "out" / "film.pvd").iter("DataSet"))
+    assert [float(one.attrib["timestep"]) for one in listed] == film.time.values.tolist()
+    for index, one in enumerate(listed):
+        read = grid(folder / "out" / one.attrib["file"])
+        frame = film.isel(time=index).dropna("particle")
+        assert read.GetNumberOfPoints() == read.GetNumberOfCells() == frame.sizes["particle"]
+        if not frame.sizes["particle"]:
+            continue
+        arrays = read.GetPointData()
+        values = {name: vtk_to_numpy(arrays.GetArray(name)) for name in (*FIELDS, "particle")}
+        for name, there in values.items():
+            np.testing.assert_array_equal(there, frame[name])
+        points = vtk_to_numpy(read.GetPoints().GetData())
+        assert points.dtype == values["speed"].dtype == np.float32
+        np.testing.assert_array_equal(points, frame.position)
+        body = vtk_to_numpy(arrays.GetArray("body"))
+        np.testing.assert_array_equal(np.array(["", "ball", "plate"])[body], frame.body)

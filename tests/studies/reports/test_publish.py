@@ -1,0 +1,115 @@
+"""Publishing: one call makes the three files, from a document and plain outcomes, and the cube redoes the report."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies.cubes import cube
+from studies.reports import compare, page, report
+from studies.reports.publish import publish, publish_sweep
+from studies.results import Measured, RunResult
+from studies.sweeps.sweep import Sweep
+from tests.studies.support import fakes
+
+HOLES = {
+    "name": "holes",
+    "scenario": "thin_plate",
+    "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},
+    "axes": {"speed": ["3 km/s", "6 km/s"], "plate_thickness": ["2 mm", "3 mm"]},
+    "resolution": 16,
+    "observations": [
+        {
+            "speed": "6 km/s",
+            "plate_thickness": "2 mm",
+            "quantity": "hole_diameter",
+            "value": "19 mm",
+            "source": "Somebody (2001)",
+        }
+    ],
+}
+
+
+def outcomes(document: dict) -> dict[str, dict]:
+    """A result for each run but the first, which crashed."""
+    first, *others = Sweep.parse(document).runs()
+    hole = Measured(
+        0.018, 0.0004, {"resolution": 0.0004}, (), {"time": [0.0, 1e-5], "value": [None, 0.018]}, 1
+    )
+    return {
+        first.run.id: {"state": "crashed", "reason": "killed by signal 9"},
+        **{
+            point.run.id: RunResult(
+                point.run.id,
+                "succeeded",
+                measurements={"hole_diameter": hole},
+                numbers={"energy_drift": 0.002},
+                stop="settled",
+                provenance={"whipple": "0.1.0", "physics_version": "1", "seconds": 2.0},
+            ).as_json()
+            for point in others
+        },
+    }
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("out")
+    files = publish(HOLES, json.loads(json.dumps(outcomes(HOLES))), folder / "holes")
+    assert files == {
+        name: str(folder / "holes" / name) for name in ("cube.nc", "report.html", "report.json")
+    }
+    return folder / "holes"
+
+
+def test_publish__makes_the_three_files_and_nothing_else(folder: Path) -> None:
+    assert sorted(file.name for file in folder.iterdir()) == [
+        "cube.nc",
+        "report.html",
+        "report.json",
+    ]
+
+
+def test_cube_alone__redoes_the_report(folder: Path) -> None:
+    with xr.open_dataset(folder / "cube.nc") as dataset:
+        said = report.document(dataset, compare.compare(dataset))
+    assert json.loads(report.as_json(said)) == json.loads((folder / "report.json").read_text())
+    assert page.page(said) == (folder / "report.html").read_text()
+
+
+def test_cube__has_the_crashed_run_and_the_laws_that_ship(folder: Path) -> None:
+    with xr.open_dataset(folder / "cube.nc") as dataset:
+        crashed = dataset.sel(speed=3e3, plate_thickness=2e-3)
+        assert crashed.run_reason.item() == "killed by signal 9"
+        assert np.isnan(crashed.hole_diameter)
+        assert dataset.attrs["undeclared_numbers"] == ""
+        laws = set(dataset.hole_diameter_law_name.values)
+        assert {"maiden_al", "maiden_c", "zhang_tan", "strength_ln"} <= laws
+        answer = dataset.hole_diameter_by_law.sel(
+            speed=6e3, plate_thickness=2e-3, hole_diameter_law="maiden_al"
+        )
+        assert float(answer) / 8e-3 == pytest.approx(1.971, abs=5e-4)  # Ma (2005), Eq. 1-3
+
+
+def test_cube__carries_the_sources_of_the_materials(folder: Path) -> None:
+    with xr.open_dataset(folder / "cube.nc") as dataset:
+        materials = json.loads(dataset.attrs["materials"])
+    assert materials["copper-ofhc"]["numbers"]["strength.A"]["source"]
+
+
+def test_observation__takes_from_the_sweep_what_it_does_not_state(folder: Path) -> None:
+    with xr.open_dataset(folder / "cube.nc") as dataset:
+        assert float(dataset.observation_equivalent_diameter[0]) == 8e-3
+        assert np.isfinite(dataset.hole_diameter_by_law_at_observation).any()
+
+
+def test_publish__again_replaces_what_was_there(tmp_path: Path) -> None:
+    sweep = fakes.holes()
+    publish_sweep(sweep, {}, tmp_path, fakes.catalogue())
+    publish_sweep(sweep, fakes.results(sweep), tmp_path, fakes.catalogue())
+    with xr.open_dataset(tmp_path / "cube.nc") as dataset:
+        assert np.isfinite(dataset.hole_diameter).all()
+        cube.validate(dataset)
+    assert len(list(tmp_path.iterdir())) == 3
