@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Self
 import distributed
 
 from service.execution import Cluster, dask_worker
-from service.records.attempt import Away, Back, Ended, Ending, Inbox, Ticket, Told
+from service.records.attempt import Attempt, Away, Back, Ended, Ending, Inbox, ProgressMessage
 from service.workers.supervisor import LEAVE_SECONDS, STOP_SECONDS
 
 if TYPE_CHECKING:
@@ -193,7 +193,7 @@ class DaskEngine:
         self._give_up_without_slots(count)
         return count
 
-    def submit(self, ticket: Ticket) -> None:
+    def submit(self, ticket: Attempt) -> None:
         """Begin an attempt; ``Ended`` follows, whatever happens."""
         client, key = self._connected(), ticket.key
         with self._changed:
@@ -294,7 +294,7 @@ class DaskEngine:
         progress = dict(event[1])
         key = progress.pop("key")
         if key in self._followed:  # a scheduler may serve other services too
-            self._inbox.put(Told(key, progress))
+            self._inbox.put(ProgressMessage(key, progress))
 
     def _end_all(self, leave_seconds: float) -> None:
         """Let all attempts leave, then stop the others; each step has its time."""

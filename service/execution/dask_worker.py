@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from importlib import metadata
 from typing import Any
 
-from service.records.attempt import Ending, Ticket
+from service.records.attempt import Attempt, Ending
 from service.records.version import version
 from service.workers.supervisor import LEAVE_SECONDS, Supervisor
 from service.workers.warm import Slot
@@ -60,7 +60,7 @@ def dask_teardown(worker: Any) -> None:
     _SLOT.close()
 
 
-def compute(ticket: Ticket) -> Ending:
+def compute(ticket: Attempt) -> Ending:
     """The task that an attempt is for Dask: runs in the one thread of a worker."""
     worker = _WORKERS[-1]
 

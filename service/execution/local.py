@@ -8,7 +8,7 @@ from contextlib import closing
 from queue import SimpleQueue
 from typing import Any
 
-from service.records.attempt import Ended, Ending, Inbox, Ticket, Told
+from service.records.attempt import Attempt, Ended, Ending, Inbox, ProgressMessage
 from service.workers.supervisor import LEAVE_SECONDS, STOP_SECONDS, Supervisor
 from service.workers.warm import Slot
 
@@ -33,11 +33,11 @@ class LocalEngine:
         """As many as there are threads."""
         return len(self._threads)
 
-    def submit(self, ticket: Ticket) -> None:
+    def submit(self, ticket: Attempt) -> None:
         """Begin an attempt."""
 
         def tell(progress: Mapping[str, Any]) -> None:
-            self._inbox.put(Told(ticket.key, progress))
+            self._inbox.put(ProgressMessage(ticket.key, progress))
 
         self._under_way[ticket.key] = Supervisor(ticket, tell)
         self._submitted.put(ticket.key)

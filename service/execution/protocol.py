@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from service.records.attempt import Inbox, Ticket
+from service.records.attempt import Attempt, Inbox
 
 
 class Engine(Protocol):
@@ -18,7 +18,7 @@ class Engine(Protocol):
         """Attempts that can be under way at once; 0 while the engine is away."""
         ...
 
-    def submit(self, ticket: Ticket) -> None:
+    def submit(self, ticket: Attempt) -> None:
         """Begin an attempt; ``Ended`` follows. More of them than slots wait for one another."""
         ...
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from service.records.attempt import Away, Back, Ended, Ending, Message, Told
+from service.records.attempt import Away, Back, Ended, Ending, Message, ProgressMessage
 from service.records.jobs import Cause, Claim
 
 
@@ -21,8 +21,8 @@ class Attempts:
 
     def take(self, message: Message | None) -> bool:
         """Note what the engine said; whether it needs a turn soon."""
-        if isinstance(message, Told):
-            self.told[message.key] = message.words
+        if isinstance(message, ProgressMessage):
+            self.told[message.key] = message.progress
             return False
         if isinstance(message, Ended):
             self.ended[message.key] = message.ending

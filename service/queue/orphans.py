@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
-from service.records.jobs import KEPT_BY, TERMINAL, Attempt, State, Stored
+from service.records.jobs import KEPT_BY, TERMINAL, LastAttempt, State, Stored
 from service.store import Store
 
 ATTEMPT = re.compile(r"a(\d+)-[0-9a-f]+")
@@ -60,7 +60,7 @@ class Leftover:
 class Counted:
     """What counts of a run."""
 
-    attempt: Attempt  # the last
+    attempt: LastAttempt  # the last
     registered: Set[Path]  # files that rows point to
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from service.files.artifacts import Artifacts
-from service.records.attempt import Ticket
+from service.records.attempt import Attempt
 from service.records.jobs import Claim, Kind
 from service.records.settings import Settings
 from service.store import Store
@@ -19,12 +19,12 @@ class Tickets:
         self._artifacts = artifacts
         self._memory_limit = settings.memory_of_a_run
 
-    def write(self, claim: Claim, *, threads: int = 1) -> Ticket:
+    def write(self, claim: Claim, *, threads: int = 1) -> Attempt:
         """The order for one attempt, below a folder that is there: a worker who misses it lacks the disk."""
         directory = self._artifacts.attempt_directory(claim)
         self._artifacts.make_folder(directory.parent)
         is_run = claim.kind is Kind.RUN
-        return Ticket(
+        return Attempt(
             key=claim.key,
             kind=claim.kind,
             directory=str(directory),

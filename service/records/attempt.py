@@ -1,4 +1,4 @@
-"""An attempt as it travels: the order that goes to a worker, and what the engine says of it."""
+"""An attempt as an engine receives it, and the messages that the engine sends about it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,18 +24,16 @@ def legible(text: str) -> str:
 
 
 @dataclass(frozen=True)
-class Ticket:
-    """The order for one attempt."""
+class Attempt:
+    """One attempt at a job: where it is computed, from what, and within which limits."""
 
-    key: str  # of the claim: the attempt's name for the engine
+    key: str  # of its lease: the attempt's name for the engine
     kind: Kind
     directory: str  # of the attempt; files go here
     spec: Mapping[str, Any]  # a run as JSON; or document and outcomes of a sweep
     seconds_limit: float  # wall clock
-    targets: str | None  # a module in place of ``worker.TARGETS``
-    run: str | None = (
-        None  # id of the run as it was submitted; another version may call it otherwise
-    )
+    targets: str | None  # a module in place of ``warm_process.TARGETS``
+    run: str | None = None  # id of the run as submitted; another version of the code may differ
     keep: Keep = Keep.FINAL  # what a run leaves behind
     checkpoint: str | None = None  # file that a run goes on from, and writes as it goes
     memory_limit: int | None = None  # bytes of data that its process may hold
@@ -69,11 +67,11 @@ class Ended:
 
 
 @dataclass(frozen=True)
-class Told:
-    """What the process of an attempt said of its progress."""
+class ProgressMessage:
+    """Progress of an attempt."""
 
     key: str
-    words: Mapping[str, Any]  # "seconds": wall clock; "checkpoint": step of the last one, if any
+    progress: Mapping[str, Any]  # "seconds": wall clock; "checkpoint": step of the last one, if any
 
 
 @dataclass(frozen=True)
@@ -85,8 +83,8 @@ class Away:
 
 @dataclass(frozen=True)
 class Back:
-    """It can; attempts that it no longer has are ``Ended``."""
+    """The scheduler can be reached again; attempts that it no longer has are ``Ended``."""
 
 
-Message = Ended | Told | Away | Back
+Message = Ended | ProgressMessage | Away | Back
 Inbox = SimpleQueue[Message | None]

@@ -336,7 +336,7 @@ def crashes_before(claim: Claim, step: int | None) -> int:
 
 
 @dataclass(frozen=True)
-class Attempt:
+class LastAttempt:
     """The last attempt of a job: whose files count, and whether it is over."""
 
     attempt: int

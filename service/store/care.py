@@ -6,7 +6,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import KEPT_BY, TERMINAL, Attempt, Keep, Kind, Stored, at_least
+from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Stored, at_least
 from service.store.connection import Part
 from service.store.queries import batches, log_event, now
 from service.store.rows import stored_record
@@ -81,12 +81,12 @@ class GarbageQueries(Part):
         """The registered files of the jobs between two ids, both included."""
         return self._files(sa.select(ARTIFACTS).where(ARTIFACTS.c.job_id.between(first, last)))
 
-    def known_attempts(self, job_ids: Iterable[str]) -> Mapping[str, Attempt]:
+    def known_attempts(self, job_ids: Iterable[str]) -> Mapping[str, LastAttempt]:
         """The last attempt of each of these jobs; those that are unknown are left out."""
         query = sa.select(JOBS.c.id, JOBS.c.attempt, JOBS.c.token, JOBS.c.state)
         with self._database.reading() as connection:
             return {
-                row.id: Attempt(row.attempt, row.token, row.state)
+                row.id: LastAttempt(row.attempt, row.token, row.state)
                 for batch in batches(job_ids)
                 for row in connection.execute(query.where(JOBS.c.id.in_(batch)))
             }

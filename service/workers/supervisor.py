@@ -17,7 +17,7 @@ from pathlib import Path
 from service.files import attempt_log
 from service.files.artifacts import LOG, OF_A_RUN, describe
 from service.files.disk_space import free_bytes
-from service.records.attempt import Ending, Ticket
+from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Kind, Stored
 from service.workers import warm
 from service.workers.warm import Slot, Words
@@ -49,7 +49,7 @@ WANT_OF_MEMORY = (b"MemoryError", b"bad_alloc", b"ut of memory", b"Cannot alloca
 class Supervisor:
     """One attempt: its order, what is heard of it, and why it is ended."""
 
-    def __init__(self, ticket: Ticket, tell: Tell):
+    def __init__(self, ticket: Attempt, tell: Tell):
         self._ticket = ticket
         self._tell = tell
         self._directory = Path(ticket.directory)

@@ -18,7 +18,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from service.records.attempt import Ticket
+from service.records.attempt import Attempt
 
 log = logging.getLogger(__name__)
 
@@ -56,7 +56,7 @@ class Child:
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._stdout, selectors.EVENT_READ)
 
-    def take(self, ticket: Ticket) -> None:
+    def take(self, ticket: Attempt) -> None:
         """Give it an order."""
         self.orders += 1
         self.say({"order": asdict(ticket)})

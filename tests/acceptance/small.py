@@ -12,24 +12,24 @@ from typing import Any
 from service.files.artifacts import OF_A_RUN, describe
 from service.files.data_directory import holding
 from service.queue.dispatcher import Dispatcher
-from service.records.attempt import Ended, Ending, Inbox, Ticket
+from service.records.attempt import Attempt, Ended, Ending, Inbox
 from service.records.jobs import Kind
 from service.workers.warm_process import perform
-from tests.service.support.fakes import StandStill, open_store, settings_in, sweep_of
+from tests.service.support.fakes import RecordingEngine, open_store, settings_in, sweep_of
 from tests.service.support.targets import Run
 
 KEY = ("the-only-one", "11" * 32)
 PUBLISHED = ("cube.nc", "report.html", "report.json")
 
 
-class Inline(StandStill):
+class Inline(RecordingEngine):
     """An engine that computes at once."""
 
     def __init__(self, inbox: Inbox):
         super().__init__(free=1)
         self._inbox = inbox
 
-    def submit(self, ticket: Ticket) -> None:
+    def submit(self, ticket: Attempt) -> None:
         folder = Path(ticket.directory)
         folder.mkdir(parents=True)
         perform(_order(ticket), _nobody, _nobody, lambda: False)
@@ -38,7 +38,7 @@ class Inline(StandStill):
         self._inbox.put(Ended(ticket.key, Ending(None, "", "", files, 0.1)))
 
 
-def _order(ticket: Ticket) -> Mapping[str, Any]:
+def _order(ticket: Attempt) -> Mapping[str, Any]:
     return {**vars(ticket), "memory_limit": None}
 
 

@@ -16,8 +16,8 @@ from service.records.jobs import Claim, Stored
 from service.store import Store
 from studies.values.files import ANSWER
 from tests.acceptance.inspection import damaged, differences, half_files
-from tests.service.support.by_hand import claim_runs, result
 from tests.service.support.fakes import sweep_of
+from tests.service.support.rows import claim_runs, result
 
 ANSWERED = json.dumps({"state": "succeeded"}).encode()
 

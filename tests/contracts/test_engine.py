@@ -13,7 +13,7 @@ from queue import SimpleQueue
 import pytest
 
 from service.execution.local import LocalEngine
-from service.records.attempt import Ended, Inbox, Ticket
+from service.records.attempt import Attempt, Ended, Inbox
 from service.records.jobs import Cause
 from tests.service.support.attempts import LIMIT
 from tests.service.support.cluster import (
@@ -180,7 +180,7 @@ def test_follow__what_the_engine_does_not_have_is_lost(service: Service, tmp_pat
 # --- the end -------------------------------------------------------------------------------------
 
 
-def submitted(service: Service, *orders: Ticket) -> list[int]:
+def submitted(service: Service, *orders: Attempt) -> list[int]:
     """The processes of these attempts, which have begun."""
     service.wait_for_slots(WORKERS)
     for order in orders:

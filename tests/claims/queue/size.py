@@ -19,8 +19,8 @@ from tests.service.store.test_size import (
     statements_for,
     whole_tables_of,
 )
-from tests.service.support.by_hand import EPOCH, statements
 from tests.service.support.databases import postgresql_server
+from tests.service.support.rows import TERM, statements
 
 WRITE = re.compile(r"(?:UPDATE|DELETE FROM|INSERT INTO) (\w+)")
 
@@ -59,7 +59,7 @@ def _plans(name: str, here: Filled) -> Iterator[Row]:
         words = f"{name}: tables of which {question} reads every row in vain"
         yield Row(words, "none", ", ".join(whole) or "none", not whole)
     with plans(here.store) as told:
-        here.store.claim(2, EPOCH)
+        here.store.claim(2, TERM)
     [take] = [plan.text for plan in told if "jobs_queue" in plan.text]
     is_sorted = "TEMP B-TREE" in take or "Sort Key: jobs" in take
     yield Row(f"{name}: a claim sorts the queue", "no", "yes" if is_sorted else "no", not is_sorted)

@@ -22,27 +22,27 @@ from studies.values.errors import InvalidInput
 from tests.service.support.command import run
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import open_store, run_id, runs_of, settings_in, sweep_of
-from tests.service.support.stepped_dispatcher import Bench, open_bench
+from tests.service.support.harness import Harness, open_harness
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def harness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
     """A service with a published sweep, and one that is under way."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     (tmp_path / "data").mkdir()
-    with open_bench(tmp_path / "data") as opened:
+    with open_harness(tmp_path / "data") as opened:
         computed(opened, 2)
         opened.store.create_sweep(sweep_of(runs_of("fine", first=50), name="under way"))
         opened.turn()
         yield opened
 
 
-def computed(bench: Bench, runs: int, *, first: int = 0, name: str = "asked") -> str:
+def computed(harness: Harness, runs: int, *, first: int = 0, name: str = "asked") -> str:
     """A sweep with all its files."""
-    row = bench.store.create_sweep(sweep_of(runs_of(*["fine"] * runs, first=first), name=name))
-    while bench.store.sweep(row.id).state is not SweepState.SUCCEEDED:
-        for ticket in bench.turn():
-            bench.end_well(ticket)
+    row = harness.store.create_sweep(sweep_of(runs_of(*["fine"] * runs, first=first), name=name))
+    while harness.store.sweep(row.id).state is not SweepState.SUCCEEDED:
+        for ticket in harness.turn():
+            harness.end_well(ticket)
     return row.id
 
 
@@ -65,21 +65,21 @@ def all_is_intact(settings: Settings) -> bool:
         return all(artifacts.is_intact(file) for _, file in files_from(store, ""))
 
 
-def test_restored__service_has_the_same_bits_and_goes_on(bench: Bench, tmp_path: Path) -> None:
+def test_restored__service_has_the_same_bits_and_goes_on(harness: Harness, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    rows, files = rows_of(bench.store), files_of(bench.store, bench.settings.data)
-    done = back_up(bench.settings, out, bench.store)
+    rows, files = rows_of(harness.store), files_of(harness.store, harness.settings.data)
+    done = back_up(harness.settings, out, harness.store)
     assert (done.copied, done.known, done.removed, done.lost) == (len(files), 0, 0, ())
     assert done.size == sum(map(len, files.values()))
     restored = tmp_path / "restored"
     shutil.copytree(out, restored)
-    shutil.rmtree(bench.settings.data)  # the disk is gone
+    shutil.rmtree(harness.settings.data)  # the disk is gone
     settings = settings_in(restored, disk_reserve=0)
     with closing(open_store(settings)) as store:
         assert rows_of(store) == rows
         assert files_of(store, restored) == files
     assert all_is_intact(settings)
-    with open_bench(restored) as again:  # what was under way is begun again
+    with open_harness(restored) as again:  # what was under way is begun again
         [ticket] = again.turn()
         again.end_well(ticket)
         for publication in again.turn():
@@ -89,30 +89,32 @@ def test_restored__service_has_the_same_bits_and_goes_on(bench: Bench, tmp_path:
         assert states == {SweepState.SUCCEEDED}
 
 
-def test_backup__again_copies_what_is_new_alone(bench: Bench, tmp_path: Path) -> None:
-    first = back_up(bench.settings, tmp_path / "out", bench.store)
-    computed(bench, 1, first=7, name="later")
-    second = back_up(bench.settings, tmp_path / "out", bench.store)
+def test_backup__again_copies_what_is_new_alone(harness: Harness, tmp_path: Path) -> None:
+    first = back_up(harness.settings, tmp_path / "out", harness.store)
+    computed(harness, 1, first=7, name="later")
+    second = back_up(harness.settings, tmp_path / "out", harness.store)
     assert second.known == first.copied
     assert second.copied > 0
     with closing(open_store(settings_in(tmp_path / "out"))) as store:
-        assert files_of(store, tmp_path / "out") == files_of(bench.store, bench.settings.data)
+        assert files_of(store, tmp_path / "out") == files_of(harness.store, harness.settings.data)
 
 
-def test_backup__while_the_service_writes_is_of_one_moment(bench: Bench, tmp_path: Path) -> None:
+def test_backup__while_the_service_writes_is_of_one_moment(
+    harness: Harness, tmp_path: Path
+) -> None:
     stop = threading.Event()
 
     def write() -> None:
         number = 1000
         while not stop.is_set():
-            bench.store.create_sweep(sweep_of(runs_of(*["fine"] * 20, first=number)))
+            harness.store.create_sweep(sweep_of(runs_of(*["fine"] * 20, first=number)))
             number += 20
 
     writing = threading.Thread(target=write)
     writing.start()
     try:
         for number in range(3):
-            back_up(bench.settings, tmp_path / str(number), bench.store)
+            back_up(harness.settings, tmp_path / str(number), harness.store)
     finally:
         stop.set()
         writing.join()
@@ -123,41 +125,43 @@ def test_backup__while_the_service_writes_is_of_one_moment(bench: Bench, tmp_pat
 
 
 def test_backup__leaves_out_what_was_deleted_meanwhile(
-    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    id = bench.store.sweeps().items[-1].id
-    folder = Artifacts(bench.settings.data).sweep_folder(id)
-    gone = len(bench.store.artifacts(id))
+    id = harness.store.sweeps().items[-1].id
+    folder = Artifacts(harness.settings.data).sweep_folder(id)
+    gone = len(harness.store.artifacts(id))
     plain = module._copy_files
 
     def delete_first(*given: object) -> object:
-        bench.store.delete_sweep(id)
+        harness.store.delete_sweep(id)
         shutil.rmtree(folder)
         return plain(*given)  # type: ignore[arg-type]
 
     monkeypatch.setattr(module, "_copy_files", delete_first)
-    done = back_up(bench.settings, tmp_path / "out", bench.store)
+    done = back_up(harness.settings, tmp_path / "out", harness.store)
     assert (done.removed, done.lost) == (gone, ())
     settings = settings_in(tmp_path / "out", disk_reserve=0)
     assert all_is_intact(settings)
 
 
-def test_backup__says_what_is_damaged_and_does_not_take_it(bench: Bench, tmp_path: Path) -> None:
-    [_, (_, file), *_] = bench.store.files()
-    there = Artifacts(bench.settings.data).path(file)
+def test_backup__says_what_is_damaged_and_does_not_take_it(
+    harness: Harness, tmp_path: Path
+) -> None:
+    [_, (_, file), *_] = harness.store.files()
+    there = Artifacts(harness.settings.data).path(file)
     there.write_bytes(b"x" * file.size)
-    done = back_up(bench.settings, tmp_path / "out", bench.store)
+    done = back_up(harness.settings, tmp_path / "out", harness.store)
     assert done.lost == (file.path,)
     assert not (tmp_path / "out" / file.path).exists()
 
 
 def test_backup__that_is_killed_leaves_the_earlier_one_whole(
-    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
-    back_up(bench.settings, out, bench.store)
+    back_up(harness.settings, out, harness.store)
     before = (out / "whipple.db").read_bytes()
-    computed(bench, 1, first=7, name="later")
+    computed(harness, 1, first=7, name="later")
 
     def die(*_: object) -> None:
         raise KeyboardInterrupt
@@ -165,9 +169,9 @@ def test_backup__that_is_killed_leaves_the_earlier_one_whole(
     with monkeypatch.context() as patch:
         patch.setattr(module, "to_disk", die)
         with pytest.raises(KeyboardInterrupt):
-            back_up(bench.settings, out, bench.store)
+            back_up(harness.settings, out, harness.store)
     assert (out / "whipple.db").read_bytes() == before
-    back_up(bench.settings, out, bench.store)
+    back_up(harness.settings, out, harness.store)
     assert sorted(file.name for file in out.iterdir() if file.is_file()) == [
         "whipple.db",
         "whipple.lock",
@@ -175,40 +179,40 @@ def test_backup__that_is_killed_leaves_the_earlier_one_whole(
 
 
 def test_backup__is_a_data_directory_that_belongs_to_its_database(
-    bench: Bench, tmp_path: Path
+    harness: Harness, tmp_path: Path
 ) -> None:
-    identity.settle(bench.settings, bench.store)
-    back_up(bench.settings, tmp_path / "out", bench.store)
+    identity.settle(harness.settings, harness.store)
+    back_up(harness.settings, tmp_path / "out", harness.store)
     restored = settings_in(tmp_path / "out")
     with closing(open_store(restored)) as store:
         identity.settle(restored, store)
-        assert store.data_id() == bench.store.data_id()
+        assert store.data_id() == harness.store.data_id()
 
 
 def test_backup__into_a_directory_where_a_service_works_is_refused(
-    bench: Bench, tmp_path: Path
+    harness: Harness, tmp_path: Path
 ) -> None:
     with holding(Settings(data=tmp_path / "out")), pytest.raises(DataInUse):
-        back_up(bench.settings, tmp_path / "out", bench.store)
+        back_up(harness.settings, tmp_path / "out", harness.store)
 
 
-def test_backup__into_itself_is_refused(bench: Bench, tmp_path: Path) -> None:
-    for out in (bench.settings.data, bench.settings.data / "backup", tmp_path):
+def test_backup__into_itself_is_refused(harness: Harness, tmp_path: Path) -> None:
+    for out in (harness.settings.data, harness.settings.data / "backup", tmp_path):
         with pytest.raises(InvalidInput, match="apart"):
-            back_up(bench.settings, out, bench.store)
+            back_up(harness.settings, out, harness.store)
 
 
 def test_command__says_what_it_copied(
-    bench: Bench, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    harness: Harness, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    with holding(bench.settings):  # a service runs
-        assert run("backup", out, "--data", bench.settings.data) == 0
+    with holding(harness.settings):  # a service runs
+        assert run("backup", out, "--data", harness.settings.data) == 0
         assert "files copied" in capsys.readouterr().out
-        [_, (_, file), *_] = bench.store.files()
-        Artifacts(bench.settings.data).path(file).unlink()
+        [_, (_, file), *_] = harness.store.files()
+        Artifacts(harness.settings.data).path(file).unlink()
         shutil.rmtree(out)
-        assert run("backup", out, "--data", bench.settings.data) == 1
+        assert run("backup", out, "--data", harness.settings.data) == 1
     assert file.path in capsys.readouterr().err
 
 
@@ -218,15 +222,15 @@ def test_postgresql__dump_first_then_files_restores_the_same_bits(
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     with postgresql.database() as url, postgresql.database(like="template0") as fresh:
         (tmp_path / "data").mkdir()
-        with open_bench(tmp_path / "data", database_url=url) as bench:
-            computed(bench, 2)
+        with open_harness(tmp_path / "data", database_url=url) as harness:
+            computed(harness, 2)
             with pytest.raises(InvalidInput, match="pg_dump"):
-                back_up(bench.settings, tmp_path / "out", bench.store)
+                back_up(harness.settings, tmp_path / "out", harness.store)
             dump = tmp_path / "whipple.sql"
             subprocess.run([tool("pg_dump"), "--file", dump, plain(url)], check=True)
-            computed(bench, 1, first=7, name="after the dump")
+            computed(harness, 1, first=7, name="after the dump")
             shutil.copytree(tmp_path / "data", tmp_path / "copy")
-            before = files_of(bench.store, tmp_path / "data")
+            before = files_of(harness.store, tmp_path / "data")
         words = ("--quiet", "--set", "ON_ERROR_STOP=1", "--file")
         subprocess.run(
             [tool("psql"), *words, dump, plain(fresh)], check=True, stdout=subprocess.DEVNULL

@@ -18,7 +18,7 @@ from pydantic import ByteSize, ValidationError
 
 from service.execution import dask
 from service.execution.dask import DaskEngine, SchedulerConnection, probe
-from service.records.attempt import Away, Back, Ended, Inbox, Ticket
+from service.records.attempt import Attempt, Away, Back, Ended, Inbox
 from service.records.jobs import Cause
 from service.records.settings import Settings
 from solver import PHYSICS_VERSION
@@ -165,7 +165,7 @@ def test_worker_frozen__stop_reaches_the_others(service: Service, tmp_path: Path
 # --- the service dies ----------------------------------------------------------------------------
 
 
-def start_service(cluster: Cluster, orders: list[Ticket]) -> "subprocess.Popen[bytes]":
+def start_service(cluster: Cluster, orders: list[Attempt]) -> "subprocess.Popen[bytes]":
     remote = cluster.remote()
     files = [str(file) for file in (remote.ca, remote.certificate, remote.key)]
     said = {"remote": [remote.address, *files], "orders": [asdict(order) for order in orders]}

@@ -15,7 +15,7 @@ from service.files.disk_space import Space, is_want_of_space
 from service.records.attempt import Ending
 from service.records.jobs import Cause, Kind, State, StoreUnavailable
 from tests.service.support.fakes import sweep_of
-from tests.service.support.stepped_dispatcher import Bench, open_bench
+from tests.service.support.harness import Harness, open_harness
 
 RESERVE = 1 << 30
 
@@ -37,10 +37,10 @@ def disk(monkeypatch: pytest.MonkeyPatch) -> Disk:
 
 
 @pytest.fixture
-def bench(tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def harness(tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     monkeypatch.setattr(space, "REST_SECONDS", 0.0)
-    with open_bench(tmp_path, disk_reserve=RESERVE) as opened:
+    with open_harness(tmp_path, disk_reserve=RESERVE) as opened:
         yield opened
 
 
@@ -49,53 +49,57 @@ def full(words: str = os.strerror(errno.ENOSPC)) -> Ending:
     return Ending(Cause.ERROR, "OSError", f"[Errno 28] {words}: 'state.npz'", (), 1.0)
 
 
-def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(bench: Bench, disk: Disk) -> None:
+def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(
+    harness: Harness, disk: Disk
+) -> None:
     disk.free = RESERVE - 1
-    bench.store.create_sweep(sweep_of(1))
-    assert bench.turn() == []
-    said = bench.dispatcher.trouble()
+    harness.store.create_sweep(sweep_of(1))
+    assert harness.turn() == []
+    said = harness.dispatcher.trouble()
     assert said is not None
-    assert said == bench.store.queue().hindrance
+    assert said == harness.store.queue().hindrance
     assert "reserve" in said
     disk.free = RESERVE
-    assert len(bench.turn()) == 1
-    assert bench.dispatcher.trouble() is bench.store.queue().hindrance is None
+    assert len(harness.turn()) == 1
+    assert harness.dispatcher.trouble() is harness.store.queue().hindrance is None
 
 
-def test_reserve__what_is_under_way_goes_on_and_is_registered(bench: Bench, disk: Disk) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
+def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, disk: Disk) -> None:
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
     disk.free = 0
-    bench.end_well(ticket)
-    bench.turn()
-    assert bench.run().state is State.SUCCEEDED
-    assert bench.engine.stopped == []
+    harness.end_well(ticket)
+    harness.turn()
+    assert harness.run().state is State.SUCCEEDED
+    assert harness.engine.stopped == []
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
 def test_full_disk__the_run_is_queued_again_and_costs_nothing(
-    bench: Bench, disk: Disk, number: int
+    harness: Harness, disk: Disk, number: int
 ) -> None:
-    bench.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(sweep_of(1))
     for _ in range(3):
-        [ticket] = bench.turn()
+        [ticket] = harness.turn()
         disk.free = RESERVE - 1
-        bench.end(ticket, full(os.strerror(number)))
-        bench.turn()
+        harness.end(ticket, full(os.strerror(number)))
+        harness.turn()
         disk.free = RESERVE
-    assert len(bench.turn()) == 1
-    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
+    assert len(harness.turn()) == 1
+    assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_full_disk__a_run_that_leaves_room_behind_has_crashed(bench: Bench, number: int) -> None:
-    bench.store.create_sweep(sweep_of(1))
+def test_full_disk__a_run_that_leaves_room_behind_has_crashed(
+    harness: Harness, number: int
+) -> None:
+    harness.store.create_sweep(sweep_of(1))
     for _ in range(3):
-        [ticket] = bench.turn()
-        bench.end(ticket, full(os.strerror(number)))
-    assert [ticket.kind for ticket in bench.turn()] == [Kind.PUBLISH]
-    assert (bench.run().state, bench.run().cause) == (State.FAILED, Cause.CRASH)
-    assert "the disk was full" in str(bench.run().reason)
+        [ticket] = harness.turn()
+        harness.end(ticket, full(os.strerror(number)))
+    assert [ticket.kind for ticket in harness.turn()] == [Kind.PUBLISH]
+    assert (harness.run().state, harness.run().cause) == (State.FAILED, Cause.CRASH)
+    assert "the disk was full" in str(harness.run().reason)
 
 
 def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) -> None:
@@ -104,16 +108,16 @@ def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) ->
     assert Space(tmp_path, 0).shortage() is None
 
 
-def test_full_disk__is_believed_whatever_the_library_says(bench: Bench, disk: Disk) -> None:
-    bench.store.create_sweep(sweep_of(2))
-    one, other = bench.turn()
+def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk: Disk) -> None:
+    harness.store.create_sweep(sweep_of(2))
+    one, other = harness.turn()
     disk.free = RESERVE - 1
-    bench.end_badly(one, Cause.ERROR, reason="NetCDF: HDF error")
-    bench.end_badly(other, Cause.CRASH, reason="the process died: SIGBUS")
-    assert bench.turn() == []
+    harness.end_badly(one, Cause.ERROR, reason="NetCDF: HDF error")
+    harness.end_badly(other, Cause.CRASH, reason="the process died: SIGBUS")
+    assert harness.turn() == []
     disk.free = RESERVE
-    assert len(bench.turn()) == 2
-    assert {bench.run(number).crashes for number in (0, 1)} == {0}
+    assert len(harness.turn()) == 2
+    assert {harness.run(number).crashes for number in (0, 1)} == {0}
 
 
 @pytest.mark.parametrize(
@@ -125,45 +129,45 @@ def test_full_disk__is_believed_whatever_the_library_says(bench: Bench, disk: Di
     ],
 )
 def test_full_disk__is_judged_by_the_room_that_there_was(
-    bench: Bench, cause: Cause, reason: str
+    harness: Harness, cause: Cause, reason: str
 ) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    bench.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
-    assert len(bench.turn()) == 1
-    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
+    harness.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
+    assert len(harness.turn()) == 1
+    assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
 def test_full_disk__is_judged_once_however_long_the_store_is_away(
-    bench: Bench, disk: Disk, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, disk: Disk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def away(*_arguments: Any, **_words: Any) -> State | None:
         raise StoreUnavailable("database or disk is full")
 
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
     disk.free = 0
-    bench.end(ticket, replace(full("no room"), free=0))
+    harness.end(ticket, replace(full("no room"), free=0))
     with monkeypatch.context() as patch:
-        patch.setattr(bench.store, "requeue", away)
+        patch.setattr(harness.store, "requeue", away)
         with pytest.raises(StoreUnavailable):
-            bench.turn()
+            harness.turn()
     disk.free = 2 * RESERVE
-    assert len(bench.turn()) == 1
-    assert (bench.run().state, bench.run().crashes) == (State.RUNNING, 0)
+    assert len(harness.turn()) == 1
+    assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
 def test_full_disk__after_it_nothing_is_begun_for_a_while(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
     monkeypatch.setattr(space, "REST_SECONDS", 3600.0)
-    bench.end(ticket, full())
-    assert bench.turn() == []
-    assert "full disk" in str(bench.dispatcher.trouble())
+    harness.end(ticket, full())
+    assert harness.turn() == []
+    assert "full disk" in str(harness.dispatcher.trouble())
     monkeypatch.setattr(space, "REST_SECONDS", 0.0)
-    assert len(bench.turn()) == 1
+    assert len(harness.turn()) == 1
 
 
 @pytest.mark.parametrize("cause", [None, Cause.LOST, Cause.TIME_LIMIT, Cause.MEMORY_LIMIT])

@@ -16,9 +16,9 @@ from service.store import Store
 from studies.values.errors import InvalidInput
 from studies.values.files import STATE
 from tests.service.support.api import open_api
-from tests.service.support.by_hand import finish_all
 from tests.service.support.fakes import settings_in, stored, sweep_of
-from tests.service.support.stepped_dispatcher import Bench, open_bench
+from tests.service.support.harness import Harness, open_harness
+from tests.service.support.rows import finish_all
 
 OTHER = "0123456789abcdef" * 2
 
@@ -29,11 +29,11 @@ def settings(tmp_path: Path, database_url: str) -> Settings:
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def harness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
     """A service whose database is not in its data directory."""
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     monkeypatch.setattr("service.queue.dispatcher.TRY_SECONDS", 0.0)
-    with open_bench(tmp_path / "data", database_url=f"sqlite:///{tmp_path / 'x.db'}") as opened:
+    with open_harness(tmp_path / "data", database_url=f"sqlite:///{tmp_path / 'x.db'}") as opened:
         identity.settle(opened.settings, opened.store)
         yield opened
 
@@ -118,31 +118,31 @@ def test_adopt__never_makes_a_directory(settings: Settings, store: Store) -> Non
 # --- while the service runs ------------------------------------------------------------------------
 
 
-def test_directory_away__nobody_leads_until_it_is_back(bench: Bench, tmp_path: Path) -> None:
-    bench.store.create_sweep(sweep_of(3))
-    one, other = bench.turn()
-    bench.settings.data.rename(tmp_path / "away")
-    bench.end_badly(one, Cause.ERROR, reason="No such file or directory")
-    assert bench.turn() == []
-    assert not bench.dispatcher.leads()
-    assert "is not there" in str(bench.dispatcher.trouble())
-    assert not bench.settings.data.exists()
+def test_directory_away__nobody_leads_until_it_is_back(harness: Harness, tmp_path: Path) -> None:
+    harness.store.create_sweep(sweep_of(3))
+    one, other = harness.turn()
+    harness.settings.data.rename(tmp_path / "away")
+    harness.end_badly(one, Cause.ERROR, reason="No such file or directory")
+    assert harness.turn() == []
+    assert not harness.dispatcher.leads()
+    assert "is not there" in str(harness.dispatcher.trouble())
+    assert not harness.settings.data.exists()
 
-    (tmp_path / "away").rename(bench.settings.data)
-    bench.end_badly(other, Cause.ERROR, reason="No such file or directory")
-    assert len(bench.turn()) == 2
-    assert (bench.dispatcher.leads(), bench.dispatcher.trouble()) == (True, None)
-    assert {bench.run(number).state for number in range(3)} == {State.RUNNING, State.QUEUED}
-    assert (bench.engine.closed, bench.run().crashes) == ([], 0)
+    (tmp_path / "away").rename(harness.settings.data)
+    harness.end_badly(other, Cause.ERROR, reason="No such file or directory")
+    assert len(harness.turn()) == 2
+    assert (harness.dispatcher.leads(), harness.dispatcher.trouble()) == (True, None)
+    assert {harness.run(number).state for number in range(3)} == {State.RUNNING, State.QUEUED}
+    assert (harness.engine.closed, harness.run().crashes) == ([], 0)
 
 
-def test_another_directory__in_its_place_gets_no_work(bench: Bench, tmp_path: Path) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    bench.settings.data.rename(tmp_path / "away")
-    bench.settings.data.mkdir()
-    assert bench.turn() == []
-    assert "has no id" in str(bench.dispatcher.trouble())
-    assert list(bench.settings.data.iterdir()) == []
+def test_another_directory__in_its_place_gets_no_work(harness: Harness, tmp_path: Path) -> None:
+    harness.store.create_sweep(sweep_of(1))
+    harness.settings.data.rename(tmp_path / "away")
+    harness.settings.data.mkdir()
+    assert harness.turn() == []
+    assert "has no id" in str(harness.dispatcher.trouble())
+    assert list(harness.settings.data.iterdir()) == []
 
 
 def test_folder_of_an_attempt__is_not_made_where_the_directory_is_away(tmp_path: Path) -> None:

@@ -16,13 +16,13 @@ from service.queue import verification as findings
 from service.records.attempt import Ending
 from service.records.jobs import Cause, Claim, State, Stored
 from tests.service.support.fakes import DEADLINE, run_id, runs_of, sweep_of
-from tests.service.support.stepped_dispatcher import Bench, open_bench
+from tests.service.support.harness import Harness, open_harness
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+def harness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    with open_bench(tmp_path) as opened:
+    with open_harness(tmp_path) as opened:
         yield opened
 
 
@@ -35,16 +35,16 @@ NO_RESULTS: tuple[object, ...] = (
 
 
 @pytest.mark.parametrize("answer", NO_RESULTS)
-def test_result_that_is_none__is_no_result(bench: Bench, answer: object) -> None:
-    bench.store.create_sweep(sweep_of(1))
+def test_result_that_is_none__is_no_result(harness: Harness, answer: object) -> None:
+    harness.store.create_sweep(sweep_of(1))
     for _ in range(3):
-        [ticket] = bench.turn()
-        bench.compute(ticket)
+        [ticket] = harness.turn()
+        harness.compute(ticket)
         file = Path(ticket.directory) / "result.json"
         file.write_text(json.dumps(answer))
-        bench.end(ticket, Ending(None, "", "", (describe(file),), 1.0))
-    bench.turn()
-    run = bench.run()
+        harness.end(ticket, Ending(None, "", "", (describe(file),), 1.0))
+    harness.turn()
+    run = harness.run()
     assert (run.state, run.cause) == (State.FAILED, Cause.CRASH)
     assert "cannot be registered" in str(run.reason)
 
@@ -53,31 +53,31 @@ def test_reason__that_no_database_takes_is_made_legible(
     tmp_path: Path, database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    with open_bench(tmp_path, database_url=database_url) as bench:
-        bench.store.create_sweep(sweep_of(2))
-        crashed, failed = bench.turn()
+    with open_harness(tmp_path, database_url=database_url) as harness:
+        harness.store.create_sweep(sweep_of(2))
+        crashed, failed = harness.turn()
         words = "cannot read 'caf\udce9.toml'\0" + 5000 * "!"
-        bench.end_badly(crashed, Cause.CRASH, reason=words)
-        bench.end_badly(failed, Cause.ERROR, reason=words, failure="\0")
-        bench.turn()
-        assert [bench.run(number).state for number in (0, 1)] == [State.RUNNING, State.FAILED]
-        assert str(bench.run(1).reason).startswith("cannot read 'caf\ufffd.toml'\ufffd!")
+        harness.end_badly(crashed, Cause.CRASH, reason=words)
+        harness.end_badly(failed, Cause.ERROR, reason=words, failure="\0")
+        harness.turn()
+        assert [harness.run(number).state for number in (0, 1)] == [State.RUNNING, State.FAILED]
+        assert str(harness.run(1).reason).startswith("cannot read 'caf\ufffd.toml'\ufffd!")
 
 
 def test_verdict__that_no_database_takes_is_made_legible(
     tmp_path: Path, database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    with open_bench(tmp_path, database_url=database_url) as bench:
-        bench.store.create_sweep(sweep_of(runs_of("verdict")))
-        [ticket] = bench.turn()
-        bench.compute(ticket)
+    with open_harness(tmp_path, database_url=database_url) as harness:
+        harness.store.create_sweep(sweep_of(runs_of("verdict")))
+        [ticket] = harness.turn()
+        harness.compute(ticket)
         file = Path(ticket.directory) / "result.json"
         answer = json.loads(file.read_text())
         file.write_text(json.dumps(answer | {"reason": "at \ud83d\0"}))
-        bench.end(ticket, Ending(None, "", "", (describe(file),), 1.0))
-        bench.turn()
-        assert (bench.run().cause, bench.run().reason) == (Cause.VERDICT, "at \ufffd\ufffd")
+        harness.end(ticket, Ending(None, "", "", (describe(file),), 1.0))
+        harness.turn()
+        assert (harness.run().cause, harness.run().reason) == (Cause.VERDICT, "at \ufffd\ufffd")
 
 
 # --- a disk that is ill, or late -----------------------------------------------------------------
@@ -109,69 +109,73 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     "number", [errno.EIO, errno.ESTALE, errno.ENOTCONN, errno.ENOENT, errno.ENOSPC]
 )
 def test_disk_that_is_ill__is_looked_at_again_and_costs_the_run_nothing(
-    bench: Bench, at_once: None, monkeypatch: pytest.MonkeyPatch, number: int, cause: Cause | None
+    harness: Harness,
+    at_once: None,
+    monkeypatch: pytest.MonkeyPatch,
+    number: int,
+    cause: Cause | None,
 ) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    ending = bench.compute(ticket)
-    bench.end(ticket, ending if cause is None else Ending(cause, "", "", (), 1.0))
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
+    ending = harness.compute(ticket)
+    harness.end(ticket, ending if cause is None else Ending(cause, "", "", (), 1.0))
     with ill(monkeypatch, number):
-        bench.turn()
-        bench.turn()
-    bench.turn()
-    run = bench.run()
+        harness.turn()
+        harness.turn()
+    harness.turn()
+    run = harness.run()
     assert (run.state, run.attempt, run.crashes) == (State.SUCCEEDED, 1, 0)
 
 
 def test_disk_that_is_ill__counts_when_it_does_not_pass(
-    bench: Bench, at_once: None, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, at_once: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(findings, "DOUBT_SECONDS", 0.0)
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    bench.end_well(ticket)
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
+    harness.end_well(ticket)
     with ill(monkeypatch, errno.EIO):
-        bench.turn()
-        bench.turn()
-    assert (bench.run().attempt, bench.run().crashes) == (2, 1)
+        harness.turn()
+        harness.turn()
+    assert (harness.run().attempt, harness.run().crashes) == (2, 1)
 
 
 def test_disk_that_is_ill__is_not_looked_at_in_each_turn(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(findings, "AGAIN_SECONDS", 3600.0)
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    bench.end_well(ticket)
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
+    harness.end_well(ticket)
     with ill(monkeypatch, errno.ENOSPC) as tried:
         for _ in range(3):
-            bench.turn()
+            harness.turn()
     assert len(tried) == 1
 
 
 def test_disk_that_is_ill__for_one_does_not_hold_up_the_others(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    bench.store.create_sweep(sweep_of(3))
-    for ticket in bench.turn():
-        bench.end_well(ticket)
+    harness.store.create_sweep(sweep_of(3))
+    for ticket in harness.turn():
+        harness.end_well(ticket)
     with ill(monkeypatch, errno.ENOSPC):
-        assert len(bench.turn()) == 1
-    assert [bench.run(number).state for number in (0, 1)] == [State.RUNNING, State.SUCCEEDED]
+        assert len(harness.turn()) == 1
+    assert [harness.run(number).state for number in (0, 1)] == [State.RUNNING, State.SUCCEEDED]
 
 
-def test_disk_that_is_late__is_looked_at_again(bench: Bench, at_once: None) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    bench.end_well(ticket)
+def test_disk_that_is_late__is_looked_at_again(harness: Harness, at_once: None) -> None:
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
+    harness.end_well(ticket)
     state = Path(ticket.directory) / "state.npz"
     whole = state.read_bytes()
     state.write_bytes(whole[:3])
-    bench.turn()
-    assert (bench.run().state, bench.run().attempt) == (State.RUNNING, 1)
+    harness.turn()
+    assert (harness.run().state, harness.run().attempt) == (State.RUNNING, 1)
     state.write_bytes(whole)
-    bench.turn()
-    assert (bench.run().state, bench.run().attempt) == (State.SUCCEEDED, 1)
+    harness.turn()
+    assert (harness.run().state, harness.run().attempt) == (State.SUCCEEDED, 1)
 
 
 def after_it_was_described(patch: pytest.MonkeyPatch, name: str) -> None:
@@ -188,32 +192,32 @@ def after_it_was_described(patch: pytest.MonkeyPatch, name: str) -> None:
 
 
 def test_lost_and_complete__a_log_that_grows_is_no_damage(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     after_it_was_described(monkeypatch, "log.txt")
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    bench.compute(ticket)
-    bench.end_badly(ticket, Cause.LOST)
-    bench.turn()
-    assert (bench.run().state, bench.run().attempt) == (State.SUCCEEDED, 1)
-    files = bench.store.run_files(run_id(0))
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
+    harness.compute(ticket)
+    harness.end_badly(ticket, Cause.LOST)
+    harness.turn()
+    assert (harness.run().state, harness.run().attempt) == (State.SUCCEEDED, 1)
+    files = harness.store.run_files(run_id(0))
     assert {file.name for file in files} == {"result.json", "state.npz"}
-    assert all(Artifacts(bench.settings.data).is_intact(file) for file in files)
+    assert all(Artifacts(harness.settings.data).is_intact(file) for file in files)
 
 
 def test_lost_and_damaged__stays_lost(
-    bench: Bench, at_once: None, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, at_once: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(findings, "DOUBT_SECONDS", 0.0)
     after_it_was_described(monkeypatch, "state.npz")
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    bench.compute(ticket)
-    bench.end_badly(ticket, Cause.LOST)
-    bench.turn()
-    bench.turn()
-    assert (bench.run().attempt, bench.run().crashes) == (2, 0)
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
+    harness.compute(ticket)
+    harness.end_badly(ticket, Cause.LOST)
+    harness.turn()
+    harness.turn()
+    assert (harness.run().attempt, harness.run().crashes) == (2, 0)
 
 
 # --- beside the turns ----------------------------------------------------------------------------
@@ -237,33 +241,33 @@ def slow(patch: pytest.MonkeyPatch, number: int) -> Iterator[None]:
 
 
 def test_large_result__does_not_hold_up_the_turns(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    bench.store.create_sweep(sweep_of(3))
-    large, small = bench.turn()
+    harness.store.create_sweep(sweep_of(3))
+    large, small = harness.turn()
     with slow(monkeypatch, 0):
-        bench.end_well(large)
+        harness.end_well(large)
         monkeypatch.setattr(reign, "WAIT_SECONDS", 0.0)
-        assert len(bench.turn()) == 1  # its slot is free
+        assert len(harness.turn()) == 1  # its slot is free
         monkeypatch.setattr(reign, "WAIT_SECONDS", DEADLINE)
-        bench.end_well(small)
-        bench.turn()
-        assert [bench.run(number).state for number in (0, 1)] == [State.RUNNING, State.SUCCEEDED]
-        assert bench.run().attempt == 1
-    assert bench.inbox is not None
-    assert bench.inbox.get(timeout=DEADLINE) is None  # a turn is asked for
-    bench.turn()
-    assert bench.run().state is State.SUCCEEDED
+        harness.end_well(small)
+        harness.turn()
+        assert [harness.run(number).state for number in (0, 1)] == [State.RUNNING, State.SUCCEEDED]
+        assert harness.run().attempt == 1
+    assert harness.inbox is not None
+    assert harness.inbox.get(timeout=DEADLINE) is None  # a turn is asked for
+    harness.turn()
+    assert harness.run().state is State.SUCCEEDED
 
 
 def test_log_of_a_failure__is_brought_to_the_disk(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
+    harness: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    bench.store.create_sweep(sweep_of(1))
-    [ticket] = bench.turn()
-    bench.compute(ticket)
-    bench.end_badly(ticket, Cause.ERROR)
+    harness.store.create_sweep(sweep_of(1))
+    [ticket] = harness.turn()
+    harness.compute(ticket)
+    harness.end_badly(ticket, Cause.ERROR)
     reached: list[Path] = []
     monkeypatch.setattr("service.files.artifacts.to_disk", reached.append)
-    bench.turn()
+    harness.turn()
     assert Path(ticket.directory) / "log.txt" in reached

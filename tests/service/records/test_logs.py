@@ -14,8 +14,8 @@ from service.records import logs
 from service.records.jobs import Kind
 from service.store import Store
 from tests.service.support.api import Api, open_api
-from tests.service.support.by_hand import EPOCH, claim_runs, result
 from tests.service.support.fakes import sweep_of
+from tests.service.support.rows import TERM, claim_runs, result
 
 Lines = Callable[[], list[dict[str, Any]]]
 
@@ -65,7 +65,7 @@ def test_line__of_a_publication_names_its_sweep(lines: Lines, store: Store) -> N
     sweep = store.create_sweep(sweep_of(1))
     [run] = claim_runs(store, 1)
     store.finish(run, result())
-    [claim] = store.claim(1, EPOCH)
+    [claim] = store.claim(1, TERM)
     assert claim.kind is Kind.PUBLISH
     logging.getLogger("service").info("done", extra=logs.about(claim))
     [line] = lines()

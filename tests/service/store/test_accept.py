@@ -6,8 +6,8 @@ import pytest
 
 from service.records.jobs import Cause, Keep, KeyReused, Kind, NotFound, SweepState
 from service.store import Store, digest_of
-from tests.service.support.by_hand import EPOCH, claim_runs, finish_all, result
 from tests.service.support.fakes import run_id, sweep_of
+from tests.service.support.rows import TERM, claim_runs, finish_all, result
 from tests.service.support.targets import Run
 
 # --- acceptance ----------------------------------------------------------------------------------
@@ -30,7 +30,7 @@ def test_accept__the_same_question_computes_nothing_new(store: Store) -> None:
     row = store.create_sweep(sweep_of(4))
     assert (row.planned, row.reused, row.new) == (4, 3, 1)
     assert len(claim_runs(store, 1)) == 1
-    assert store.claim(10, EPOCH) == ()
+    assert store.claim(10, TERM) == ()
 
 
 def test_accept__a_run_under_way_is_joined(store: Store) -> None:
@@ -47,7 +47,7 @@ def test_accept__when_everything_is_there_only_the_publication_is_left(store: St
     finish_all(store)
     row = store.create_sweep(sweep_of(2))
     assert row.state is SweepState.PUBLISHING
-    assert [claim.kind for claim in store.claim(9, EPOCH)] == [Kind.PUBLISH]
+    assert [claim.kind for claim in store.claim(9, TERM)] == [Kind.PUBLISH]
 
 
 def test_accept__a_run_asked_twice_in_one_sweep_is_computed_once(store: Store) -> None:

@@ -6,8 +6,8 @@ import sqlalchemy as sa
 from service.records.jobs import Cause, Claim, Conflict, Kind, NotFound, State, SweepState
 from service.store import Store
 from service.store.tables import JOBS
-from tests.service.support.by_hand import EPOCH, claim_runs, finish_all, result, statements
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
+from tests.service.support.rows import TERM, claim_runs, finish_all, result, statements
 
 
 def test_cancel__queued_runs_end_and_running_ones_are_to_be_stopped(store: Store) -> None:
@@ -20,7 +20,7 @@ def test_cancel__queued_runs_end_and_running_ones_are_to_be_stopped(store: Store
     assert [one.state for one in store.claimed()] == [State.CANCELLING]
     assert store.requeue(claim, Cause.LOST, reason="stopped")
     assert store.run(claim.id).state is State.CANCELLED
-    assert store.claim(9, EPOCH) == ()
+    assert store.claim(9, TERM) == ()
 
 
 def test_cancel__is_idempotent_and_changes_nothing_that_is_done(store: Store) -> None:
@@ -98,10 +98,10 @@ def test_cancel__a_sweep_that_is_being_published_goes_on(store: Store) -> None:
     publishing = store.create_sweep(sweep_of(1))
     [claim] = claim_runs(store, 1)
     store.finish(claim, result(succeeded=False))
-    [publication] = store.claim(1, EPOCH)
+    [publication] = store.claim(1, TERM)
     # Another sweep asks for the same run again, so that it is unfinished once more.
     other = store.create_sweep(sweep_of(1))
-    [second] = store.claim(1, EPOCH)
+    [second] = store.claim(1, TERM)
     store.publish(second, [stored("cube.nc")], seconds=1.0)
     store.retry_sweep(other.id, verdicts=True)
     assert store.cancel_sweep(publishing.id).state is SweepState.PUBLISHING
@@ -147,7 +147,7 @@ def test_retry__publishes_again_and_keeps_the_old_files_until_then(store: Store)
     finish_all(store)
     assert store.retry_sweep(row.id).state is SweepState.PUBLISHING
     assert store.artifacts(row.id)
-    [publication] = store.claim(1, EPOCH)
+    [publication] = store.claim(1, TERM)
     assert publication.attempt == 2
     with pytest.raises(Conflict):
         store.retry_sweep(row.id)

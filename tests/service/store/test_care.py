@@ -4,10 +4,10 @@ from datetime import UTC, datetime
 
 import pytest
 
-from service.records.jobs import Attempt, Cause, Keep, NotFound, State, Stored
+from service.records.jobs import Cause, Keep, LastAttempt, NotFound, State, Stored
 from service.store import Store
-from tests.service.support.by_hand import claim_runs, finish_all, result
 from tests.service.support.fakes import run_id, stored, sweep_of
+from tests.service.support.rows import claim_runs, finish_all, result
 
 STATE, FILM = stored("state.npz", "runs/state.npz"), stored("film.npz", "runs/film.npz")
 
@@ -99,8 +99,8 @@ def test_known_attempts__the_last_of_each_job(store: Store) -> None:
     [claim] = claim_runs(store, 1)
     known = store.known_attempts(run_id(number) for number in range(2000))
     assert known == {
-        run_id(0): Attempt(1, claim.token, State.RUNNING),
-        run_id(1): Attempt(0, None, State.QUEUED),
+        run_id(0): LastAttempt(1, claim.token, State.RUNNING),
+        run_id(1): LastAttempt(0, None, State.QUEUED),
     }
 
 

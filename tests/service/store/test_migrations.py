@@ -16,9 +16,9 @@ from service.records.jobs import Cause, StoreUnavailable
 from service.store import Store
 from service.store.connection import Database
 from service.store.tables import JOBS, SWEEPS, TABLES
-from tests.service.support.by_hand import finish_all
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import runs_of, sweep_of
+from tests.service.support.rows import finish_all
 
 NEXT = """
 import sqlalchemy as sa

@@ -5,8 +5,8 @@ import pytest
 from service.records.jobs import Cause, JobTally, Kind, State, SweepState
 from service.store import Store
 from studies.values.errors import InvalidInput
-from tests.service.support.by_hand import claim_runs, finish_all, result
 from tests.service.support.fakes import run_id, runs_of, sweep_of
+from tests.service.support.rows import claim_runs, finish_all, result
 
 
 def test_sweeps__pages_are_complete_and_youngest_first(store: Store) -> None:

@@ -12,8 +12,8 @@ from service.records.jobs import (
     crashes_before,
 )
 from service.store import Store
-from tests.service.support.by_hand import EPOCH, claim_runs, finish_all, result
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
+from tests.service.support.rows import TERM, claim_runs, finish_all, result
 
 # --- claims and their fencing ----------------------------------------------------------------------
 
@@ -23,7 +23,7 @@ def test_claim__a_publication_comes_before_runs(store: Store) -> None:
     store.create_sweep(sweep_of(runs_of("fine", first=5)))
     [claim] = claim_runs(store, 1)
     store.finish(claim, result())
-    assert store.claim(1, EPOCH)[0].kind is Kind.PUBLISH
+    assert store.claim(1, TERM)[0].kind is Kind.PUBLISH
 
 
 def test_claim__passes_over_those_that_rest(store: Store) -> None:
@@ -48,9 +48,9 @@ def test_fencing__an_attempt_that_was_given_up_has_no_say(store: Store) -> None:
     store.create_sweep(sweep_of(1))
     [old] = claim_runs(store, 1)
     assert store.requeue(old, Cause.LOST, reason="worker lost")
-    [new] = store.claim(1, EPOCH + 1)
+    [new] = store.claim(1, TERM + 1)
     assert not store.finish(old, result())
-    assert (new.attempt, new.epoch) == (old.attempt + 1, EPOCH + 1)
+    assert (new.attempt, new.epoch) == (old.attempt + 1, TERM + 1)
     assert store.finish(new, result())
 
 
@@ -145,7 +145,7 @@ def test_crashes__a_run_that_is_asked_for_again_begins_anew(store: Store) -> Non
     [claim] = claim_runs(store, 1)
     store.fail(claim, Cause.CRASH, failure="SIGSEGV", reason="died", crash_step=100)
     store.create_sweep(sweep_of(1))
-    [claim] = [one for one in store.claim(9, EPOCH) if one.kind is Kind.RUN]
+    [claim] = [one for one in store.claim(9, TERM) if one.kind is Kind.RUN]
     assert (claim.crashes, claim.crash_step) == (0, None)
 
 
@@ -234,10 +234,10 @@ def test_publication__waits_for_the_last_run(store: Store) -> None:
     row = store.create_sweep(sweep_of(2))
     first, last = claim_runs(store, 2)
     store.finish(first, result())
-    assert store.claim(1, EPOCH) == ()
+    assert store.claim(1, TERM) == ()
     store.fail(last, Cause.ERROR, failure="RuntimeError", reason="no")
     assert store.sweep(row.id).state is SweepState.PUBLISHING
-    [publication] = store.claim(1, EPOCH)
+    [publication] = store.claim(1, TERM)
     assert publication.sweep_id == row.id
 
 
@@ -246,9 +246,9 @@ def test_publication__waits_for_the_last_run_whichever_it_is(store: Store) -> No
     claims = claim_runs(store, 6)
     for place in (5, 0, 3, 4, 1):
         assert store.finish(claims[place], result())
-        assert store.claim(1, EPOCH) == ()
+        assert store.claim(1, TERM) == ()
     assert store.finish(claims[2], result())
-    [publication] = store.claim(1, EPOCH)
+    [publication] = store.claim(1, TERM)
     assert publication.sweep_id == row.id
 
 
@@ -282,7 +282,7 @@ def test_publication__its_failure_is_the_failure_of_the_sweep(store: Store) -> N
     row = store.create_sweep(sweep_of(1))
     [claim] = claim_runs(store, 1)
     store.finish(claim, result())
-    [publication] = store.claim(1, EPOCH)
+    [publication] = store.claim(1, TERM)
     store.fail(publication, Cause.ERROR, failure="OSError", reason="disk full")
     seen = store.sweep(row.id)
     assert (seen.state, seen.reason) == (SweepState.FAILED, "disk full")
@@ -292,7 +292,7 @@ def test_publication__that_fails_again_leaves_the_earlier_files(store: Store) ->
     row = store.create_sweep(sweep_of(1))
     finish_all(store)
     store.retry_sweep(row.id)
-    [publication] = store.claim(1, EPOCH)
+    [publication] = store.claim(1, TERM)
     log = stored("log.txt", "log.txt")
     store.fail(publication, Cause.ERROR, failure="OSError", reason="disk full", files=[log])
     assert [file.name for file in store.artifacts(row.id)] == ["cube.nc", "log.txt"]
@@ -302,7 +302,7 @@ def test_publication__its_files_replace_all_earlier_ones(store: Store) -> None:
     row = store.create_sweep(sweep_of(1))
     finish_all(store)
     store.retry_sweep(row.id)
-    [publication] = store.claim(1, EPOCH)
+    [publication] = store.claim(1, TERM)
     assert store.publish(publication, [stored("report.html", "report.html")], seconds=1.0)
     assert [file.name for file in store.artifacts(row.id)] == ["report.html"]
 

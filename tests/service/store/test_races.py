@@ -14,8 +14,8 @@ import sqlalchemy as sa
 from service.records.jobs import Cause, Claim, Conflict, Kind, State, SweepState
 from service.store import Store
 from service.store.tables import JOBS, POINTS
-from tests.service.support.by_hand import EPOCH, finish_all, result
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
+from tests.service.support.rows import TERM, finish_all, result
 from tests.service.support.targets import Run
 
 REPLICAS = 4
@@ -106,7 +106,7 @@ def test_claims__two_dispatchers_never_get_the_same_job(replicas: list[Store]) -
 
     def take(store: Store) -> Callable[[], object]:
         def work() -> None:
-            while claims := store.claim(3, EPOCH):
+            while claims := store.claim(3, TERM):
                 taken.extend(claim.id for claim in claims)
 
         return work
@@ -120,7 +120,7 @@ def test_finish__a_sweep_that_joins_meanwhile_is_published(replicas: list[Store]
     for number in range(ROUNDS):
         runs = runs_of("fine", first=100 * number)
         dispatcher.create_sweep(sweep_of(runs))
-        [claim] = [one for one in dispatcher.claim(9, EPOCH) if one.kind is Kind.RUN]
+        [claim] = [one for one in dispatcher.claim(9, TERM) if one.kind is Kind.RUN]
         at_once(finishing(dispatcher, claim), submitting(people, runs))
         check(dispatcher)
         finish_all(dispatcher)
@@ -144,9 +144,9 @@ def test_finish__the_last_two_runs_at_once_publish_once(replicas: list[Store]) -
     store, other, *_ = replicas
     for number in range(ROUNDS):
         store.create_sweep(sweep_of(runs_of("fine", "fine", first=100 * number)))
-        one, two = store.claim(2, EPOCH)
+        one, two = store.claim(2, TERM)
         at_once(finishing(store, one), finishing(other, two))
-        [publication] = store.claim(9, EPOCH)
+        [publication] = store.claim(9, TERM)
         assert publication.kind is Kind.PUBLISH
         assert store.publish(publication, [stored("cube.nc")], seconds=1.0)
 
@@ -156,7 +156,7 @@ def test_cancel__while_another_sweep_joins_leaves_the_run_to_it(replicas: list[S
     for number in range(ROUNDS):
         runs = runs_of("fine", "fine", first=100 * number)
         mine = people.create_sweep(sweep_of(runs))
-        [claim] = dispatcher.claim(1, EPOCH)
+        [claim] = dispatcher.claim(1, TERM)
         at_once(cancelling(people, mine.id), submitting(others, runs))
         check(dispatcher)
         if dispatcher.run(claim.id).state is State.CANCELLING:
@@ -187,7 +187,7 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
     def compute(store: Store) -> Callable[[], object]:
         def work() -> None:
             for number in range(40):
-                for claim in store.claim(2, EPOCH):
+                for claim in store.claim(2, TERM):
                     end(store, claim, number)
 
         return work

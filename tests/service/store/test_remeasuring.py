@@ -4,8 +4,8 @@ import pytest
 
 from service.records.jobs import ANSWER, Kind, Stored, SweepState
 from service.store import Store
-from tests.service.support.by_hand import EPOCH, finish_all, result
 from tests.service.support.fakes import run_id, stored, sweep_of
+from tests.service.support.rows import TERM, finish_all, result
 
 NEW = Stored(ANSWER, "runs/result-1.json", 3, "11" * 32)
 SUMMARY = {"measurements": {"hole_diameter": {"value": 2.0}}}
@@ -31,7 +31,7 @@ def test_result__is_replaced_and_its_sweeps_are_published_again(store: Store) ->
     assert store.run_file(run_id(0), ANSWER) == stored()
     assert store.sweep(both).state is SweepState.PUBLISHING
     assert store.sweep(one).state is SweepState.SUCCEEDED
-    [claim] = store.claim(10, EPOCH)
+    [claim] = store.claim(10, TERM)
     assert claim.sweep_id == both
     assert [event.kind for event in store.events(both)].count("outdated") == 1
 
@@ -47,10 +47,10 @@ def test_result__that_is_another_by_now_stays(store: Store) -> None:
 def test_publication__that_was_given_the_earlier_result_no_longer_counts(store: Store) -> None:
     id = computed(store, 1)
     store.retry_sweep(id)
-    [stale] = store.claim(10, EPOCH)
+    [stale] = store.claim(10, TERM)
     assert replaced(store, 0) == (id,)
     assert not store.publish(stale, [stored("cube.nc", "cube.nc")], seconds=1.0)
-    [again] = store.claim(10, EPOCH)
+    [again] = store.claim(10, TERM)
     assert again.sweep_id == id
 
 
@@ -58,7 +58,7 @@ def test_publication__that_waits_for_other_runs_goes_on_waiting(store: Store) ->
     computed(store, 1)
     more = store.create_sweep(sweep_of(2, name="more")).id
     assert more not in replaced(store, 0)
-    assert [claim.kind for claim in store.claim(10, EPOCH)].count(Kind.RUN) == 1
+    assert [claim.kind for claim in store.claim(10, TERM)].count(Kind.RUN) == 1
     assert store.sweep(more).state is SweepState.RUNNING
 
 
@@ -67,7 +67,7 @@ def test_cancelled_sweep__is_published_again_for_what_it_has_alone(
     store: Store, number: int
 ) -> None:
     cancelled = store.create_sweep(sweep_of(2)).id
-    [first] = store.claim(1, EPOCH)
+    [first] = store.claim(1, TERM)
     assert store.finish(first, result())
     store.cancel_sweep(cancelled)
     whole = computed(store, 2, name="whole")

@@ -4,8 +4,8 @@ import pytest
 
 from service.records.jobs import Cause, Claim, Keep, Kind, State, SweepState
 from service.store import Store
-from tests.service.support.by_hand import EPOCH, claim_runs, finish_all, result
 from tests.service.support.fakes import run_id, stored, sweep_of
+from tests.service.support.rows import TERM, claim_runs, finish_all, result
 
 STATE, FILM = stored("state.npz", "runs/state.npz"), stored("film.npz", "runs/film.npz")
 
@@ -62,7 +62,7 @@ def test_verdict__is_there_again_when_the_second_try_is_cancelled(store: Store) 
     assert (seen.state, seen.counts["failed"]) == (SweepState.SUCCEEDED, 1)
     run = store.run(run_id(0))
     assert (run.state, run.cause, run.path) == (State.FAILED, Cause.VERDICT, "runs/result.json")
-    assert store.claim(9, EPOCH) == ()
+    assert store.claim(9, TERM) == ()
 
 
 def test_verdict__is_there_again_when_the_second_try_is_stopped(store: Store) -> None:
@@ -132,7 +132,7 @@ def test_film__asked_for_while_the_run_is_under_way_is_made(store: Store) -> Non
     row = store.create_sweep(sweep_of(1), keep=Keep.FILM)
     assert store.finish(claim, result(STATE))
     assert store.run(run_id(0)).path is not None
-    [again] = store.claim(9, EPOCH)
+    [again] = store.claim(9, TERM)
     assert (again.kind, again.keep) == (Kind.RUN, Keep.FILM)
     assert store.finish(again, result(STATE, FILM))
     finish_all(store)
@@ -202,13 +202,13 @@ def test_publication__waits_again_for_runs_that_another_sweep_queued(store: Stor
     claims: list[Claim] = claim_runs(store, 2)
     for claim in claims:
         store.finish(claim, result(STATE))
-    assert {claim.kind for claim in store.claim(9, EPOCH)} == {Kind.PUBLISH}
+    assert {claim.kind for claim in store.claim(9, TERM)} == {Kind.PUBLISH}
     assert [one.state for one in store.question(ann)[1]] == [State.SUCCEEDED] * 2
 
 
 def test_publication__that_was_lost_waits_again_too(store: Store) -> None:
     ann = both_failed(store)
-    [publication] = store.claim(1, EPOCH)
+    [publication] = store.claim(1, TERM)
     store.create_sweep(sweep_of(2), owner="bob")
     assert store.requeue(publication, Cause.LOST, reason="gone")
     claim_runs(store, 2)

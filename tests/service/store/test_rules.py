@@ -38,8 +38,8 @@ from service.records.jobs import (
 from service.store.rows import PUBLISH_PRIORITY
 from service.store.tables import JOBS, POINTS, SWEEPS
 from service.store.turns import LAST
-from tests.service.support.by_hand import finish_all, result
 from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
+from tests.service.support.rows import finish_all, result
 from tests.service.support.targets import Run
 
 POOL = 5  # runs that sweeps can ask for

@@ -19,10 +19,10 @@ from service.records.settings import Settings
 from service.store import Store
 from service.store.queries import now, tallies_of
 from service.store.tables import JOBS
-from tests.service.support.api import ADDRESS, NoEngine
-from tests.service.support.by_hand import EPOCH, claim_runs, finish_all, result, statements
+from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import run_id, runs_of, sweep_of
+from tests.service.support.rows import TERM, claim_runs, finish_all, result, statements
 
 LARGE, PART = 10_000, 100  # runs
 PARTS = 8  # sweeps of so many
@@ -78,7 +78,7 @@ def filling(url: str) -> Iterator[Filled]:
         of_large = len(commits)
         for number in range(20, 20 + PARTS):
             part = store.create_sweep(sweep_of(runs_of(*["fine"] * PART, first=number * LARGE)))
-        store.claim(LARGE // 5, EPOCH)
+        store.claim(LARGE // 5, TERM)
         others = (JOBS.c.id > run_id(9)) & (JOBS.c.id != run_id(10 * LARGE))
         with store._database.writing() as connection:
             ended = JOBS.update().where(JOBS.c.state == State.RUNNING, others)
@@ -194,7 +194,7 @@ def statements_for(filled: Filled, page: str, folder: Path, *, with_key: bool) -
     store = _fresh(filled.store)
     store._set(filled.key.id, used=now())
     _write_files(filled, Artifacts(folder))
-    app = build_app(Settings(data=folder), store, NoEngine())
+    app = build_app(Settings(data=folder), store, FakeDispatcher())
     given = {"Authorization": f"Bearer {filled.secret}"} if with_key else {}
     with closing(app.state.live), statements(store) as sent:
         answer = TestClient(app, base_url=ADDRESS, headers=given).get(PAGES[page](filled))
@@ -346,7 +346,7 @@ def test_counts__of_the_large_sweep_may_read_no_other_points(filled: Filled) -> 
 
 def test_claim__is_read_through_its_index_in_its_order(filled: Filled) -> None:
     with plans(filled.store) as told:
-        claims = filled.store.claim(2, EPOCH)
+        claims = filled.store.claim(2, TERM)
     assert len(claims) == 2
     [take] = [plan.text for plan in told if "jobs_queue" in plan.text]
     assert "TEMP B-TREE" not in take
@@ -355,7 +355,7 @@ def test_claim__is_read_through_its_index_in_its_order(filled: Filled) -> None:
 
 
 def test_finish__reads_a_few_rows_however_long_its_sweep(filled: Filled) -> None:
-    [claim] = filled.store.claim(1, EPOCH)
+    [claim] = filled.store.claim(1, TERM)
     with plans(filled.store) as told:
         assert filled.store.finish(claim, result())
     assert [read for plan in told for read in whole_reads(plan.text)] == []

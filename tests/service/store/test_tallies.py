@@ -4,8 +4,8 @@ from contextlib import closing
 
 from service.records.jobs import Cause, Keep, SweepState
 from service.store import Store
-from tests.service.support.by_hand import claim_runs, finish_all, result, statements
 from tests.service.support.fakes import sweep_of
+from tests.service.support.rows import claim_runs, finish_all, result, statements
 
 
 def counting(store: Store, id: str) -> int:

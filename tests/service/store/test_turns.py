@@ -7,8 +7,8 @@ import pytest
 
 from service.records.jobs import Cause, Claim, Conflict, Kind, State
 from service.store import Store
-from tests.service.support.by_hand import EPOCH, claim_runs, finish_all, result
 from tests.service.support.fakes import run_id, runs_of, sweep_of
+from tests.service.support.rows import TERM, claim_runs, finish_all, result
 from tests.service.support.targets import Run
 
 ONE_RUN = 1  # shares are exact to this: who comes new begins beside the run that was claimed last
@@ -204,9 +204,9 @@ def test_pause__no_run_begins_and_what_runs_is_finished_and_published(store: Sto
     since = store.pause().paused
     assert since is not None
     assert store.pause().paused == since  # pausing twice changes nothing
-    assert store.claim(9, EPOCH) == ()
+    assert store.claim(9, TERM) == ()
     assert store.finish(claim, result())
-    assert [one.kind for one in store.claim(9, EPOCH)] == [Kind.PUBLISH]
+    assert [one.kind for one in store.claim(9, TERM)] == [Kind.PUBLISH]
     assert store.queue().states[State.QUEUED] == 2
 
 

@@ -43,7 +43,7 @@ def sweep_of(**changes: Any) -> dict[str, Any]:
 
 
 @dataclass
-class NoEngine:
+class FakeDispatcher:
     """Computes nothing; says what it is told to say."""
 
     alive: bool = True
@@ -70,7 +70,7 @@ class Api:
     http: TestClient
     store: Store
     settings: Settings
-    engine: NoEngine
+    engine: FakeDispatcher
 
     def epoch(self) -> int:
         """A new reign, of the tests."""
@@ -124,10 +124,10 @@ class Api:
 @contextmanager
 def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
     """A service without engine, its data in a folder."""
-    engine = NoEngine()
+    engine = FakeDispatcher()
 
     @contextmanager
-    def start(settings: Settings, store: Store) -> Iterator[NoEngine]:
+    def start(settings: Settings, store: Store) -> Iterator[FakeDispatcher]:
         yield engine
 
     chosen = Settings(data=folder, workers=2, **settings)

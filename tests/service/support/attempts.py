@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from service.records.attempt import Ending, Ticket
+from service.records.attempt import Attempt, Ending
 from service.records.jobs import Kind
 from service.workers.supervisor import Supervisor, Tell
 from service.workers.warm import Slot
@@ -19,15 +19,15 @@ SLOT = Slot()  # of all attempts in this process
 LIMIT = 1024 * MEBIBYTE  # of memory; imports of the tests' targets take a tenth of it
 
 
-def ticket(folder: Path, behaviour: str = "fine", *, limit: float = 120.0, **more: Any) -> Ticket:
+def ticket(folder: Path, behaviour: str = "fine", *, limit: float = 120.0, **more: Any) -> Attempt:
     run = Run(run_id(1), {"behaviour": behaviour, **more})
     folder.mkdir(parents=True, exist_ok=True)
     directory = str(folder / "a1-token")
     targets = "tests.service.support.targets"
-    return Ticket(directory, Kind.RUN, directory, run.as_json(), limit, targets)
+    return Attempt(directory, Kind.RUN, directory, run.as_json(), limit, targets)
 
 
-def kept(folder: Path, **more: Any) -> Ticket:
+def kept(folder: Path, **more: Any) -> Attempt:
     """A run of many steps that keeps a checkpoint."""
     return replace(ticket(folder, **more), checkpoint=str(folder / "checkpoint"))
 
@@ -36,15 +36,15 @@ def nobody(_words: Mapping[str, Any]) -> None:
     """Nobody listens."""
 
 
-def supervise(order: Ticket, tell: Tell) -> Ending:
+def supervise(order: Attempt, tell: Tell) -> Ending:
     """Compute an attempt here and now."""
     return Supervisor(order, tell).run(SLOT)
 
 
-class Attempt:
+class RunningAttempt:
     """An attempt under way in a thread."""
 
-    def __init__(self, order: Ticket):
+    def __init__(self, order: Attempt):
         self.order = order
         self.told: list[Mapping[str, Any]] = []
         self.supervisor = Supervisor(order, self.told.append)
@@ -74,9 +74,9 @@ class Attempt:
 
 
 @contextmanager
-def under_way(order: Ticket) -> Iterator[Attempt]:
+def under_way(order: Attempt) -> Iterator[RunningAttempt]:
     """An attempt that is stopped at the latest when the block ends."""
-    attempt = Attempt(order)
+    attempt = RunningAttempt(order)
     try:
         yield attempt
     finally:
@@ -96,5 +96,5 @@ def seen(ending: Ending) -> dict[str, Any]:
     return provenance
 
 
-def log_of(order: Ticket) -> str:
+def log_of(order: Attempt) -> str:
     return (Path(order.directory) / "log.txt").read_text()

@@ -17,7 +17,7 @@ from queue import Empty, SimpleQueue
 
 from service.execution.dask import DaskEngine, Remote
 from service.execution.protocol import Engine
-from service.records.attempt import Back, Ended, Ending, Inbox, Message, Ticket, Told
+from service.records.attempt import Attempt, Back, Ended, Ending, Inbox, Message, ProgressMessage
 from service.records.jobs import Kind
 from tests.service.support.fakes import is_gone, run_id, wait_until
 from tests.service.support.targets import Run
@@ -194,7 +194,7 @@ class Service:
                     self.heard.append(message)
         return self.heard
 
-    def end_of(self, ticket: Ticket, *, forget: bool = True) -> Ending:
+    def end_of(self, ticket: Attempt, *, forget: bool = True) -> Ending:
         """How an attempt ended, as soon as it has."""
         found: Ended = patiently(
             lambda: next(
@@ -206,10 +206,12 @@ class Service:
             self.engine.forget([ticket.key])
         return found.ending
 
-    def told(self, ticket: Ticket) -> list[Mapping[str, object]]:
+    def told(self, ticket: Attempt) -> list[Mapping[str, object]]:
         """What was told of an attempt's progress."""
         return [
-            one.words for one in self.listen() if isinstance(one, Told) and one.key == ticket.key
+            one.progress
+            for one in self.listen()
+            if isinstance(one, ProgressMessage) and one.key == ticket.key
         ]
 
     def wait_until_back(self) -> None:
@@ -231,14 +233,14 @@ def serving(remote: Remote, *, leave_seconds: float | None = 0.0) -> Iterator[Se
         service.engine.close(leave_seconds)
 
 
-def ticket(folder: Path, number: int = 1, behaviour: str = "fine", **more: object) -> Ticket:
+def ticket(folder: Path, number: int = 1, behaviour: str = "fine", **more: object) -> Attempt:
     """An order for a run that behaves as said, with a checkpoint beside its attempt."""
     home = folder / run_id(number)
     home.mkdir(parents=True, exist_ok=True)
     attempt = f"a{len(list(home.glob('a*'))) + 1}-token"
     (home / attempt).mkdir()
     run = Run(run_id(number), {"behaviour": behaviour, **more})
-    return Ticket(
+    return Attempt(
         key=f"{run.id}-1-{folder.name}{attempt}",
         kind=Kind.RUN,
         directory=str(home / attempt),
@@ -249,13 +251,13 @@ def ticket(folder: Path, number: int = 1, behaviour: str = "fine", **more: objec
     )
 
 
-def pid_of(ticket: Ticket) -> int:
+def pid_of(ticket: Attempt) -> int:
     """The process of an attempt, as soon as there is one."""
     file = Path(ticket.directory) / "pid"
     return int(patiently(lambda: file.is_file() and file.read_text()))
 
 
-def pids_of(tickets: Iterable[Ticket]) -> set[int]:
+def pids_of(tickets: Iterable[Attempt]) -> set[int]:
     """The processes of the attempts that have begun."""
     files = [Path(one.directory) / "pid" for one in tickets]
     return {int(text) for file in files if file.is_file() and (text := file.read_text())}

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from service.records.attempt import Ticket
+from service.records.attempt import Attempt
 from service.records.jobs import Stored
 from service.records.settings import Settings
 from service.store import Store
@@ -58,7 +58,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Asked:
+class FakeSweep:
     """What the store needs to know of a sweep."""
 
     asked: Sequence[Run]
@@ -78,7 +78,7 @@ class Asked:
 def sweep_of(runs: Sequence[Run] | int, *, name: str = "asked") -> Sweep:
     """A sweep of these runs, or of so many fine ones."""
     asked = [Run(run_id(number)) for number in range(runs)] if isinstance(runs, int) else runs
-    return cast(Sweep, Asked(asked, name))
+    return cast(Sweep, FakeSweep(asked, name))
 
 
 def open_store(settings: Settings) -> Store:
@@ -92,11 +92,11 @@ def stored(name: str = "result.json", path: str = "runs/result.json") -> Stored:
 
 
 @dataclass
-class StandStill:
+class RecordingEngine:
     """An engine that only remembers what it was asked."""
 
     free: int = 2
-    submitted: list[Ticket] = field(default_factory=list)
+    submitted: list[Attempt] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
     under_way: set[str] = field(default_factory=set)  # of earlier lives: what ``known`` tells
     followed: list[str] = field(default_factory=list)
@@ -106,7 +106,7 @@ class StandStill:
     def slots(self) -> int:
         return self.free
 
-    def submit(self, ticket: Ticket) -> None:
+    def submit(self, ticket: Attempt) -> None:
         self.submitted.append(ticket)
 
     def stop(self, keys: list[str]) -> None:

@@ -16,14 +16,14 @@ import pytest
 from service.files import attempt_log
 from service.files.artifacts import digest
 from service.files.lost_results import list_in
-from service.records.attempt import Ticket
+from service.records.attempt import Attempt
 from service.records.jobs import Cause, Keep, Kind
 from service.workers import supervisor, warm
 from service.workers.supervisor import Supervisor
 from tests.service.support.attempts import (
     LIMIT,
     SLOT,
-    Attempt,
+    RunningAttempt,
     answer,
     kept,
     log_of,
@@ -97,7 +97,7 @@ def test_order__that_was_carried_out_before_is_not_computed_again(tmp_path: Path
     assert again.files == first.files
 
 
-def publication(folder: Path, *outcomes: Mapping[str, Any]) -> Ticket:
+def publication(folder: Path, *outcomes: Mapping[str, Any]) -> Attempt:
     """The order to publish runs that ended so."""
     spec = {"document": {"name": "s"}, "outcomes": list(outcomes)}
     return replace(ticket(folder), kind=Kind.PUBLISH, spec=spec)
@@ -306,7 +306,7 @@ def test_process__that_does_not_even_die_is_left_alone(
 ) -> None:
     monkeypatch.setattr(warm, "KILL_SECONDS", 0.1)
     order = ticket(tmp_path, "deaf")
-    attempt = Attempt(order)
+    attempt = RunningAttempt(order)
     pid = attempt.pid()
     with monkeypatch.context() as patch:
         patch.setattr(warm.os, "killpg", lambda _pid, _signal: None)
@@ -326,7 +326,7 @@ def test_order__a_large_one_to_a_process_that_does_not_listen_can_be_ended(
     idle = int(seen(supervise(ticket(tmp_path / "1"), nobody))["process"])
     os.kill(idle, signal.SIGSTOP)
     order = ticket(tmp_path / "2", limit=limit, padding="x" * MEBIBYTE)
-    attempt = Attempt(order)
+    attempt = RunningAttempt(order)
     try:
         wait_until(Path(order.directory).is_dir)  # it has begun
         if cause is Cause.LOST:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from service.records.attempt import Ticket
+from service.records.attempt import Attempt
 from service.records.jobs import Cause
 from service.workers import supervisor, warm
 from service.workers import warm_process as worker
@@ -159,7 +159,7 @@ def test_idle_process__holds_no_folder(tmp_path: Path) -> None:
 # --- life and death ------------------------------------------------------------------------------
 
 
-def start_supervisor(order: Ticket) -> "subprocess.Popen[bytes]":
+def start_supervisor(order: Attempt) -> "subprocess.Popen[bytes]":
     """A supervisor in a process of its own."""
     program = (
         "import json, sys, time; from service.records.attempt import Ticket; "

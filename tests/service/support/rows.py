@@ -10,7 +10,7 @@ from service.records.jobs import Claim, Kind, Result, Stored
 from service.store import Store
 from tests.service.support.fakes import stored
 
-EPOCH = 1
+TERM = 1
 
 
 def result(*others: Stored, succeeded: bool = True) -> Result:
@@ -21,7 +21,7 @@ def result(*others: Stored, succeeded: bool = True) -> Result:
     return Result(files, succeeded, reason, failure, {"numbers": {"steps": 7.0}}, 2.0)
 
 
-def finish_all(store: Store, *, succeeded: bool = True, epoch: int = EPOCH) -> None:
+def finish_all(store: Store, *, succeeded: bool = True, epoch: int = TERM) -> None:
     """Compute everything that is queued, publications included."""
     while claims := store.claim(100, epoch):
         for claim in claims:
@@ -33,7 +33,7 @@ def finish_all(store: Store, *, succeeded: bool = True, epoch: int = EPOCH) -> N
 
 def claim_runs(store: Store, count: int) -> list[Claim]:
     """Claim so many jobs, which must be runs."""
-    claims = store.claim(count, EPOCH)
+    claims = store.claim(count, TERM)
     assert [claim.kind for claim in claims] == [Kind.RUN] * count
     return list(claims)
 
