@@ -10,9 +10,9 @@ import yaml
 
 from service.files.artifacts import Artifacts
 from service.records.jobs import State
-from tests.acceptance import inspection
-from tests.acceptance.drill import Work
-from tests.acceptance.serving import ROOT
+from tests.acceptance.support import inspection
+from tests.acceptance.support.crash_test import Work
+from tests.acceptance.support.serving import ROOT
 from tests.service.support.cluster import family
 from tests.service.support.fakes import is_gone, open_store, settings_in, wait_until
 from tests.service.support.targets import RUN_GATE

@@ -11,7 +11,7 @@ import pytest
 
 from studies import examples
 from studies.sweeps.document import read_yaml
-from tests.acceptance.serving import ROOT, Service, serving
+from tests.acceptance.support.serving import ROOT, Service, serving
 from tests.service.support.api import until
 
 START_SECONDS = 60.0  # deadlines, for machines that are busy with something else

@@ -1,38 +1,29 @@
-"""What goes wrong around a service or in a run."""
+"""Failures around a service or within a run."""
+
+from functools import partial
 
 import pytest
 
-from tests.acceptance.rows import holds, upholds
-from tests.claims.queue import troubles
+from tests.acceptance.checks import troubles
+from tests.rows import check
 
-HASTY = ("-m", "tests.acceptance.hasty")
-
-
-@pytest.mark.slow
-def test_runs_in_trouble__have_the_named_end_and_no_neighbour_notices() -> None:
-    upholds(troubles.troubles_of_runs)
+SHORT_TIMEOUTS = ("-m", "tests.acceptance.support.short_timeouts")
 
 
 @pytest.mark.slow
-def test_database_locked__is_refused_in_words_and_waited_for() -> None:
-    holds(troubles.locked(program=HASTY))
-
-
-@pytest.mark.slow
-def test_disk_full__nothing_is_begun_and_nothing_lost() -> None:
+@pytest.mark.parametrize(
+    "rows",
+    [
+        troubles.failing_runs,
+        partial(troubles.database_locked, program=SHORT_TIMEOUTS),
+        partial(troubles.disk_full, program=SHORT_TIMEOUTS),
+        troubles.database_away,
+        troubles.clock_set,
+    ],
+    ids=["failing-runs", "database-locked", "disk-full", "database-away", "clock-set"],
+)
+def test_trouble__loses_nothing(rows: troubles.Check) -> None:
     try:
-        holds(troubles.full(program=HASTY))
-    except (
-        PermissionError
-    ) as error:  # in most containers; ``make claims trouble-disk`` says so as a failure
+        check(rows())
+    except PermissionError as error:  # a container; the claim trouble-disk fails in words there
         pytest.skip(str(error))
-
-
-@pytest.mark.slow
-def test_database_away__is_waited_for() -> None:
-    upholds(troubles.trouble_away)
-
-
-@pytest.mark.slow
-def test_clock_set_back__changes_nothing() -> None:
-    holds(troubles.clock_set())

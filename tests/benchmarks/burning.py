@@ -6,7 +6,7 @@ from typing import Any
 
 from studies.results import Measured, RunResult
 from studies.values.atomic import write_text
-from tests.acceptance.chained import publish
+from tests.acceptance.support.chained import publish
 from tests.service.support.targets import Run
 
 __all__ = ["Run", "execute", "publish"]

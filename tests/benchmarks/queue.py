@@ -15,8 +15,8 @@ from tempfile import TemporaryDirectory
 
 import httpx
 
-from tests.acceptance import inspection
-from tests.acceptance.drill import WORKERS, Drill, Work, drill
+from tests.acceptance.support import inspection
+from tests.acceptance.support.crash_test import WORKERS, CrashTest, Work, crash_test
 from tests.benchmarks.burning import burn
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import wait_until
@@ -49,7 +49,7 @@ def _start() -> float:
     """Seconds from the command to an answer that all is ready."""
     with TemporaryDirectory() as folder:
         begin = time.perf_counter()
-        with drill(Work(1, 1), Path(folder)) as here:
+        with crash_test(Work(1, 1), Path(folder)) as here:
             here.service.wait_until_ready()
             return time.perf_counter() - begin
 
@@ -86,7 +86,7 @@ def _large(database: str) -> dict[str, float]:
         if database == "postgresql":
             url = ends.enter_context(ends.enter_context(postgresql_server()).database())
         work = Work(LARGE // 10, 1, thicknesses=10)
-        here = ends.enter_context(drill(work, folder, database_url=url))
+        here = ends.enter_context(crash_test(work, folder, database_url=url))
         client = ends.enter_context(httpx.Client(base_url=here.service.url, timeout=60))
         _ask(client, "POST", "/v1/queue/pause")
         ids: list[str] = []
@@ -112,16 +112,16 @@ def _seconds(act: Callable[[], object]) -> float:
 
 
 @contextmanager
-def _computed(work: Work) -> Iterator[Drill]:
+def _computed(work: Work) -> Iterator[CrashTest]:
     """A sweep that is done, and the service that computed it."""
-    with TemporaryDirectory() as folder, drill(work, Path(folder)) as here:
+    with TemporaryDirectory() as folder, crash_test(work, Path(folder)) as here:
         here.service.wait_until_ready()
         [id] = here.submit()
         wait_until(lambda: here.store.sweep(id).is_terminal, seconds=END_SECONDS, pause=PAUSE)
         yield here
 
 
-def _seconds_of_runs(here: Drill) -> float:
+def _seconds_of_runs(here: CrashTest) -> float:
     """From the first result to the last, as if the first had taken as long as the others."""
     [row] = here.store.sweeps().items
     runs = set(inspection.runs(here.store, [row.id]))

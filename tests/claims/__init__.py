@@ -32,6 +32,7 @@ Without a name, all run. The exit status is 0 when nothing failed, 1 when someth
 when nothing answers to what was asked for: an empty selection proves nothing.
 """
 
-from tests.claims.framework import Claim, Row, at_least, at_most, claim, within
+from tests.claims.framework import Claim, claim
+from tests.rows import Row, at_least, at_most, within
 
 __all__ = ["Claim", "Row", "at_least", "at_most", "claim", "within"]

@@ -13,17 +13,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from tests.rows import Row
+
 PACKAGE = "tests.claims"
-
-
-@dataclass(frozen=True)
-class Row:
-    """One comparison that a claim makes: what it says, what was expected, what came out."""
-
-    claim: str  # what is compared, with its unit: "hole diameter, 2 km/s (mm)"
-    expected: Any  # a number or words: "14.8 within 8 %"
-    got: Any  # what was computed now
-    passed: bool | None  # None: a figure that is reported and not gated
 
 
 @dataclass(frozen=True)
@@ -75,49 +67,6 @@ def claim(
         return Claim(name=name, says=says, check=check, quick=quick)
 
     return make
-
-
-def within(
-    claim: str,
-    *,
-    expected: float,
-    got: float,
-    relative: float | None = None,
-    absolute: float | None = None,
-) -> Row:
-    """A row that passes when ``got`` is no farther from ``expected`` than the one tolerance given.
-
-    >>> within("depth (mm)", expected=14.0, got=14.9, absolute=1.5)
-    Row(claim='depth (mm)', expected='14 within 1.5', got=14.9, passed=True)
-    >>> within("hole (mm)", expected=14.8, got=16.2, relative=0.08).passed
-    False
-    """
-    if (relative is None) == (absolute is None):
-        raise TypeError("within() takes one tolerance: relative= or absolute=")
-    if relative is not None:
-        words, tolerance = f"{expected:g} within {100 * relative:g} %", relative * abs(expected)
-    else:
-        assert absolute is not None
-        words, tolerance = f"{expected:g} within {absolute:g}", absolute
-    return Row(claim, words, got, bool(abs(got - expected) <= tolerance))
-
-
-def at_most(claim: str, *, limit: float, got: float) -> Row:
-    """A row that passes when ``got`` does not exceed a limit; not a number fails.
-
-    >>> at_most("energy drift (%)", limit=1.0, got=float("nan")).passed
-    False
-    """
-    return Row(claim, f"at most {limit:g}", got, bool(got <= limit))
-
-
-def at_least(claim: str, *, limit: float, got: float) -> Row:
-    """A row that passes when ``got`` reaches a limit; not a number fails.
-
-    >>> at_least("times as fast", limit=4.0, got=3.9).passed
-    False
-    """
-    return Row(claim, f"at least {limit:g}", got, bool(got >= limit))
 
 
 def sets() -> list[str]:

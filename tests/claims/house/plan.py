@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests import house
-from tests.acceptance.serving import serving
+from tests.acceptance.support.serving import serving
 from tests.claims import Row, at_most, claim
 
 ROOMS, ARROWS, FLOORS = 16, 60, 8  # of service and of studies

@@ -1,31 +1,11 @@
-"""A data directory that is renamed away, and a leader that is frozen: real services on a real PostgreSQL."""
+"""A data directory that is renamed away, and a leader that is frozen."""
 
-import os
-import signal
-import time
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass, replace
-from pathlib import Path
 
-from service.records.jobs import State
-from service.store import Store
-from tests.acceptance import inspection
-from tests.acceptance.drill import Work
-from tests.acceptance.herd import herded
-from tests.acceptance.serving import Service, http
-from tests.claims import Row, at_most, claim
-from tests.claims.queue._common import folder
+from tests.acceptance.checks import shared_disk
+from tests.acceptance.checks.common import folder
+from tests.claims import Row, claim
 from tests.service.support.databases import postgresql_server
-from tests.service.support.fakes import wait_until
-
-WORK = Work(
-    speeds=2, sweeps=1, targets="tests.service.support.targets", run_seconds=0.0
-)  # four runs
-SLOW = replace(WORK, run_seconds=1.0)  # some are under way when the leader is frozen
-NOT_THERE = "the data directory is not there"
-PATIENCE = 60.0  # s
-REPLACED_SECONDS = 15.0  # from the freeze to a run that another service has computed
 
 
 @claim(
@@ -35,7 +15,7 @@ REPLACED_SECONDS = 15.0  # from the freeze to a run that another service has com
 )
 def disk_identity() -> Iterator[Row]:
     with folder() as place, postgresql_server() as server, server.database() as url:
-        yield from disk_that_goes_and_comes_back(place, url)
+        yield from shared_disk.directory_moved(place, url)
 
 
 @claim(
@@ -44,159 +24,4 @@ def disk_identity() -> Iterator[Row]:
 )
 def frozen_leader() -> Iterator[Row]:
     with folder() as place, postgresql_server() as server, server.database() as url:
-        yield from leader_that_is_frozen(place, url)
-
-
-def disk_that_goes_and_comes_back(place: Path, url: str) -> Iterator[Row]:
-    """The check of disk-identity, in a folder and an empty database."""
-    with _services(place, url, WORK, 1) as here:
-        service, away = here.services[0], place / "away"
-        ids = [here.submit(service, "first")]
-        here.wait_for_the_end(ids)
-        service.wait_until_ready()
-
-        service.data.rename(away)
-        ids += [here.submit(service, "while it is away")]
-        gone = _not_ready(service)
-        yield Row("renamed away while it runs: /readyz", NOT_THERE, gone, NOT_THERE in gone)
-        wait_until(lambda: here.store.queue().leader is None)
-        yield from here.rows_of_absence(service.data)
-        away.rename(service.data)
-        service.wait_until_ready()
-        here.wait_for_the_end(ids)
-        yield from here.rows_of_results(ids)
-
-        service.leave()
-        service.data.rename(away)
-        service.start()
-        status = _status_at_start(service)
-        yield Row("renamed away before the start: exit status", 1, *_same(1, status))
-        said = service.said()
-        yield Row("what it says", NOT_THERE, said, f"{service.data}: {NOT_THERE}" in said)
-        yield from here.rows_of_absence(service.data)
-        away.rename(service.data)
-        service.start()
-        service.wait_until_ready()
-        ids += [here.submit(service, "after the start")]
-        here.wait_for_the_end(ids)
-        yield from here.rows_of_results(ids)
-        service.leave()
-
-
-def leader_that_is_frozen(place: Path, url: str) -> Iterator[Row]:
-    """The check of frozen-leader, in a folder and an empty database."""
-    with _services(place, url, SLOW, 2) as here:
-        first, second = here.services
-        leading, other = (first, second) if here.leads(first) else (second, first)
-        epoch = here.store.queue().epoch
-        ids = [here.submit(leading, "under way")]
-        wait_until(here.store.claimed)
-
-        with _frozen(leading):
-            begin, last = time.monotonic(), here.store.last_event()
-            ids += [here.submit(other, "while it is frozen", resolution=5)]
-            wait_until(lambda: here.has_computed(last), seconds=10 * REPLACED_SECONDS)
-            seconds = time.monotonic() - begin
-            yield at_most("until another has computed (s)", limit=REPLACED_SECONDS, got=seconds)
-            here.wait_for_the_end(ids)
-        wait_until(lambda: not _says_that_it_leads(leading))
-        yield Row("goes on and stands by: /readyz", 200, *_same(200, leading.get("/readyz")))
-        yield Row("the other one leads", True, *_same(True, here.leads(other)))
-        yield Row("epochs since", 1, *_same(1, here.store.queue().epoch - epoch))
-
-        other.leave()
-        ids += [here.submit(leading, "when it leads again", resolution=6)]
-        here.wait_for_the_end(ids)
-        yield Row("the first one leads again", True, *_same(True, here.leads(leading)))
-        once = len(inspection.registered_once(here.store, ids))
-        yield Row("runs registered exactly once", 3 * SLOW.runs, *_same(3 * SLOW.runs, once))
-        failed = sum("Traceback" in one.log.read_text() for one in here.services)
-        yield Row("logs with a traceback", 0, *_same(0, failed))
-        yield Row("exit status of the first", 0, *_same(0, leading.leave()))
-
-
-@dataclass
-class Services:
-    """Services that share a database and a folder, and what is seen of them."""
-
-    work: Work
-    services: list[Service]
-    store: Store
-
-    def submit(self, service: Service, name: str, **changes: float) -> str:
-        [document] = self.work.documents()
-        return service.submit({**document, "name": name.replace(" ", "-"), **changes})
-
-    def wait_for_the_end(self, ids: list[str], *, seconds: float = PATIENCE) -> None:
-        wait_until(lambda: all(self.store.sweep(id).is_terminal for id in ids), seconds=seconds)
-
-    def leads(self, service: Service) -> bool:
-        assert service.process is not None
-        return (self.store.queue().leader or "").endswith(f":{service.process.pid}")
-
-    def has_computed(self, after: int) -> bool:
-        """Whether a run has ended with a result since an event."""
-        return any(one.kind == "succeeded" for one in self.store.all_events(after=after, limit=100))
-
-    def rows_of_results(self, ids: list[str]) -> Iterator[Row]:
-        """Each run has the result of its first attempt."""
-        runs = inspection.runs(self.store, ids).values()
-        kept = sum(run.state is State.SUCCEEDED and run.path is not None for run in runs)
-        yield Row("results that are registered", self.work.runs, *_same(self.work.runs, kept))
-        begun = sum(run.attempt for run in runs)
-        yield Row("attempts begun", self.work.runs, *_same(self.work.runs, begun))
-        lost = sum(event.kind == "lost" for event in inspection.events(self.store))
-        yield Row("results that were forgotten", 0, *_same(0, lost))
-
-    def rows_of_absence(self, data: Path) -> Iterator[Row]:
-        yield Row("a directory made in its place", False, *_same(False, data.exists()))
-
-
-@contextmanager
-def _services(place: Path, url: str, work: Work, count: int) -> Iterator[Services]:
-    """Services that listen."""
-    with ExitStack() as ends:
-        ends.enter_context(herded())
-        environment = {**work.environment(), "WHIPPLE_DATABASE_URL": url, "WHIPPLE_WORKERS": "1"}
-        services = [Service(place / "data", environment, name=f"{n}") for n in range(count)]
-        for one in services:
-            ends.callback(one.kill)
-            one.start()
-            one.wait_until_ready()
-        store = ends.enter_context(closing(Store.open(url, migrate=False)))
-        yield Services(work, services, store)
-
-
-@contextmanager
-def _frozen(service: Service) -> Iterator[None]:
-    assert service.process is not None
-    os.kill(service.process.pid, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        os.kill(service.process.pid, signal.SIGCONT)
-
-
-def _says_that_it_leads(service: Service) -> bool:
-    return "whipple_leader 1.0" in http().get(f"{service.url}/metrics", timeout=30).text
-
-
-def _not_ready(service: Service) -> str:
-    """Why a service is not ready, as soon as it says so."""
-
-    def ask() -> str | None:
-        answer = http().get(f"{service.url}/readyz", timeout=30)
-        return answer.json()["detail"] if answer.status_code == 503 else None
-
-    return str(wait_until(ask, seconds=PATIENCE))
-
-
-def _status_at_start(service: Service) -> int | None:
-    """The exit status of a service that refuses to start; None: it is ready."""
-    wait_until(lambda: not service.is_alive() or service.get("/readyz") == 200, seconds=PATIENCE)
-    assert service.process is not None
-    return service.process.poll()
-
-
-def _same(expected: object, got: object) -> tuple[object, bool]:
-    return got, got == expected
+        yield from shared_disk.frozen_leader(place, url)

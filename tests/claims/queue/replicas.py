@@ -11,12 +11,12 @@ from typing import Any
 import httpx
 
 from service.store import Store
-from tests.acceptance import inspection
-from tests.acceptance.drill import Work
-from tests.acceptance.herd import Herd, herded
-from tests.acceptance.serving import Service
+from tests.acceptance.checks.common import folder, rows_of_cubes, undisturbed
+from tests.acceptance.support import inspection
+from tests.acceptance.support.crash_test import Work
+from tests.acceptance.support.process_tree import ProcessTree, process_tree
+from tests.acceptance.support.serving import Service
 from tests.claims import Row, claim
-from tests.claims.queue._common import folder, rows_of_cubes, undisturbed
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import wait_until
 
@@ -65,7 +65,7 @@ class Replicas:
     """Services that share a database and a folder."""
 
     services: list[Service]
-    herd: Herd
+    tree: ProcessTree
     store: Store
 
     def submit(self, work: Work) -> tuple[list[str], list[Mapping[str, Any]]]:
@@ -103,8 +103,8 @@ class Replicas:
         """The processes that are left when all were asked to leave."""
         for one in self.services:
             if one.is_alive():
-                assert one.leave() == 0, one.said()
-        return self.herd.left()
+                assert one.leave() == 0, one.log_tail()
+        return self.tree.left()
 
 
 @contextmanager
@@ -112,7 +112,7 @@ def _replicas(place: Path) -> Iterator[Replicas]:
     """Two services that listen."""
     with ExitStack() as ends:
         url = ends.enter_context(ends.enter_context(postgresql_server()).database())
-        herd = ends.enter_context(herded())
+        tree = ends.enter_context(process_tree())
         environment = {**WORK.environment(), "WHIPPLE_DATABASE_URL": url}
         services = [
             Service(place / "data", environment, name=f"replica-{n}") for n in range(REPLICAS)
@@ -123,4 +123,4 @@ def _replicas(place: Path) -> Iterator[Replicas]:
         for one in services:
             one.wait_until_listening()
         store = ends.enter_context(closing(Store.open(url, migrate=False)))
-        yield Replicas(services, herd, store)
+        yield Replicas(services, tree, store)

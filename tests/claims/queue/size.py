@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
 
+from tests.acceptance.checks.common import folder
 from tests.claims import Row, at_most, claim
-from tests.claims.queue._common import folder
 from tests.service.store.test_size import (
     LARGE,
     PAGE,

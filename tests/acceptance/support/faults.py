@@ -1,4 +1,4 @@
-"""What a drill kills, and at which moment."""
+"""What a crash_test kills, and at which moment."""
 
 import random
 from collections import Counter
@@ -29,7 +29,7 @@ class Victim(StrEnum):
 
 
 class Moment(StrEnum):
-    """What is seen from outside when the blow falls."""
+    """What is seen from outside when the fault falls."""
 
     ANY = "at random"
     CLAIMED = "claimed"  # a row says running, and no process has begun
@@ -44,7 +44,7 @@ OF_A_PROCESS = (Moment.CHECKPOINTED, Moment.COMPUTING, Moment.PUBLISHING, Moment
 
 
 @dataclass(frozen=True)
-class Blow:
+class Fault:
     """One kill -9."""
 
     due: int  # number of the event in the store, not before it
@@ -52,7 +52,7 @@ class Blow:
     moment: Moment
 
 
-def blows(seed: int, victims: Mapping[Victim, int], runs: int) -> list[Blow]:
+def draw_faults(seed: int, victims: Mapping[Victim, int], runs: int) -> list[Fault]:
     """Kills in a random order at random events; every kind of moment has its turn."""
     chance = random.Random(seed)
     chosen = [victim for victim, count in victims.items() for _ in range(count)]
@@ -62,13 +62,13 @@ def blows(seed: int, victims: Mapping[Victim, int], runs: int) -> list[Blow]:
     found = []
     for due, victim in zip(dues, chosen, strict=True):
         moments = OF_A_PROCESS if victim in (Victim.RUN, Victim.WORKER) else tuple(Moment)
-        found.append(Blow(due, victim, moments[met[victim] % len(moments)]))
+        found.append(Fault(due, victim, moments[met[victim] % len(moments)]))
         met[victim] += 1
     return found
 
 
 @dataclass(frozen=True)
-class Target:
+class ObservedAttempt:
     """An attempt under way, and the process that works at it, if one does."""
 
     claim: Claim
@@ -76,19 +76,19 @@ class Target:
     moments: frozenset[Moment]
 
 
-class Field:
+class AttemptObserver:
     """What the store and the files say of the attempts under way."""
 
     def __init__(self, store: Store, artifacts: Artifacts):
         self._store = store
         self._artifacts = artifacts
 
-    def targets(self, moment: Moment) -> list[Target]:
+    def at(self, moment: Moment) -> list[ObservedAttempt]:
         """Attempts at a moment."""
         found = [self._target(claim) for claim in self._store.claimed()]
         return [one for one in found if moment in one.moments]
 
-    def _target(self, claim: Claim) -> Target:
+    def _target(self, claim: Claim) -> ObservedAttempt:
         folder = self._artifacts.attempt_directory(claim)
         pid = _pid(folder / "pid")
         moments = {Moment.ANY}
@@ -100,7 +100,7 @@ class Field:
             moments |= {Moment.CLAIMED} if pid is None else {Moment.COMPUTING}
             if pid is not None and self._artifacts.checkpoint(claim.id).is_file():
                 moments.add(Moment.CHECKPOINTED)
-        return Target(claim, pid, frozenset(moments))
+        return ObservedAttempt(claim, pid, frozenset(moments))
 
 
 def _pid(file: Path) -> int | None:
@@ -112,7 +112,7 @@ def _pid(file: Path) -> int | None:
     return None if is_gone(pid) else pid
 
 
-def in_words(done: Sequence[Blow]) -> str:
+def summary(done: Sequence[Fault]) -> str:
     """How many of each kind."""
-    victims = Counter(str(blow.victim) for blow in done)
+    victims = Counter(str(fault.victim) for fault in done)
     return ", ".join(f"{name} {count}" for name, count in sorted(victims.items()))

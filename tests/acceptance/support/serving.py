@@ -17,7 +17,7 @@ from service.records.fault_points import VARIABLE
 from tests.service.support.cluster import free_port
 from tests.service.support.fakes import wait_until
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 START_SECONDS = 120.0  # deadlines, for machines that are busy with something else
 LEAVE_SECONDS = 30.0
 LAST_BYTES = 3000  # of the log, for whoever reads why a test failed
@@ -99,7 +99,7 @@ class Service:
     def is_alive(self) -> bool:
         return self.process is not None and self.process.poll() is None
 
-    def said(self) -> str:
+    def log_tail(self) -> str:
         """The end of its log."""
         return self.log.read_text(errors="replace")[-LAST_BYTES:]
 
@@ -121,7 +121,7 @@ class Service:
         return self.process.wait(LEAVE_SECONDS)
 
     def _answers(self) -> bool:
-        assert self.is_alive(), self.said()
+        assert self.is_alive(), self.log_tail()
         return self.get("/livez") == 200
 
 

@@ -1,6 +1,6 @@
 """``whipple serve`` that waits for less time: for a lock of the database, a request, and after a full disk.
 
-``python -m tests.acceptance.hasty serve ...``
+``python -m tests.acceptance.support.short_timeouts serve ...``
 """
 
 from service.api import deadlines

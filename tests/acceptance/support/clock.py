@@ -1,6 +1,6 @@
 """``whipple serve`` with a clock that can be set: seconds in a file are added to what time it is.
 
-``python -m tests.acceptance.clock FILE serve ...``; everything in the process sees it.
+``python -m tests.acceptance.support.clock FILE serve ...``; everything in the process sees it.
 """
 
 import sys

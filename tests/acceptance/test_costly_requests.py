@@ -4,10 +4,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.acceptance import hasty
-from tests.acceptance.rows import holds
-from tests.acceptance.serving import Service
-from tests.claims.mend import bodies
+from tests.acceptance.checks import costly_requests
+from tests.acceptance.support import short_timeouts
+from tests.acceptance.support.serving import Service
+from tests.rows import check
 
 COSTLY = (
     "JSON: 3 000 materials",
@@ -27,21 +27,25 @@ HEADER, HALVES = 20 << 20, (510,)
 
 @pytest.fixture(scope="module")
 def service() -> Iterator[Service]:
-    with bodies.served(("-m", "tests.acceptance.hasty")) as served:
+    with costly_requests.served(("-m", "tests.acceptance.support.short_timeouts")) as served:
         yield served
 
 
 def test_bad_body__is_refused_cheaply(service: Service) -> None:
-    holds(bodies.refused(service, COSTLY, bodies.BUSY))
+    check(costly_requests.refused(service, COSTLY, costly_requests.BUSY))
 
 
 def test_head__that_never_ends_is_closed_and_others_are_served(service: Service) -> None:
-    holds(bodies.closed(service, HEADER, HALVES, hasty.HEAD_SECONDS, bodies.BUSY))
+    check(
+        costly_requests.closed(
+            service, HEADER, HALVES, short_timeouts.HEAD_SECONDS, costly_requests.BUSY
+        )
+    )
 
 
 def test_body__in_chunks_of_one_byte_holds_nobody_up(service: Service) -> None:
-    holds(bodies.chunked(service, bodies.BUSY))
+    check(costly_requests.chunked(service, costly_requests.BUSY))
 
 
 def test_body__that_comes_byte_by_byte_is_closed(service: Service) -> None:
-    holds([bodies.dribbled(service, hasty.BODY_SECONDS)])
+    check([costly_requests.dribbled(service, short_timeouts.BODY_SECONDS)])

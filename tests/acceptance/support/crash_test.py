@@ -11,9 +11,14 @@ from typing import Any
 from service.files.artifacts import Artifacts
 from service.records.jobs import StoreUnavailable
 from service.store import Store
-from tests.acceptance.blows import Blow, Field, Moment, Target, Victim
-from tests.acceptance.herd import Herd, herded, parent_of, slay
-from tests.acceptance.serving import Service
+from tests.acceptance.support.faults import AttemptObserver, Fault, Moment, ObservedAttempt, Victim
+from tests.acceptance.support.process_tree import (
+    ProcessTree,
+    kill_and_wait,
+    parent_of,
+    process_tree,
+)
+from tests.acceptance.support.serving import Service
 from tests.service.support.cluster import Cluster, Process, running
 from tests.service.support.fakes import is_gone, wait_until
 
@@ -32,7 +37,7 @@ class Work:
     sweeps: int
     thicknesses: int = 2
     resolution: float = 4
-    targets: str = "tests.acceptance.chained"
+    targets: str = "tests.acceptance.support.chained"
     run_seconds: float = 0.4  # of targets that only wait
 
     @property
@@ -58,7 +63,7 @@ class Work:
         places = range(number, number + self.thicknesses)
         thicknesses = [f"{2 + place / 20:.2f} mm" for place in places]
         return {
-            "name": f"drill-{number}",
+            "name": f"crash-test-{number}",
             "scenario": "thin_plate",
             "fixed": {
                 "projectile": "copper-ofhc",
@@ -71,32 +76,34 @@ class Work:
 
 
 @dataclass
-class Drill:
+class CrashTest:
     """A service, where it computes, and what was done to it."""
 
     work: Work
     folder: Path
     service: Service
-    herd: Herd
+    tree: ProcessTree
     store: Store
     chance: random.Random
     cluster: Cluster | None = None
-    done: list[Blow] = field(default_factory=list)
-    hit: Counter[str] = field(default_factory=Counter)  # by job: processes of it that were killed
+    injected: list[Fault] = field(default_factory=list)
+    killed: Counter[str] = field(
+        default_factory=Counter
+    )  # by job: processes of it that were killed
 
     def __post_init__(self) -> None:
         self.artifacts = Artifacts(self.service.data)
-        self.field = Field(self.store, self.artifacts)
+        self.attempts = AttemptObserver(self.store, self.artifacts)
 
     def submit(self) -> list[str]:
         """Give every sweep to the service, the first ones more urgently."""
         documents = enumerate(self.work.documents())
         return [self.service.submit(document, priority=number) for number, document in documents]
 
-    def strike(self, blow: Blow) -> None:
+    def inject(self, fault: Fault) -> None:
         """Wait for the moment, and kill; when the work ends before there was one, nothing is done."""
-        self._wait(lambda: self.store.last_event() >= blow.due)
-        self._wait(lambda: self._falls(blow) or self._has_ended())
+        self._wait(lambda: self.store.last_event() >= fault.due)
+        self._wait(lambda: self._falls(fault) or self._has_ended())
 
     def wait_for_the_end(self, ids: list[str]) -> None:
         """Until every sweep is published."""
@@ -105,10 +112,10 @@ class Drill:
     def leave(self) -> set[int]:
         """Stop everything in order; the processes that are left all the same."""
         self.service.wait_until_listening()
-        assert self.service.leave() == 0, self.service.said()
+        assert self.service.leave() == 0, self.service.log_tail()
         if self.cluster is not None:
             self.cluster.end()
-        return self.herd.left()
+        return self.tree.left()
 
     # --- inside ----------------------------------------------------------------------------------
 
@@ -116,7 +123,7 @@ class Drill:
         """Wait, and meanwhile start again what is started again where people work."""
 
         def met() -> Any:
-            self._mend()
+            self._restart_cluster()
             with suppress(StoreUnavailable):
                 return condition()
 
@@ -124,11 +131,11 @@ class Drill:
             return wait_until(met, seconds=seconds)
         except AssertionError as error:
             states = dict(self.store.queue().states)
-            raise AssertionError(f"{error}; {states}; {self.service.said()}") from error
+            raise AssertionError(f"{error}; {states}; {self.service.log_tail()}") from error
 
-    def _mend(self) -> None:
+    def _restart_cluster(self) -> None:
         """What systemd does for a cluster. The service must not need it but after a kill."""
-        assert self.service.is_alive(), self.service.said()
+        assert self.service.is_alive(), self.service.log_tail()
         if self.cluster is None:
             return
         if not _lives(self._scheduler()):
@@ -136,24 +143,24 @@ class Drill:
         if not any(_lives(one) for one in self._of("workers")):
             self.cluster.start_workers(WORKERS, **self.work.environment())
 
-    def _falls(self, blow: Blow) -> bool:
-        """Whether something was at the moment of a blow, and was killed by it."""
-        needs_process = blow.victim in (Victim.RUN, Victim.WORKER)
-        target = self._choose(blow.moment, needs_process=needs_process)
-        fell = target is not None and self._kill(blow.victim, target)
+    def _falls(self, fault: Fault) -> bool:
+        """Whether something was at the moment of a fault, and was killed by it."""
+        needs_process = fault.victim in (Victim.RUN, Victim.WORKER)
+        target = self._choose(fault.moment, needs_process=needs_process)
+        fell = target is not None and self._kill(fault.victim, target)
         if fell:
-            self.done.append(blow)
+            self.injected.append(fault)
         return fell
 
-    def _kill(self, victim: Victim, target: Target) -> bool:
+    def _kill(self, victim: Victim, target: ObservedAttempt) -> bool:
         """Whether the victim lived until it was killed."""
         if victim is Victim.RUN:
-            fell = target.pid is not None and slay(target.pid)
-            self.hit[target.claim.id] += fell
+            fell = target.pid is not None and kill_and_wait(target.pid)
+            self.killed[target.claim.id] += fell
             return fell
         if victim is Victim.WORKER:
             worker = parent_of(target.pid or 0)
-            return worker in self.herd.pids() and slay(worker)
+            return worker in self.tree.pids() and kill_and_wait(worker)
         if victim is Victim.SCHEDULER:
             self._scheduler().kill()
             return True
@@ -161,11 +168,11 @@ class Drill:
         self.service.start()
         return True
 
-    def _choose(self, moment: Moment, *, needs_process: bool) -> Target | None:
+    def _choose(self, moment: Moment, *, needs_process: bool) -> ObservedAttempt | None:
         """An attempt at this moment; a run that was hit before is spared: its third death is a failure."""
-        found = self.field.targets(moment)
+        found = self.attempts.at(moment)
         if needs_process:
-            found = [one for one in found if one.pid and not self.hit[one.claim.id]]
+            found = [one for one in found if one.pid and not self.killed[one.claim.id]]
         return self.chance.choice(found) if found else None
 
     def _has_ended(self) -> bool:
@@ -193,7 +200,7 @@ def _lives(process: Process) -> bool:
 
 
 @contextmanager
-def drill(
+def crash_test(
     work: Work,
     folder: Path,
     *,
@@ -202,13 +209,13 @@ def drill(
     external: bool = False,
     settings: Mapping[str, str] | None = None,
     **more: Any,
-) -> Iterator[Drill]:
+) -> Iterator[CrashTest]:
     """A service that can be drilled, on SQLite or a database, on this machine or with a cluster.
 
     ``settings`` of the service, ``WHIPPLE_...``; ``more`` words for it: see ``serving.Service``.
     """
     with ExitStack() as ends:
-        herd = ends.enter_context(herded())
+        tree = ends.enter_context(process_tree())
         environment = {**work.environment(), **(settings or {})}
         cluster = None
         if database_url is not None:
@@ -223,7 +230,7 @@ def drill(
         service.wait_until_listening()
         url = database_url or f"sqlite:///{service.data.absolute() / 'whipple.db'}"
         store = ends.enter_context(closing(Store.open(url, migrate=False)))
-        yield Drill(work, folder, service, herd, store, random.Random(seed), cluster)
+        yield CrashTest(work, folder, service, tree, store, random.Random(seed), cluster)
 
 
 def _engine(cluster: Cluster) -> Mapping[str, str]:

@@ -20,13 +20,12 @@ from service.records.fault_points import POINTS, VARIABLE
 from service.records.jobs import Kind, State, SweepRow, SweepState
 from service.store import Store
 from studies.values.files import ANSWER
-from tests.acceptance import inspection, small
-from tests.acceptance.drill import Drill, Work, drill
-from tests.acceptance.herd import herded
-from tests.acceptance.serving import ROOT, START_SECONDS
-from tests.claims import Row, claim
-from tests.claims.queue._common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
-from tests.service.support.databases import postgresql_server
+from tests.acceptance.checks.common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
+from tests.acceptance.support import inline_service, inspection
+from tests.acceptance.support.crash_test import CrashTest, Work, crash_test
+from tests.acceptance.support.process_tree import process_tree
+from tests.acceptance.support.serving import ROOT, START_SECONDS
+from tests.rows import Row
 
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
 KEY = {"Idempotency-Key": "the-only-one"}
@@ -34,17 +33,6 @@ COPY = "copy-halfway"
 OF_A_SERVICE = POINTS[: POINTS.index(COPY)]
 SWEEP = "import sys; from service.cli.local import run_sweep; run_sweep(sys.argv[1], sys.argv[2])"
 PUBLISHED = {"cube.nc", "report.html", "report.json"}
-
-
-@claim(
-    "fault-points",
-    says="a service that dies at a named point leaves a consistent store and no half file, and the next one goes on",
-)
-def fault_points() -> Iterator[Row]:
-    yield from of_a_service("sqlite", None)
-    with postgresql_server() as server, server.database() as url:
-        yield from of_a_service("postgresql", url)
-    yield from of_a_copy()
 
 
 @dataclass
@@ -65,7 +53,7 @@ class Site(Protocol):
 def of_a_service(name: str, database_url: str | None) -> Iterator[Row]:
     """A service that dies at every point in turn, and one that finishes."""
     expected = undisturbed(WORK)
-    with folder() as place, drill(WORK, place, database_url=database_url) as here:
+    with folder() as place, crash_test(WORK, place, database_url=database_url) as here:
         here.service.kill()
         yield from lives(name, here, functools.partial(_live_until, here))
         here.service.start()
@@ -105,7 +93,7 @@ def lives(name: str, here: Site, live_until: Callable[[str], None]) -> Iterator[
         seen = _seen(here)
 
 
-def _live_until(here: Drill, point: str) -> None:
+def _live_until(here: CrashTest, point: str) -> None:
     """A life that ends at a point; the sweep is given to it again and again, with one key."""
     here.service.start(fault=point)
     if point.startswith("submission"):
@@ -113,12 +101,12 @@ def _live_until(here: Drill, point: str) -> None:
         with suppress(httpx.TransportError):
             _submit(here)
     status = here.service.die()
-    assert status == -SIGKILL, here.service.said()
+    assert status == -SIGKILL, here.service.log_tail()
 
 
 @dataclass
 class Small:
-    """A service that is a fork of a process which has loaded it; see ``tests.acceptance.small``."""
+    """A service that is a fork of a process which has loaded it; see ``tests.acceptance.support.inline_service``."""
 
     store: Store
     artifacts: Artifacts
@@ -128,14 +116,16 @@ class Small:
 
     def live(self, **more: str) -> int | None:
         forks = get_context("forkserver")
-        forks.set_forkserver_preload([small.__name__])
-        life = forks.Process(target=small.live, args=(self.artifacts.root, WORK.runs, more))
+        forks.set_forkserver_preload([inline_service.__name__])
+        life = forks.Process(
+            target=inline_service.live, args=(self.artifacts.root, WORK.runs, more)
+        )
         life.start()
         life.join(START_SECONDS)
         return life.exitcode
 
 
-def _submit(here: Drill) -> str:
+def _submit(here: CrashTest) -> str:
     [document] = here.work.documents()
     url = f"{here.service.url}/v1/sweeps"
     answer = httpx.post(url, json=document, headers=KEY, timeout=60)
@@ -242,7 +232,7 @@ def _sound(here: Site, where: str) -> Iterator[Row]:
 def of_a_copy() -> Iterator[Row]:
     """Killed after the first of three files was copied out; started again, it copies the others."""
     [document] = WORK.documents()
-    with folder() as out, herded() as herd:
+    with folder() as out, process_tree() as tree:
         file = out / "sweep.yaml"
         file.write_text(yaml.safe_dump(document))
         words = ["-c", SWEEP, str(file), str(out)]
@@ -269,7 +259,7 @@ def of_a_copy() -> Iterator[Row]:
         yield Row("runs computed again", 0, begun - WORK.runs, begun == WORK.runs)
         got = {name: digest(out / name) for name in wanted}
         yield Row("files copied out as registered", 3, len(got), wanted == got and len(got) == 3)
-        left = herd.pids()
+        left = tree.pids()
         yield Row("processes left", 0, len(left), not left)
 
 

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
 from service.store import Store
-from tests.acceptance.herd import MARK
+from tests.acceptance.support.process_tree import MARK
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import is_gone, wait_until
 

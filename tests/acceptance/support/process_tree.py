@@ -9,10 +9,10 @@ from pathlib import Path
 
 from tests.service.support.fakes import is_gone, wait_until
 
-MARK = "DRILL_OF"  # in the environment of every process that the block starts
+MARK = "CRASH_TEST_OF"  # in the environment of every process that the block starts
 
 
-class Herd:
+class ProcessTree:
     """The processes that carry a mark in the environment they were started with."""
 
     def __init__(self, mark: str):
@@ -54,7 +54,7 @@ def parent_of(pid: int) -> int:
         return 0
 
 
-def slay(pid: int) -> bool:
+def kill_and_wait(pid: int) -> bool:
     """Kill -9 a process, and wait until it has ended; whether it lived until then."""
     if is_gone(pid):
         return False
@@ -67,17 +67,17 @@ def slay(pid: int) -> bool:
 
 
 @contextmanager
-def herded() -> Iterator[Herd]:
+def process_tree() -> Iterator[ProcessTree]:
     """Mark what is started in the block; nothing of it outlives the block."""
     mark = uuid.uuid4().hex
     before = os.environ.get(MARK)
     os.environ[MARK] = mark
-    herd = Herd(mark)
+    tree = ProcessTree(mark)
     try:
-        yield herd
+        yield tree
     finally:
         if before is None:
             del os.environ[MARK]
         else:
             os.environ[MARK] = before
-        herd.end()
+        tree.end()

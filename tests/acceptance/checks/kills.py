@@ -6,10 +6,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.acceptance.blows import Victim, blows, in_words
-from tests.acceptance.drill import Drill, Work, drill
-from tests.claims import Row, claim
-from tests.claims.queue._common import (
+from tests.acceptance.checks.common import (
     SEED,
     fetch,
     folder,
@@ -18,9 +15,12 @@ from tests.claims.queue._common import (
     rows_of_store,
     undisturbed,
 )
+from tests.acceptance.support.crash_test import CrashTest, Work, crash_test
+from tests.acceptance.support.faults import Victim, draw_faults, summary
+from tests.rows import Row
 from tests.service.support.databases import postgresql_server
 
-SOLVER = "tests.acceptance.solving"
+SOLVER = "tests.acceptance.support.solving"
 
 
 @dataclass(frozen=True)
@@ -45,39 +45,23 @@ SHORT = Plan(SHORT_WORK, full(run=2, service=1))
 SHORT_EXTERNAL = Plan(SHORT_WORK, full(run=1, scheduler=1, service=1), external=True)
 
 
-@claim(
-    "kills-sqlite",
-    says="40 kills -9 over 200 runs on SQLite: one registered result a run, with the bits of one that nobody disturbed",
-)
-def kills_sqlite() -> Iterator[Row]:
-    yield from drilled(FULL, SEED)
-
-
-@claim(
-    "kills-postgresql",
-    says="the same on PostgreSQL and a Dask cluster, whose workers and scheduler are killed too",
-)
-def kills_postgresql() -> Iterator[Row]:
-    yield from drilled(FULL_EXTERNAL, SEED)
-
-
-def drilled(plan: Plan, seed: int) -> Iterator[Row]:
-    """A drill, and what is found afterwards."""
+def crash_test_rows(plan: Plan, seed: int = SEED) -> Iterator[Row]:
+    """A crash_test, and what is found afterwards."""
     print(f"seed {seed}", flush=True)
     begin = time.monotonic()
     expected = undisturbed(plan.work)
     with folder() as place, site(plan, place, seed) as here:
-        wanted = blows(seed, plan.victims, plan.work.runs)
+        wanted = draw_faults(seed, plan.victims, plan.work.runs)
         ids = here.submit()
-        for blow in wanted:
-            here.strike(blow)
+        for fault in wanted:
+            here.inject(fault)
         here.wait_for_the_end(ids)
         cubes = fetch(here, ids, place / "cubes")
         yield Row(
-            f"kills -9, seed {seed}: {in_words(here.done)}",
+            f"kills -9, seed {seed}: {summary(here.injected)}",
             len(wanted),
-            len(here.done),
-            len(here.done) == len(wanted),
+            len(here.injected),
+            len(here.injected) == len(wanted),
         )
         yield from rows_of_store(here, ids)
         yield row_of_checkpoints(here, ids)
@@ -88,7 +72,7 @@ def drilled(plan: Plan, seed: int) -> Iterator[Row]:
 
 
 @contextmanager
-def site(plan: Plan, place: Path, seed: int) -> Iterator[Drill]:
+def site(plan: Plan, place: Path, seed: int) -> Iterator[CrashTest]:
     """The service of a plan."""
     with ExitStack() as ends:
         url = None
@@ -96,5 +80,5 @@ def site(plan: Plan, place: Path, seed: int) -> Iterator[Drill]:
             server = ends.enter_context(postgresql_server())
             url = ends.enter_context(server.database())
         yield ends.enter_context(
-            drill(plan.work, place, seed=seed, database_url=url, external=plan.external)
+            crash_test(plan.work, place, seed=seed, database_url=url, external=plan.external)
         )

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from studies.results import RunResult
-from tests.acceptance import chained
-from tests.acceptance.chained import publish
+from tests.acceptance.support import chained
+from tests.acceptance.support.chained import publish
 from tests.service.support.targets import Run
 
 __all__ = ["Run", "execute", "publish"]

@@ -10,7 +10,7 @@ PAUSE_SECONDS = 0.02
 PATIENCE_SECONDS = 30.0
 
 
-class Watch:
+class LivenessProbe:
     """Another client, which asks ``/livez`` again and again, each time over a new connection."""
 
     def __init__(self, port: int):
@@ -47,13 +47,13 @@ class Watch:
 
 
 @contextmanager
-def watching(port: int) -> Iterator[Watch]:
+def probing(port: int) -> Iterator[LivenessProbe]:
     """Ask until the end of the block."""
-    watch = Watch(port)
-    thread = threading.Thread(target=watch.ask)
+    probe = LivenessProbe(port)
+    thread = threading.Thread(target=probe.ask)
     thread.start()
     try:
-        yield watch
+        yield probe
     finally:
-        watch.stop()
+        probe.stop()
         thread.join()

@@ -12,16 +12,16 @@ from typing import Any
 
 from studies.sweeps.sweep import Sweep
 from studies.values.files import ANSWER
-from tests.acceptance import inspection
-from tests.acceptance.drill import Drill, Work
-from tests.claims import Row
+from tests.acceptance.support import inspection
+from tests.acceptance.support.crash_test import CrashTest, Work
+from tests.rows import Row
 
 SEED = int(os.environ.get("WHIPPLE_SEED", "20261121"))
 
 _KEPT = ExitStack()  # folders of this program
 
 
-def rows_of_store(here: Drill, ids: list[str]) -> Iterator[Row]:
+def rows_of_store(here: CrashTest, ids: list[str]) -> Iterator[Row]:
     """Each run has its result, once, and the files that its row says."""
     wanted = here.work.runs
     once = inspection.registered_once(here.store, ids)
@@ -35,7 +35,7 @@ def rows_of_store(here: Drill, ids: list[str]) -> Iterator[Row]:
     yield Row("attempts begun", "", begun, None)
 
 
-def row_of_checkpoints(here: Drill, ids: list[str]) -> Row:
+def row_of_checkpoints(here: CrashTest, ids: list[str]) -> Row:
     """Something was killed behind a checkpoint, and went on from it."""
     resumed = len(inspection.resumed(here.store, here.artifacts, ids))
     return Row("runs that went on from a checkpoint", "1 and more", resumed, resumed > 0)
@@ -70,7 +70,7 @@ def undisturbed(work: Work) -> tuple[Path, ...]:
     return tuple(cubes)
 
 
-def fetch(here: Drill, ids: list[str], place: Path) -> tuple[Path, ...]:
+def fetch(here: CrashTest, ids: list[str], place: Path) -> tuple[Path, ...]:
     """The cubes, as a person gets them: their digests are checked on the way."""
     here.service.wait_until_listening()
     with here.service.client() as client:
@@ -80,5 +80,5 @@ def fetch(here: Drill, ids: list[str], place: Path) -> tuple[Path, ...]:
 @contextmanager
 def folder() -> Iterator[Path]:
     """Room for a drill."""
-    with tempfile.TemporaryDirectory(prefix="whipple-drill-") as name:
+    with tempfile.TemporaryDirectory(prefix="whipple-crash-test-") as name:
         yield Path(name)

@@ -1,0 +1,157 @@
+"""Bodies and heads that are made to cost much: they cost little, and nobody else waits for them."""
+
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+
+from tests.acceptance.support import slow_clients
+from tests.acceptance.support.costly_bodies import BODIES, Body
+from tests.acceptance.support.liveness import LivenessProbe, probing
+from tests.acceptance.support.serving import Service
+from tests.rows import Row, at_most
+from tests.service.support.api import SWEEP
+
+IDLE = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "WHIPPLE_WORKERS": "1"}
+ROUTES = (("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate"), ("PATCH", "/v1/sweeps/none"))
+REFUSALS = {413, 415, 422}
+MOST_BYTES, MOST_FINDINGS = 64 * 1024, 50  # of an answer to a bad body
+PATIENCE_SECONDS = 30.0
+HEADER = 200 << 20  # bytes
+HALVES = (
+    510,
+    900,
+)  # half-sent heads: more than may be connected, and fewer than a process may open
+CHUNKS = 1_000_000
+GRACE_SECONDS = 2.0  # after a deadline
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How long an answer may take, s."""
+
+    refusal: float = 1.0
+    live: float = 0.5  # of an answer to somebody else
+
+
+# Beside other tests on two cores; without the cures, bodies took 5 to 80 s and heads all time there is.
+BUSY = Limits(refusal=4.0, live=3.0)
+
+
+@contextmanager
+def served(program: tuple[str, ...] = ("-m", "service")) -> Iterator[Service]:
+    """A service that has answered before: its first answer loads what all others use."""
+    with tempfile.TemporaryDirectory(prefix="whipple-bodies-") as place:
+        service = Service(Path(place) / "data", IDLE, program=program)
+        service.start()
+        try:
+            service.wait_until_ready()
+            answer = httpx.post(f"{service.url}/v1/sweeps/estimate", json=SWEEP, timeout=60)
+            assert answer.status_code == 200, answer.text
+            yield service
+        finally:
+            service.kill()
+
+
+def refused(service: Service, names: Iterable[str], limits: Limits = Limits()) -> Iterator[Row]:
+    """Each body is sent wherever a document is taken."""
+    with (
+        httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client,
+        probing(service.port) as probe,
+    ):
+        for name in names:
+            yield _row_of_answers(name, list(_answers(client, BODIES[name])), limits)
+    yield from _rows_of_others("bad bodies", probe, limits)
+
+
+def closed(
+    service: Service,
+    header: int,
+    halves: Iterable[int],
+    seconds: float,
+    limits: Limits = Limits(),
+) -> Iterator[Row]:
+    """A header of so many bytes, then so many half-sent heads with a slow client among them."""
+    with probing(service.port) as probe:
+        sent = slow_clients.send_header(service.port, header)
+    yield Row(f"bytes taken of a header of {header}", f"fewer than {header}", sent, sent < header)
+    yield from _rows_of_others("a header without end", probe, limits)
+    for count in halves:
+        with probing(service.port) as probe, slow_clients.half_sent(service.port, count) as clients:
+            said = slow_clients.send_slowly(service.port, seconds / 2).decode()
+            left = slow_clients.still_open(clients, seconds / 2 + GRACE_SECONDS)
+        yield Row(f"a slow client among {count}", "HTTP/1.1 200 OK", said, said.endswith("200 OK"))
+        yield Row(f"of {count} half-sent heads, open after {seconds:g} s", 0, left, left == 0)
+        yield from _rows_of_others(f"{count} half-sent heads", probe, limits)
+
+
+def chunked(service: Service, limits: Limits = Limits()) -> Iterator[Row]:
+    """A body of chunks of one byte holds nobody up."""
+    with probing(service.port) as probe:
+        slow_clients.send_chunks(service.port, CHUNKS)
+    yield from _rows_of_others(f"{CHUNKS} chunks of one byte", probe, limits)
+
+
+def dribbled(service: Service, seconds: float) -> Row:
+    """A body that comes byte by byte is waited for so long."""
+    got = slow_clients.dribble(service.port, seconds + 2 * GRACE_SECONDS)
+    expected = f"{seconds:g} and {GRACE_SECONDS:g} more"
+    passed = seconds - 1.0 <= got <= seconds + GRACE_SECONDS
+    return Row("a body byte by byte, waited for (s)", expected, got, passed)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was answered to a body."""
+
+    seconds: float
+    status: int
+    bytes: int
+    findings: int  # that are told
+    more: int  # that are counted alone
+
+    def is_cheap(self, limits: Limits) -> bool:
+        return (
+            self.status in REFUSALS
+            and self.seconds <= limits.refusal
+            and self.bytes <= MOST_BYTES
+            and (
+                self.findings < MOST_FINDINGS or (self.findings == MOST_FINDINGS and self.more > 0)
+            )
+        )
+
+
+def _answers(client: httpx.Client, body: Body) -> Iterator[Answer]:
+    content = body.make()
+    for method, path in ROUTES:
+        begin = time.monotonic()
+        headers = {"Content-Type": body.media_type}
+        response = client.request(method, path, content=content, headers=headers)
+        seconds = time.monotonic() - begin
+        problem = response.json()
+        findings, more = len(problem.get("errors", ())), problem.get("more_errors", 0)
+        yield Answer(seconds, response.status_code, len(response.content), findings, more)
+
+
+def _row_of_answers(name: str, answers: list[Answer], limits: Limits) -> Row:
+    said = ", ".join(
+        f"{one.status} after {one.seconds:.2f} s ({one.bytes} B, {one.findings} + {one.more})"
+        for one in answers
+    )
+    limit = f"each refused within {limits.refusal:g} s ({MOST_BYTES} B, {MOST_FINDINGS} findings)"
+    return Row(name, limit, said, all(one.is_cheap(limits) for one in answers))
+
+
+def _rows_of_others(name: str, probe: LivenessProbe, limits: Limits) -> Iterator[Row]:
+    asked = len(probe.statuses)
+    yield at_most(
+        f"{name}: slowest of {asked} other answers (s)", limit=limits.live, got=probe.slowest
+    )
+    odd = probe.refusals()
+    yield Row(
+        f"{name}: other answers that are not 200", "none", odd or "none", asked > 0 and not odd
+    )
