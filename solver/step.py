@@ -146,6 +146,8 @@ class Field:
 
     def gathered(self, team: Team) -> None:
         """Sum the tables of the shares in the first one, in their order."""
+        if len(self.tables) == 1:
+            return
         for table, touched in zip(self.tables[1:], self.touched[1:], strict=True):
             _over_blocks(team, self.code.add_lines, marked(touched), self.nodes.state, table)
 

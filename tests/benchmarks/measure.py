@@ -87,7 +87,10 @@ def module(name: str, *, former: str) -> Any:
 
     The file is looked for: an editable installation would answer for a name that the tree does not have.
     """
-    there = Path(sys.path[0], name.replace(".", "/")).with_suffix(".py").exists()
+    import studies
+
+    tree = Path(studies.__file__).parents[1]
+    there = (tree / name.replace(".", "/")).with_suffix(".py").exists()
     return importlib.import_module(name if there else former)
 
 
