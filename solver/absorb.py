@@ -8,8 +8,8 @@ and a shock is faster: both are partly sent back. Nothing holds the body in its 
 A node near the surface has the area that the body has there at first, the sum of V grad N, so that the tractions
 balance a uniform stress: to round-off where the lattice fits the grid, else to 0.1 % with splines and GIMP and to 3 %
 with linear shapes. Each node is slowed by its own velocity, the mean of those before and after the step, so that the
-dashpots alone would take energy whatever the step. Where the body has drawn back, or thin debris flies through, they
-let go. What is given and taken is booked.
+dashpots alone would remove energy whatever the step. Where the body has drawn back, or thin debris flies through, they
+let go. Their impulse and the energy they remove are accumulated.
 """
 
 import math
@@ -107,13 +107,13 @@ def absorb(dashpots, nodes, dt, impulse):
 
 @device
 def _held(filled):
-    """The part of a dashpot that acts on a node that has so much of its mass."""
+    """The part of a dashpot that acts on a node which holds the part ``filled`` of its mass."""
     return min(max((filled - LET_GO) / (HELD - LET_GO), 0.0), 1.0)
 
 
 @kernel
 def energy_absorbed(dashpots, nodes):
-    """Minus the work of the impulses in the means of velocities before and mapped back after them, J."""
+    """Energy that the dashpots removed: minus the work of their impulses in the mean of old and new velocity; J."""
     energy = 0.0
     for k in range(dashpots.node.size):
         i = dashpots.node[k]

@@ -1,8 +1,8 @@
 """What is accounted for: mass, momentum, energy on the grid and in the ledger of what left it or was retired.
 
-E = kinetic + internal + ledger + taken. Every face stands still, so boundaries do no work; what they give is the
-impulse. Damping, contact, absorbing surfaces and walls that stop a pulled node take energy, which they book themselves.
-Each term is summed from its own quantity and none is the remainder of the others: their sum is what drifts.
+E = kinetic + internal + ledger + removed. Every face stands still, so boundaries do no work; what they give is the
+impulse. Damping, contact, absorbing surfaces and walls that stop a pulled node remove energy, which they accumulate
+themselves. Each term is summed from its own quantity and none is the remainder of the others: their sum is what drifts.
 """
 
 from dataclasses import dataclass, field, replace
@@ -27,7 +27,7 @@ class Ledger:
     particles: int = 0
 
     def with_particles(self, particles: Particles, index: np.ndarray) -> "Ledger":
-        """The ledger after some particles were booked."""
+        """The ledger with some particles (indices) added."""
         part = totals(particles, index)
         return replace(
             self,

@@ -27,7 +27,7 @@ Fingerprint = Mapping[str, str]
 
 
 def _nothing(_: object) -> None:
-    """A listener that does not listen."""
+    """Ignore the argument."""
 
 
 def _never() -> bool:
@@ -60,11 +60,11 @@ class Carried:
 
 
 class Refused(Exception):
-    """A checkpoint cannot be used; the reason in words."""
+    """A checkpoint that cannot be used, with the reason."""
 
 
 def fingerprint(problem: Any, **others: str) -> Fingerprint:
-    """What must be the same for a run to go on: whatever decides the bits that it computes."""
+    """Everything that decides the bits of a run: it continues only where all of it is the same."""
     return {
         **compiler(),
         "numpy": np.__version__,
@@ -125,7 +125,7 @@ def read_checkpoint(path: Path, mark: Fingerprint) -> Carried:
 
 
 def _is_whole(file: BinaryIO) -> bool:
-    """Whether a file ends with the digest of what stands before."""
+    """Whether a file ends with the digest of the bytes before it."""
     left = os.fstat(file.fileno()).st_size - DIGEST_SIZE
     digest = hashlib.sha256()
     while left > 0:
@@ -148,7 +148,7 @@ def _bytes(array: np.ndarray) -> memoryview:
 
 
 def _pieces(value: Any) -> Iterator[bytes | memoryview]:
-    """A value as bytes from which it could be told from every other value."""
+    """Bytes that differ for any two different values."""
     yield f"{type(value).__module__}.{type(value).__qualname__}".encode()
     if isinstance(value, np.ndarray):
         yield f"{value.dtype.str} {value.shape}".encode()

@@ -8,10 +8,10 @@ before their surfaces do, by about a cell: a node cannot tell how far from it a 
 
 The impulse is a force of the step like any other, equal and opposite on the two fields. Bodies that meet give up
 kinetic energy of their relative motion that no stress has taken: minus the impulse times the mean of the relative
-velocities before and after, booked as taken. That is why the approach is judged before the forces too: where these
-alone would make bodies approach that draw apart, the impulse would do work on them. Without this, slow elastic bars
-gained up to 44 % of their energy at the contact; with it they lose a sixth to a third of it. Judged by the velocities
-before the forces alone, as in Ma (2005), Eqs. 2-27 and 2-28, they stick (2026-11).
+velocities before and after, accumulated as removed energy. That is why the approach is judged before the forces too:
+where these alone would make bodies approach that draw apart, the impulse would do work on them. Without this, slow
+elastic bars gained up to 44 % of their energy at the contact; with it they lose a sixth to a third of it. Judged by the
+velocities before the forces alone, as in Ma (2005), Eqs. 2-27 and 2-28, they stick (2026-11).
 """
 
 import math
@@ -22,19 +22,19 @@ import numpy as np
 from solver.jit import device, kernel
 
 
-class Meeting(NamedTuple):
-    """A pair of bodies in a step."""
+class ContactPair(NamedTuple):
+    """Two bodies that may touch."""
 
     impulse: np.ndarray  # (m, 3) that the first got from the second at each node, N s
 
 
-def empty_meeting(nodes):
-    """A pair that does not touch, on a number of nodes."""
-    return Meeting(np.zeros((nodes, 3)))
+def empty_pair(nodes):
+    """A pair that does not touch, for a number of nodes."""
+    return ContactPair(np.zeros((nodes, 3)))
 
 
 @kernel
-def meet(first, second, meeting, friction, dt):
+def meet(first, second, pair, friction, dt):
     """Contact forces between two fields whose mass, momentum, force and surface are complete.
 
     The normal is that of the difference of the two surfaces, so that both fields see the same one. That of the larger
@@ -44,7 +44,7 @@ def meet(first, second, meeting, friction, dt):
     touching = 0
     normal, relative = np.empty(3), np.empty(3)
     for i in range(first.mass.size):
-        meeting.impulse[i, :] = 0.0
+        pair.impulse[i, :] = 0.0
         if first.mass[i] <= 0.0 or second.mass[i] <= 0.0:
             continue
         size = approach = before = 0.0
@@ -68,7 +68,7 @@ def meet(first, second, meeting, friction, dt):
         reduced = first.mass[i] * second.mass[i] / (first.mass[i] + second.mass[i])
         for c in range(3):
             given = -reduced * (approach * normal[c] + grip * relative[c])
-            meeting.impulse[i, c] = given
+            pair.impulse[i, c] = given
             first.force[i, c] += given / dt
             second.force[i, c] -= given / dt
         touching += 1
@@ -82,8 +82,8 @@ def _velocity(nodes, i, c, dt):
 
 
 @kernel
-def energy_taken(first, second, meeting):
-    """Minus the work of the contact impulses in the means of velocities before and mapped back after them, J."""
+def energy_removed(first, second, pair):
+    """Energy that contact removed: minus the work of its impulses in the mean of old and new velocity; J."""
     energy = 0.0
     for i in range(first.mass.size):
         if first.mass[i] <= 0.0 or second.mass[i] <= 0.0:
@@ -91,5 +91,5 @@ def energy_taken(first, second, meeting):
         for c in range(3):
             before = first.before[i, c] - second.before[i, c]
             after = first.momentum[i, c] / first.mass[i] - second.momentum[i, c] / second.mass[i]
-            energy -= 0.5 * meeting.impulse[i, c] * (before + after)
+            energy -= 0.5 * pair.impulse[i, c] * (before + after)
     return energy

@@ -8,12 +8,12 @@
     +-- RegistryError      a folder of models holds something that cannot be used
     +-- InvalidInput       (studies.values.errors) what a user gave is refused, with a cure for each finding
 
-    Interrupted            a run left when it was asked to: no error, and so outside the tree
+    Interrupted            a run stopped on request; not an error, hence outside the tree
 """
 
 
 class WhippleError(Exception):
-    """Anything that the project raises on purpose."""
+    """An error that the project raises on purpose."""
 
 
 class ProblemError(WhippleError):
@@ -45,12 +45,12 @@ class UnphysicalState(WhippleError):
 
 
 class Interrupted(Exception):
-    """A run left when it was asked to, its checkpoint written; the same call goes on from there.
+    """A run stopped on request after writing its checkpoint; the same call continues from there.
 
     Attributes: ``time`` (s) and ``step``.
     """
 
     def __init__(self, *, time: float, step: int):
-        super().__init__(f"left at t = {time:.6g} s, step {step}")
+        super().__init__(f"stopped at t = {time:.6g} s, step {step}")
         self.time = time
         self.step = step

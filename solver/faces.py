@@ -1,10 +1,10 @@
 """What the faces of the grid do: to the nodes at them, and to particles that cross them.
 
-Behind a closed face lies the mirrored body: odd in the velocity components that the face holds, even in the others.
-The shares that particles have in the ghost nodes outside the face are therefore folded onto the nodes as far inside,
-and after the forces the ghosts get the mirrored velocities of these. What a face holds on its own nodes and takes from
-its ghosts is momentum given by the face, booked as an impulse. Faces stand still, so they do no work. A free face does
-nothing: its ghosts are nodes like all others.
+Behind a closed face lies the mirrored body: odd in the velocity components that the face holds, even in the others. The
+shares that particles have in the ghost nodes outside the face are therefore folded onto the nodes as far inside, and
+after the forces the ghosts get the mirrored velocities of these. What a face holds on its own nodes and takes from its
+ghosts is momentum given by the face, accumulated as its impulse. Faces stand still, so they do no work. A free face
+does nothing: its ghosts are nodes like all others.
 """
 
 from typing import Any, NamedTuple
@@ -110,7 +110,7 @@ def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> dic
 
 @kernel
 def find_near(closed, touched):
-    """Note the nodes at closed faces that a particle is near; ``touched`` tells of each block of nodes."""
+    """Note the nodes at closed faces that a particle is near; ``touched`` marks the blocks of nodes."""
     inner, face, ghost, near = closed.inner, closed.face, closed.ghost, closed.near
     count = 0
     for axis in range(3):
@@ -144,7 +144,7 @@ def close_nodes(closed, state, dt, impulse):
 
 @kernel
 def close_mapped(closed, state):
-    """The same for the momentum mapped back; returns the energy that walls took by stopping nodes, J."""
+    """Fold and hold the momentum mapped back; returns the energy that walls removed by stopping nodes, J."""
     near, start = closed.near, closed.near_start
     energy = 0.0
     for axis in range(3):
@@ -192,7 +192,7 @@ def mirror_vectors(closed, table, column):
 
 
 @kernel
-def book_ghosts(closed, motion, dt, impulse):
+def add_ghost_impulse(closed, motion, dt, impulse):
     """The momentum that the face gives through its ghosts: they move against the force and the mass in them.
 
     Of m_i a + m_g s a after the fold and f_i + f_g before it, with (m_i + m_g) a = f_i + s f_g, the difference is
@@ -213,7 +213,7 @@ def _judge_wall(closed, k, state, dt):
     """A unilateral wall acts on nodes that would still approach it after the step, and pushes only.
 
     Closed, it would give -(f + 2 (f_g + m_g a)) dt with the ghost's mass and force and the acceleration a of the node
-    that mirrors it, see ``book_ghosts``; where that is a pull, it only stops the node.
+    that mirrors it, see ``add_ghost_impulse``; where that is a pull, it only stops the node.
     """
     outwards = 1.0 if closed.side[k] == 1 else -1.0
     axis = closed.axis[k]
@@ -261,7 +261,7 @@ def _fold_vector(closed, k, table, column):
 
 @device
 def _hold_state(closed, k, state, dt, impulse):
-    """Zero what a face holds, in momentum and force alike; the momentum that its force would have given is booked.
+    """Zero the held components of momentum and force; the momentum of that force is added to the impulse.
 
     Ma (2005), section 2.2.4 (2). Where a wall only stops a node, the node's force stays.
     """
@@ -286,7 +286,7 @@ def _hold_state(closed, k, state, dt, impulse):
 
 @device
 def _hold_mapped(closed, k, state):
-    """Zero what a face holds in the momentum mapped back; returns the energy that stopping a pulled node took, J.
+    """Zero what a face holds in the momentum mapped back; returns the energy that stopping a pulled node removed, J.
 
     Such a node has a force and a velocity that its particles do not see: their kinetic energy changes with the
     velocities before the wall, their internal energy with those after it. The difference is booked.
@@ -349,7 +349,7 @@ def _clamped(clamp, position, p, axis):
 
 @device
 def _put_back(geometry, particles, p, axis, side):
-    """Mirror a position at a face, at least a hair inside, whatever the step was."""
+    """Mirror a position at a face, strictly inside, whatever the step was."""
     wall = geometry.lower[axis] + side * geometry.cells[axis] * geometry.spacing
     hair = 1e-9 * geometry.spacing
     mirrored = 2.0 * wall - particles.position[p, axis]
@@ -361,7 +361,7 @@ def _put_back(geometry, particles, p, axis, side):
 
 @device
 def _mirror(particles, p, axis):
-    """Make a particle its image, whichever way it flies; returns the impulse given to it.
+    """Mirror position and velocity of a particle; returns the impulse given to it.
 
     M v and M s M with M = I - 2 n n. At the axis, without swirl, half a turn gives the same.
     """
@@ -374,7 +374,7 @@ def _mirror(particles, p, axis):
 
 @device
 def _turn_round(particles, p, axis, side):
-    """Reverse a velocity that still points outwards; returns the impulse given to the particle."""
+    """Reverse the velocity of a particle that still moves outwards; returns the impulse given to the particle."""
     normal = particles.velocity[p, axis]
     if (side == 0 and normal < 0.0) or (side == 1 and normal > 0.0):
         particles.velocity[p, axis] = -normal

@@ -11,7 +11,7 @@ because numba's own cache sees edits in the kernel's file only and would keep re
 
 Kernels are serial and free of the interpreter lock; threads are given to them from outside (``threads.py``). numba's
 own ``prange`` is not used: it loses writes through records (numba#5872), cannot be handed nested records, and took
-three times as long to compile (17 s against 5 s for the stress update, numba 0.68). What is left to keep: no raise
+three times as long to compile (17 s against 5 s for the stress update, numba 0.68). Two rules remain: no raise
 (kernels write a status), and no reassociation, so that a NaN stays visible and sums keep their order.
 """
 
@@ -85,7 +85,7 @@ class Bound:
         self._code: Callable[..., Any] | None = None
 
     def __call__(self, *arguments: Any) -> Any:
-        """What the kernel returns."""
+        """Call the kernel and return its result."""
         if self._code is None:
             self._code = self.kernel
             if not numba.config.DISABLE_JIT:
@@ -94,12 +94,12 @@ class Bound:
 
 
 def software() -> dict[str, str]:
-    """What compiled the kernels, for provenance."""
+    """Versions of the compiler and the processor, for provenance."""
     return {"numba": numba.__version__, "cpu": llvmlite.binding.get_host_cpu_name()}
 
 
 def compiler() -> dict[str, str]:
-    """What decides which bits the kernels compute, but for the system's mathematical library."""
+    """Everything that decides the bits of a kernel except the system's mathematical library."""
     config = numba.config
     settings = (config.CPU_NAME, config.CPU_FEATURES, config.DISABLE_JIT, config.OPT)
     return {
@@ -119,7 +119,7 @@ def _cache_directory() -> Path:
 
 
 def _text_digest() -> "hashlib._Hash":
-    """Of all of ``solver/**/*.py``."""
+    """SHA-256 of the text of ``solver/**/*.py``."""
     digest = hashlib.sha256()
     folder = Path(__file__).parent
     for file in sorted(folder.rglob("*.py")):

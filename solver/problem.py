@@ -96,7 +96,7 @@ class ArtificialViscosity(NamedTuple):
 
 
 class Damping(NamedTuple):
-    """The part of a velocity that its neighbours do not share decays at ``rate``; the energy it takes is booked.
+    """The part of a velocity that its neighbours do not share decays at ``rate``; the energy it removes is accumulated.
 
     In a step of dt a particle gives up 1 - exp(-rate dt) of (1 - P)^order v, where P maps velocities to the nodes and
     back: order 1 is the particle-in-cell update, order 2 is XPIC (Hammerquist and Nairn 2017, Comput. Methods Appl.

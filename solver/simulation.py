@@ -26,9 +26,9 @@ from solver.state import (
     reordered,
     views,
 )
-from solver.step import Stage, Stepper, shares_of
+from solver.step import Partition, Stepper, shares_of
 from solver.stress import QUANTITIES, Limits, Tally, find_fault
-from solver.threads import Team, asked_threads
+from solver.threads import ThreadPool, asked_threads
 from solver.timestep import first_step, stable_step
 from solver.vectors import LANES
 
@@ -77,7 +77,7 @@ class Counters:
     reflected: int = 0
 
     def add(self, tally: Tally) -> None:
-        """Take over one step's tallies."""
+        """Add the tally of a step."""
         for name in COUNTED:
             count = getattr(tally, name)
             if count:
@@ -90,7 +90,7 @@ COUNTED = [one.name for one in fields(Counters) if one.name in Tally._fields]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a simulation ends with."""
+    """The result of a simulation."""
 
     snapshot: Snapshot  # the final state
     stop: str  # the observer's word, or "end_time"
@@ -116,7 +116,7 @@ class Simulation:
     particle_steps: int = 0
     taken: float = 0.0  # energy that damping, walls, absorbers and contact took, J
     taken_by_contact: float = 0.0  # of it
-    team: Team = field(default_factory=lambda: Team(1))
+    pool: ThreadPool = field(default_factory=lambda: ThreadPool(1))
     shares: int = (
         0  # of the particles; decides the bits, and how many threads find work; 0: by their number
     )
@@ -126,7 +126,7 @@ class Simulation:
         self.particles = views(self.table)
         self.limits = _limits(problem)
         self.shares = self.shares or shares_for(self.particles.mass.size)
-        self.stepper = Stepper(problem, self.limits, self.team, self.shares)
+        self.stepper = Stepper(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
         self.retired = NO_DEBRIS
         self.dt = problem.fixed_dt or _first_step(problem)
@@ -190,17 +190,17 @@ class Simulation:
             self._retire()
             self._arrange()
         dt = self.dt
-        booked = self.stepper.advance(self.stage, dt)
-        self.tally = booked.tally
-        self.impulse += booked.impulse
-        self.taken += booked.energy + booked.contact
-        self.taken_by_contact += booked.contact
-        self.counters.reflected += booked.reflected
+        balance = self.stepper.advance(self.partition, dt)
+        self.tally = balance.tally
+        self.impulse += balance.impulse
+        self.taken += balance.energy + balance.contact
+        self.taken_by_contact += balance.contact
+        self.counters.reflected += balance.reflected
         self.time += dt
         self.step += 1
         self.particle_steps += self.particles.mass.size
         self.smallest_step = min(self.smallest_step, dt)
-        self._book(booked.gone)
+        self._book(balance.gone)
         if self.problem.fixed_dt is None:
             self.dt = stable_step(
                 self.tally,
@@ -222,7 +222,7 @@ class Simulation:
                 raise ProblemError("every particle has left the grid; enlarge it or end earlier")
 
     def _retire(self) -> None:
-        """Let debris go that nothing can meet any more, and keep its records."""
+        """Retire debris that nothing can meet any more, and keep its records."""
         rule = self.problem.retirement
         if rule is None or self.time < rule.after:
             return
@@ -276,10 +276,10 @@ class Simulation:
         self.particles = views(self.table, number, alive)
         edges = np.searchsorted(self.body, np.arange(len(self.problem.bodies) + 1))
         ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(edges) - 1)]
-        self.stage = Stage(self.table, self.particles, shares_of(ranges, self.shares))
+        self.partition = Partition(self.table, self.particles, shares_of(ranges, self.shares))
 
     def _drop(self, gone: np.ndarray) -> None:
-        """Book particles in the ledger; without mass they stand where they harm nothing until the next reordering."""
+        """Move particles to the ledger; without mass they stay in a harmless place until the next reordering."""
         self.ledger = self.ledger.with_particles(self.particles, gone)
         self.table[MASS, gone] = 0.0
         geometry = self.problem.geometry
@@ -303,7 +303,7 @@ def simulate(
     when ``checkpoint.leave`` asks for it.
     """
     simulation = start(problem, threads=threads, shares=shares)
-    with closing(simulation.team):
+    with closing(simulation.pool):
         return _run(simulation, observe, interval or problem.end_time, checkpoint)
 
 
@@ -343,7 +343,7 @@ def _run(
 
 
 def shares_for(particles: int) -> int:
-    """Shares that so many particles are cut into, a power of two whatever the number of threads."""
+    """Number of shares that a number of particles is cut into: a power of two that does not depend on the threads."""
     shares = 1
     while shares < MOST_SHARES and 2 * shares * SHARE <= particles:
         shares *= 2
@@ -351,7 +351,7 @@ def shares_for(particles: int) -> int:
 
 
 def threads_for(particles: int, threads: int | None = None, shares: int = 0) -> int:
-    """Threads that find work in so many particles: of those asked for, here or by WHIPPLE_THREADS, one a share."""
+    """Threads for a number of particles: as many as asked for, here or by WHIPPLE_THREADS, and at most one a share."""
     return min(threads or asked_threads(), shares or shares_for(particles))
 
 
@@ -368,8 +368,8 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
         _fill(views(table[:, begin : begin + size]), body)
         begin += size
     index = np.repeat(np.arange(len(sizes)), sizes)
-    team = Team(threads_for(index.size, threads, shares))
-    return Simulation(problem, table, index, team=team, shares=shares)
+    pool = ThreadPool(threads_for(index.size, threads, shares))
+    return Simulation(problem, table, index, pool=pool, shares=shares)
 
 
 def _fill(particles: Particles, body: Body) -> None:

@@ -137,7 +137,7 @@ def reordered(table, order):
 
 
 def lines(count, *, sparse=False):
-    """A table of so many lines of zeros, each in a line of the processor's cache; a page takes memory once written.
+    """A table (count, 8) of zeros with each line in one cache line; a page takes memory once it is written.
 
     numpy asks for huge pages. In a ``sparse`` table, most of which is never written, those hold three times the memory.
     """
@@ -150,7 +150,7 @@ def lines(count, *, sparse=False):
 
 
 def empty_nodes(count, *, smooth=True, surface=True, sparse=False):
-    """Nodes without mass, in whole blocks; without what only damping or contact looks at, if told so."""
+    """Nodes without mass, in whole blocks; columns for damping and contact are left out on request."""
     count = -(-count // BLOCK) * BLOCK
     counts = count, count, count, count if smooth else 0, count if surface else 0
     state, motion, mapped, smoothed, areas = (lines(one, sparse=sparse) for one in counts)
@@ -172,7 +172,7 @@ def empty_nodes(count, *, smooth=True, surface=True, sparse=False):
 
 
 def records(time, particles, body, index):
-    """What some particles (indices) leave when they are retired at a time (s)."""
+    """The records of particles (indices) that are retired at a time (s)."""
     return Retired(
         number=particles.number[index],
         body=body[index],

@@ -25,9 +25,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver.absorb import absorb, dashpots, energy_absorbed
-from solver.contact import empty_meeting, energy_taken, meet
+from solver.contact import empty_pair, energy_removed, meet
 from solver.faces import (
-    book_ghosts,
+    add_ghost_impulse,
     close_mapped,
     close_nodes,
     closed_nodes,
@@ -64,8 +64,10 @@ from solver.stress import (
     summarise,
     update_particles,
 )
-from solver.threads import Team
+from solver.threads import ThreadPool
 from solver.transfer import (
+    StepDamping,
+    StepWork,
     move_particles,
     new_pack,
     scatter_smoothed,
@@ -75,28 +77,28 @@ from solver.transfer import (
 from solver.vectors import first_lanes, line, number, set_line, spread, where
 
 
-class Stage(NamedTuple):
-    """The particles of a step."""
+class Partition(NamedTuple):
+    """The particles of a step, cut into shares."""
 
     table: np.ndarray  # (ROWS, n)
     particles: Particles  # views of it
     shares: np.ndarray  # (s, bodies, 2) where each body's particles begin and end in each share
 
 
-class Booked(NamedTuple):
-    """What one step gave or took from outside the equations of motion."""
+class StepBalance(NamedTuple):
+    """Momentum and energy that a step exchanged with faces, damping and contact, and its tally."""
 
     impulse: (
         np.ndarray
     )  # (3,) given by faces and absorbers, to nodes or in what damping does next to them, N s
-    energy: float  # taken by damping, walls and absorbers, J
-    contact: float  # taken by contact between bodies, J
-    gone: int  # particles that died at free faces
+    energy: float  # removed by damping, walls and absorbers, J
+    contact: float  # removed by contact between bodies, J
+    gone: int  # particles that left through free faces
     reflected: int  # particles put back at closed faces
     tally: Tally
 
 
-class Code:
+class Kernels:
     """The kernels of each step, bound to the types of one problem."""
 
     def __init__(self, bodies: int):
@@ -106,10 +108,10 @@ class Code:
         self.close_nodes = Bound(close_nodes)
         self.solve_momentum = Bound(solve_momentum)
         self.mirror_nodes = Bound(mirror_nodes)
-        self.book_ghosts = Bound(book_ghosts)
+        self.add_ghost_impulse = Bound(add_ghost_impulse)
         self.move_particles = Bound(move_particles)
         self.close_mapped = Bound(close_mapped)
-        self.take_mapped = Bound(take_mapped)
+        self.divide_mapped = Bound(divide_mapped)
         self.clear_lines = Bound(clear_lines)
         self.update_particles = [Bound(update_particles) for _ in range(bodies)]
         self.summarise = Bound(summarise)
@@ -121,8 +123,10 @@ class Field:
     Each share of the particles adds to a table of its own; the first is that of the nodes.
     """
 
-    def __init__(self, problem: Problem, bodies: slice, shares: int, code: "Code | None" = None):
-        self.code = code or Code(len(problem.bodies))
+    def __init__(
+        self, problem: Problem, bodies: slice, shares: int, kernels: "Kernels | None" = None
+    ):
+        self.kernels = kernels or Kernels(len(problem.bodies))
         # Small pages cost nothing in two dimensions, and a fifth of a step in three, where neighbours of a node lie in
         # nine of them (3-D linear 31.7 -> 38.4, axisymmetric spline 21.4 -> 21.6 reference numbers, 2026-11-22).
         sparse = dimensions(problem.geometry) == 2
@@ -144,16 +148,16 @@ class Field:
             dashpots(problem, one, self.closed) for one in problem.absorbers if one.body in ours
         ]
 
-    def gathered(self, team: Team) -> None:
+    def gathered(self, pool: ThreadPool) -> None:
         """Sum the tables of the shares in the first one, in their order."""
         if len(self.tables) == 1:
             return
         for table, touched in zip(self.tables[1:], self.touched[1:], strict=True):
-            _over_blocks(team, self.code.add_lines, marked(touched), self.nodes.state, table)
+            _over_blocks(pool, self.kernels.add_lines, marked(touched), self.nodes.state, table)
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces."""
-        self.code.close_nodes(self.closed, self.nodes.state, dt, impulse)
+        self.kernels.close_nodes(self.closed, self.nodes.state, dt, impulse)
 
     def absorb(self, dt: float, impulse: np.ndarray) -> None:
         """Forces of the absorbing surfaces."""
@@ -161,25 +165,25 @@ class Field:
             absorb(surface, self.nodes, dt, impulse)
 
     def close_mapped(self) -> float:
-        """The same for the momentum mapped back; returns the energy that walls and absorbers took, J."""
-        energy: float = self.code.close_mapped(self.closed, self.nodes.state)
+        """Hold the faces in the momentum mapped back; returns the energy that walls and absorbers removed, J."""
+        energy: float = self.kernels.close_mapped(self.closed, self.nodes.state)
         for surface in self.dashpots:
             energy += energy_absorbed(surface, self.nodes)
         return energy
 
     def mirror(self) -> None:
         """Velocities of the ghosts."""
-        self.code.mirror_nodes(self.closed, self.nodes.motion, self.nodes.mapped)
+        self.kernels.mirror_nodes(self.closed, self.nodes.motion, self.nodes.mapped)
 
 
 class Stepper:
     """The ordered stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, team: Team, shares: int):
+    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
         self.problem = problem
         self.limits = limits
-        self.team = team
-        self.code = Code(len(problem.bodies))
+        self.pool = pool
+        self.kernels = Kernels(len(problem.bodies))
         self.packs = [new_pack() for _ in range(shares)]
         self.tallies = empty_tallies(shares * len(problem.bodies))
         self.summary = np.zeros(len(Tally._fields))
@@ -188,76 +192,79 @@ class Stepper:
         apart = bodies if problem.contact else 1  # contact asks for a field a body
         self.fields = [
             Field(
-                problem, slice(i, i + 1) if problem.contact else slice(0, bodies), shares, self.code
+                problem,
+                slice(i, i + 1) if problem.contact else slice(0, bodies),
+                shares,
+                self.kernels,
             )
             for i in range(apart)
         ]
         self.pairs = [
-            (first, second, empty_meeting(len(self.fields[0].nodes.mass)))
+            (first, second, empty_pair(len(self.fields[0].nodes.mass)))
             for first, second in itertools.combinations(range(apart), 2)
         ]
 
-    def advance(self, stage: Stage, dt: float) -> Booked:
+    def advance(self, partition: Partition, dt: float) -> StepBalance:
         """Take the particles from n to n+1."""
         scheme, impulse = self.problem.scheme, np.zeros(3)
         if scheme == Scheme.USF:
-            self._update_first(stage, dt)
-        energy, contact = self._move(stage, dt, impulse)
+            self._update_first(partition, dt)
+        energy, contact = self._move(partition, dt, impulse)
         if scheme == Scheme.USF:
-            stage.table[X : Z + 1] = stage.table[NEW_X : NEW_Z + 1]
-            self._find_nowhere(stage.particles.position)
+            partition.table[X : Z + 1] = partition.table[NEW_X : NEW_Z + 1]
+            self._check_positions(partition.particles.position)
             self.tallies[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
         else:
-            self._update(stage, dt, keep=0)  # sigma at n+1
-        self.code.summarise(self.tallies, self.summary)
+            self._update(partition, dt, whole_work=0)  # sigma at n+1
+        self.kernels.summarise(self.tallies, self.summary)
         tally = Tally(*self.summary.tolist())
         gone, reflected = 0, 0
         if tally.outside:
             gone, reflected = cross_faces(
-                self.problem.geometry, self.faces, self.problem.clamp, stage.particles, impulse
+                self.problem.geometry, self.faces, self.problem.clamp, partition.particles, impulse
             )
-        return Booked(impulse, energy, contact, gone, reflected, tally)
+        return StepBalance(impulse, energy, contact, gone, reflected, tally)
 
-    def _update_first(self, stage: Stage, dt: float) -> None:
+    def _update_first(self, partition: Partition, dt: float) -> None:
         """Stress at n+1 from the nodal velocities at n; the nodes are clear again."""
         for field in self.fields:
-            self._scatter(field, stage)
+            self._scatter(field, partition)
             field.close(0.0, np.zeros(3))
             self._solve(field, 0.0)
             field.mirror()
             self._clear(field)
-        stage.table[NEW_X : NEW_Z + 1] = stage.table[X : Z + 1]
-        self._update(stage, dt, keep=1)
+        partition.table[NEW_X : NEW_Z + 1] = partition.table[X : Z + 1]
+        self._update(partition, dt, whole_work=1)
 
-    def _move(self, stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
+    def _move(self, partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float]:
         """x, v at n+1, and the nodal velocities that the strain takes.
 
-        Returns the energy that damping, walls and absorbers took, and what contact took.
+        Returns the energy that damping, walls and absorbers removed, and that which contact removed.
         """
         problem, energy, contact = self.problem, 0.0, 0.0
-        damping = (-math.expm1(-problem.damping.rate * dt), float(problem.damping.order))
-        halves = 0.0 if problem.scheme == Scheme.USF else 0.5
-        work = (halves, float(problem.viscosity.heating))
+        damping = StepDamping(-math.expm1(-problem.damping.rate * dt), float(problem.damping.order))
+        share = 0.0 if problem.scheme == Scheme.USF else 0.5
+        work = StepWork(share, float(problem.viscosity.heating))
         for field in self.fields:
-            self._scatter(field, stage)  # m, p, f at n
+            self._scatter(field, partition)  # m, p, f at n
             field.close(dt, impulse)
             field.absorb(dt, impulse)
-        self._meet(stage, dt)
+        self._meet(partition, dt)
         for field in self.fields:
             self._solve(field, dt)  # v at n+1
             field.mirror()
-            self.code.book_ghosts(field.closed, field.nodes.motion, dt, impulse)
-            if damping[0] > 0.0 and damping[1] > 1.0:
-                self._smooth(field, stage)
+            self.kernels.add_ghost_impulse(field.closed, field.nodes.motion, dt, impulse)
+            if damping.part > 0.0 and damping.order > 1.0:
+                self._smooth(field, partition)
         for field in self.fields:
             self._over_shares(
                 field,
-                stage,
-                lambda field, share, ranges: self.code.move_particles(
+                partition,
+                lambda field, share, ranges: self.kernels.move_particles(
                     problem.geometry,
                     problem.shape,
                     self.packs[share],
-                    stage.table,
+                    partition.table,
                     ranges,
                     field.nodes.motion,
                     field.nodes.smoothed,
@@ -268,8 +275,8 @@ class Stepper:
                     field.lost[share],
                 ),
             )
-            field.gathered(self.team)
-            if damping[0] > 0.0:
+            field.gathered(self.pool)
+            if damping.part > 0.0:
                 impulse -= field.lost[:, :3].sum(axis=0)
                 energy += float(field.lost[:, 3].sum())
                 field.lost[:] = 0.0
@@ -277,128 +284,138 @@ class Stepper:
             if problem.scheme == Scheme.MUSL:
                 nodes = field.nodes
                 _over_blocks(
-                    self.team, self.code.take_mapped, field.blocks, nodes.state, nodes.mapped
+                    self.pool, self.kernels.divide_mapped, field.blocks, nodes.state, nodes.mapped
                 )
                 field.mirror()
-        for first, second, meeting in self.pairs:
-            contact += energy_taken(self.fields[first].nodes, self.fields[second].nodes, meeting)
+        for first, second, pair in self.pairs:
+            contact += energy_removed(self.fields[first].nodes, self.fields[second].nodes, pair)
         for field in self.fields:
             self._clear(field)
         return energy, contact
 
-    def _meet(self, stage: Stage, dt: float) -> None:
+    def _meet(self, partition: Partition, dt: float) -> None:
         """Contact forces between the bodies, pair after pair."""
         contact = self.problem.contact
         if contact is None:
             return
         for field in self.fields:
-            self._scatter_surface(field, stage)
-        for first, second, meeting in self.pairs:
+            self._scatter_surface(field, partition)
+        for first, second, pair in self.pairs:
             nodes, others = self.fields[first].nodes, self.fields[second].nodes
-            meet(nodes, others, meeting, contact.friction, dt)
+            meet(nodes, others, pair, contact.friction, dt)
 
-    def _scatter_surface(self, field: Field, stage: Stage) -> None:
+    def _scatter_surface(self, field: Field, partition: Partition) -> None:
         areas = field.nodes.areas
         areas[:] = 0.0  # ghosts too, in whatever block
         for share in range(len(field.tables)):  # into one table, so one after another
-            ranges = stage.shares[share, field.bodies]
+            ranges = partition.shares[share, field.bodies]
             problem, touched = self.problem, field.touched[0]
             scatter_surface(
-                problem.geometry, problem.shape, self.packs[0], stage.table, ranges, areas, touched
+                problem.geometry,
+                problem.shape,
+                self.packs[0],
+                partition.table,
+                ranges,
+                areas,
+                touched,
             )
         fold_vectors(field.closed, areas, FORCE)
         mirror_vectors(field.closed, areas, FORCE)
 
-    def _scatter(self, field: Field, stage: Stage) -> None:
+    def _scatter(self, field: Field, partition: Partition) -> None:
         self._over_shares(
             field,
-            stage,
-            lambda field, share, ranges: self.code.scatter_state(
+            partition,
+            lambda field, share, ranges: self.kernels.scatter_state(
                 self.problem.geometry,
                 self.problem.shape,
                 self.packs[share],
-                stage.table,
+                partition.table,
                 ranges,
                 field.tables[share],
                 field.touched[share],
             ),
         )
-        field.gathered(self.team)
+        field.gathered(self.pool)
         if len(field.tables) > 1:
             np.logical_or.reduce(field.touched, axis=0, out=field.touched[0])
         field.blocks = marked(field.touched[0])
-        self.code.find_near(field.closed, field.touched[0])
+        self.kernels.find_near(field.closed, field.touched[0])
 
-    def _smooth(self, field: Field, stage: Stage) -> None:
+    def _smooth(self, field: Field, partition: Partition) -> None:
         """The nodal velocities seen through the particles once more."""
         smoothed = field.nodes.smoothed
         smoothed[:] = 0.0  # ghosts too, in whatever block
         for share in range(len(field.tables)):
-            ranges = stage.shares[share, field.bodies]
+            ranges = partition.shares[share, field.bodies]
             geometry, shape = self.problem.geometry, self.problem.shape
             motion = field.nodes.motion
-            scatter_smoothed(geometry, shape, self.packs[0], stage.table, ranges, motion, smoothed)
+            scatter_smoothed(
+                geometry, shape, self.packs[0], partition.table, ranges, motion, smoothed
+            )
         fold_vectors(field.closed, smoothed, VELOCITY)
-        _over_blocks(self.team, divide_smooth, field.blocks, field.nodes.state, smoothed)
+        _over_blocks(self.pool, divide_smooth, field.blocks, field.nodes.state, smoothed)
         mirror_vectors(field.closed, smoothed, VELOCITY)
 
-    def _find_nowhere(self, position: np.ndarray) -> None:
-        """Report a place that is no number: with USF particles move after all else has been looked at."""
+    def _check_positions(self, position: np.ndarray) -> None:
+        """Report a position that is not finite: with USF particles move after their state was checked."""
         nowhere = np.flatnonzero(~np.isfinite(position).all(axis=1))
         if nowhere.size and not self.tallies[:, FAULT].any():
             self.tallies[0, FAULT], self.tallies[0, CULPRIT] = 1.0, nowhere[0]
 
-    def _update(self, stage: Stage, dt: float, *, keep: int) -> None:
+    def _update(self, partition: Partition, dt: float, *, whole_work: int) -> None:
         """Each share's bodies one after another, because they have its pack in common."""
         bodies = range(len(self.problem.bodies))
         pairs = [(field, body) for field in self.fields for body in bodies[field.bodies]]
 
         def update(share: int) -> None:
             for field, body in pairs:
-                self._update_body(field, body, share, stage, dt, keep)
+                self._update_body(field, body, share, partition, dt, whole_work)
 
-        self.team.run(update, range(len(self.packs)))
+        self.pool.run(update, range(len(self.packs)))
 
     def _update_body(
         self,
         field: Field,
         body: int,
         share: int,
-        stage: Stage,
+        partition: Partition,
         dt: float,
-        keep: int,
+        whole_work: int,
     ) -> None:
         problem = self.problem
-        begin, end = stage.shares[share, body].tolist()
-        self.code.update_particles[body](
+        begin, end = partition.shares[share, body].tolist()
+        self.kernels.update_particles[body](
             problem.geometry,
             problem.shape,
             self.packs[share],
             problem.bodies[body].matter,
             problem.viscosity,
             self.limits,
-            stage.table,
+            partition.table,
             begin,
             end,
             field.nodes.mapped,
             self.tallies,
             share * len(problem.bodies) + body,
             dt,
-            keep,
+            whole_work,
         )
 
-    def _over_shares(self, field: Field, stage: Stage, call: Any) -> None:
+    def _over_shares(self, field: Field, partition: Partition, call: Any) -> None:
         """A kernel over each share of the particles of a field."""
         shares = range(len(field.tables))
-        self.team.run(lambda share: call(field, share, stage.shares[share, field.bodies]), shares)
+        self.pool.run(
+            lambda share: call(field, share, partition.shares[share, field.bodies]), shares
+        )
 
     def _solve(self, field: Field, dt: float) -> None:
         nodes = field.nodes
         tables = nodes.state, nodes.motion, nodes.mapped
-        _over_blocks(self.team, self.code.solve_momentum, field.blocks, *tables, dt)
+        _over_blocks(self.pool, self.kernels.solve_momentum, field.blocks, *tables, dt)
 
     def _clear(self, field: Field) -> None:
-        _over_blocks(self.team, self.code.clear_lines, field.blocks, field.nodes.state)
+        _over_blocks(self.pool, self.kernels.clear_lines, field.blocks, field.nodes.state)
         field.touched[:] = 0
 
 
@@ -410,13 +427,13 @@ def marked(touched: np.ndarray) -> np.ndarray:
     return touched.view(np.bool_).nonzero()[0]
 
 
-def _over_blocks(team: Team, work: Any, blocks: np.ndarray, *arguments: Any) -> None:
+def _over_blocks(pool: ThreadPool, work: Any, blocks: np.ndarray, *arguments: Any) -> None:
     """A kernel over blocks of nodes, cut into one range a thread."""
-    if team.threads == 1:
+    if pool.threads == 1:
         work(blocks, *arguments)
         return
-    shares = [blocks[begin:end] for begin, end in team.ranges(blocks.size)]
-    team.run(lambda share: work(share, *arguments), shares)
+    shares = [blocks[begin:end] for begin, end in pool.ranges(blocks.size)]
+    pool.run(lambda share: work(share, *arguments), shares)
 
 
 def shares_of(ranges: Sequence[tuple[int, int]], shares: int) -> np.ndarray:
@@ -447,7 +464,7 @@ def add_lines(blocks, table, other):
 
 @kernel
 def clear_lines(blocks, table):
-    """Nothing in the lines of some blocks, for the next mapping."""
+    """Clear the lines of some blocks for the next mapping."""
     for block in blocks:
         for i in range(BLOCK * block, BLOCK * (block + 1)):
             set_line(table, i, spread(0.0))
@@ -479,7 +496,7 @@ def divide_smooth(blocks, state, smoothed):
 
 
 @kernel
-def take_mapped(blocks, state, mapped):
+def divide_mapped(blocks, state, mapped):
     """Velocity of nodes that carry mass, from the momentum mapped back."""
     for block in blocks:
         for i in range(BLOCK * block, BLOCK * (block + 1)):

@@ -98,7 +98,7 @@ PHYSICAL, BAD_DENSITY, BAD_ENERGY, BAD_PRESSURE, BAD_SPEED, BAD_POSITION = range
 
 
 class Limits(NamedTuple):
-    """Where a state stops being physical."""
+    """Limits beyond which a state is unphysical."""
 
     densest: float  # times the reference density
     thinnest: float  # times the reference density
@@ -107,7 +107,7 @@ class Limits(NamedTuple):
 
 
 class Tally(NamedTuple):
-    """What a step reports of all particles; kernels write one row of such numbers for each body in each share."""
+    """Largest values and counts over the particles of a step; kernels write one row for each body in each share."""
 
     signal: float  # largest signal speed, m/s
     convected: float  # largest signal speed + particle speed, m/s
@@ -184,11 +184,11 @@ def update_particles(
     tallies,
     row,
     dt,
-    keep,
+    whole_work,
 ):
     """Advance stress, density, energy and position of the particles begin..end of one body.
 
-    ``nodes`` is the table of the mapped velocities; the tally goes to one row of ``tallies``. ``keep`` 1 stores
+    ``nodes`` is the table of the mapped velocities; the tally goes to one row of ``tallies``. ``whole_work`` 1 stores
     the energy with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that
     follow.
     """
@@ -229,7 +229,7 @@ def update_particles(
             )
             new, present, acts = advance(matter, viscosity, geometry.spacing, dt, gradient, old)
             store(table, DENSITY, p, new.density, lanes)
-            energy = present if keep else new.energy
+            energy = present if whole_work else new.energy
             store(table, ENERGY, p, energy, lanes)
             store(table, PRESSURE, p, new.pressure, lanes)
             store(table, VISCOSITY, p, new.viscosity, lanes)
@@ -283,7 +283,7 @@ def update_particles(
 
 @device
 def advance(matter, viscosity, spacing, dt, gradient, old):
-    """Points over one step with a velocity gradient (tensor.py): the new Point, its energy to come, and the Acts.
+    """Points over one step with a velocity gradient (tensor.py): the new state, the energy at its time, and the Acts.
 
     Density and pressure live at the new time, and so does the energy to come; the Point's own energy lacks the half of
     the new stress' work. The gradient belongs to the step between.
@@ -364,7 +364,7 @@ def homologous_temperature(matter, kelvin, compression):
 
 @device
 def relative_stiffness(matter, density, pressure, kelvin):
-    """Shear modulus over that at rest; heat does not matter to matter that never softens."""
+    """G / G0; without thermal softening the temperature is not needed."""
     kelvin = where(math.isinf(matter.melt_temperature), matter.room_temperature, kelvin)
     compression = density * (1.0 / reference_density(matter.eos))
     return stiffness(matter.strength, compression, pressure, kelvin)

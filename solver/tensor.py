@@ -134,7 +134,7 @@ def spin_increment(gradient, dt):
 
 @generic
 def turned(gradient, a, dt):
-    """A tensor after the spin of a velocity gradient has turned it for a time dt: see ``rotated``."""
+    """A tensor rotated by the spin of a velocity gradient over dt: see ``rotated``."""
 
 
 @implements(turned, object)

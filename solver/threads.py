@@ -28,7 +28,7 @@ def asked_threads() -> int:
     return available_cores() if word == AUTO else int(word)
 
 
-class Team:
+class ThreadPool:
     """A fixed number of threads that run shares of the same kernel."""
 
     def __init__(self, threads: int):

@@ -5,6 +5,8 @@ they meet their nodes, whose eight numbers are one vector. A kernel takes the pa
 add to tables of their own, which are then summed in a fixed order, so that one thread and many give the same bits.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from solver.geometry import (
@@ -164,16 +166,30 @@ def scatter_surface(geometry, shape, pack, table, ranges, nodes, touched):
                 scatter(geometry, shape, k, pack, nodes, touched)
 
 
+class StepWork(NamedTuple):
+    """Which work the forces of a step do on the internal energy."""
+
+    share: float  # of the stress' work in the velocities before the forces
+    heating: float  # of the viscosity's work: 1 heats, 0 does not
+
+
+class StepDamping(NamedTuple):
+    """The damping of a step."""
+
+    part: float  # of the velocity that differs from the smoothed one, 0..1
+    order: float  # 1 or 2: how often the velocity is smoothed
+
+
 @kernel
 def move_particles(
     geometry, shape, pack, table, ranges, motion, smoothed, mapped, work, damping, dt, lost
 ):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
-    The internal energy takes the part ``work[0]`` of the work of the stress in the velocities before the forces
-    (``work[1]`` times that of the viscosity). New positions go to rows of their own: the strain update that follows
-    still uses the weights of the old ones. ``damping`` is (part of the step, order); to ``lost`` (4,) are added the
-    momentum and, last, the energy that it took. The momentum goes to the table ``mapped``.
+    The internal energy takes the part ``work.share`` of the work of the stress in the velocities before the forces
+    (``work.heating`` times that of the viscosity). New positions go to rows of their own: the strain update that
+    follows still uses the weights of the old ones. Momentum (3) and energy that the damping takes are added to ``lost``
+    (4,). The momentum of the particles goes to the table ``mapped``.
     """
     geometry = unpacked(geometry)
     pack = opened(pack)
@@ -187,7 +203,7 @@ def move_particles(
             find_nodes(geometry, shape, table, start, stop, pack)
             for k in range(stop - start):
                 gather(geometry, shape, k, pack, motion, pack.lines)
-            if damping[0] > 0.0 and damping[1] > 1.0:
+            if damping.part > 0.0 and damping.order > 1.0:
                 for k in range(stop - start):
                     gather(geometry, shape, k, pack, smoothed, pack.smooth)
             for p in range(start, stop, LANES):
@@ -204,13 +220,13 @@ def move_particles(
                 x = load(table, X, p, lanes)
                 seen = columns(pack.lines, k)
                 gradient = velocity_gradient(geometry, pack.lines, k, hoop_factor(geometry, x))
-                stress = stress_of(table, p, lanes, work[1])
+                stress = stress_of(table, p, lanes, work.heating)
                 power = contract(stress, symmetric(gradient))
-                energy = load(table, ENERGY, p, lanes) + work[0] * power * dt / density
+                energy = load(table, ENERGY, p, lanes) + work.share * power * dt / density
                 store(table, ENERGY, p, energy, lanes)
                 kick = (seen[4] * dt, seen[5] * dt, seen[6] * dt)
                 change = (none, none, none)
-                if damping[0] > 0.0:
+                if damping.part > 0.0:
                     change = damped(old, seen, columns(pack.smooth, k), damping)
                     for axis in range(3):
                         taken = where(lanes, -mass * change[axis], 0.0)
@@ -237,12 +253,12 @@ def move_particles(
 
 @device
 def damped(velocity, seen, smooth, damping):
-    """Minus the part ``damping[0]`` of (1 - P)^order v: the change of eight velocities by damping, (3,).
+    """Minus the part ``damping.part`` of (1 - P)^order v: the change of eight velocities by damping, (3,).
 
     ``seen`` has P v, ``smooth`` P P v. Its share of the kinetic energy is that in the mean of old and new velocity, as
     the work of the forces is.
     """
-    part, order = damping
+    part, order = damping.part, damping.order
     return (
         -part * (velocity[0] - order * seen[1] + (order - 1.0) * smooth[1]),
         -part * (velocity[1] - order * seen[2] + (order - 1.0) * smooth[2]),

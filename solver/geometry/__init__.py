@@ -44,7 +44,7 @@ class Pack(NamedTuple):
 
 @device
 def opened(pack):
-    """The same scratch for inner loops: without reference counts."""
+    """The scratch as bare arrays for inner loops: without reference counts."""
     return Pack(
         bare(pack.first),
         bare(pack.weight),
@@ -56,7 +56,7 @@ def opened(pack):
 
 @generic
 def unpacked(geometry):
-    """The same geometry with tuples for arrays, for inner loops: they need no reference counts."""
+    """The geometry with tuples in place of arrays, for inner loops: tuples need no reference counts."""
 
 
 @generic
@@ -81,7 +81,7 @@ def set_sources(geometry, lines, k, mass, momentum, force, hoop):
 
 @generic
 def scatter(geometry, shape, k, pack, table, touched):
-    """Add the lines of particle ``k`` of a pack to its nodes in a table, and note the blocks that it touched."""
+    """Add the lines of particle ``k`` of a pack to its nodes in a table, and mark the blocks that it touched."""
 
 
 @generic

@@ -45,7 +45,7 @@ class VectorType(types.Type):
 
 
 class MaskType(types.Type):
-    """Eight truths."""
+    """Eight booleans."""
 
     def __init__(self) -> None:
         super().__init__(name="Mask")

@@ -243,7 +243,7 @@ define(
 
 
 def _reduction(function: Any, combine: Any) -> None:
-    """Halves against halves, so that the order does not depend on the machine."""
+    """Reduce by halves, so that the order does not depend on the machine."""
 
     def emit(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         (value,) = arguments

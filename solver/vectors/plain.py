@@ -64,7 +64,7 @@ def anywhere(condition):
 
 
 def counted(condition):
-    """For how many of the numbers a condition holds."""
+    """Number of lanes for which a condition holds."""
     return int(np.sum(condition))
 
 
@@ -74,12 +74,12 @@ def finite(value):
 
 
 def first_lanes(count):
-    """The mask of the first so many lanes; all of them from eight on."""
+    """The mask of the first ``count`` lanes; all of them from eight on."""
     return np.arange(LANES) < count
 
 
 def alike(value, other):
-    """The value as a number or as eight of them, as the other is."""
+    """The value as a scalar or as a vector, like ``other``."""
     return value + np.zeros(np.shape(other))[()]
 
 
@@ -113,12 +113,12 @@ def bare(array):
 
 
 def number(table, row, place):
-    """One number of a table; no wrapping round of negative places."""
+    """One number of a table; negative places do not wrap."""
     return table[row, place]
 
 
 def element(array, place):
-    """One number of an array; no wrapping round of negative places."""
+    """One number of an array; negative places do not wrap."""
     return array[place]
 
 
@@ -145,7 +145,7 @@ def transposed(a, b, c, d, e, f, g, h):
 
 
 def largest(vector):
-    """The largest of eight numbers; those that are none are passed over."""
+    """The largest of eight numbers, ignoring NaN."""
     return float(np.fmax.reduce(np.broadcast_to(vector, LANES)))
 
 

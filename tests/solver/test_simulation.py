@@ -11,7 +11,7 @@ from solver.problem import Body, Face, Problem, Scheme
 from solver.registry import entries
 from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
 from solver.state import NEW_X, NEW_Z, ROWS, Particles, Snapshot, reordered
-from solver.step import Stage
+from solver.step import Partition
 from tests.solver.bodies import (
     ABOUT_AXIS,
     DENSITY,
@@ -175,9 +175,9 @@ def test_place_that_is_no_number__is_found_before_usf_sorts_by_it(
     simulation = start(two_blocks("axisymmetric", scheme=Scheme.USF), threads=1)
     move = simulation.stepper._move
 
-    def astray(stage: Stage, dt: float, impulse: np.ndarray) -> tuple[float, float]:
-        taken = move(stage, dt, impulse)
-        stage.table[NEW_X : NEW_Z + 1, 7] = np.nan
+    def astray(partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float]:
+        taken = move(partition, dt, impulse)
+        partition.table[NEW_X : NEW_Z + 1, 7] = np.nan
         return taken
 
     monkeypatch.setattr(simulation.stepper, "_move", astray)
@@ -287,19 +287,19 @@ def test_outflow__leaves_what_is_gone_as_it_was(scheme: Scheme) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_outflow__leaves_body_by_layer(kind: str) -> None:
-    """Half way out, half of the mass is booked, and no particle is lost or counted twice."""
+    """Half way out, half of the mass is ledger, and no particle is lost or counted twice."""
     simulation = start(flying_out(kind), threads=1)
-    booked = []
+    recorded = []
     count = simulation.particles.mass.size
     while simulation.time < 3e-6:
         simulation.advance()
-        booked.append(simulation.ledger.particles)
-        assert int(simulation.particles.alive.sum()) + booked[-1] in (
+        recorded.append(simulation.ledger.particles)
+        assert int(simulation.particles.alive.sum()) + recorded[-1] in (
             count,
-            simulation.particles.mass.size + booked[-1],
+            simulation.particles.mass.size + recorded[-1],
         )
-    assert booked == sorted(booked)
-    assert len(set(booked)) == 7  # nothing, then each of the six layers
+    assert recorded == sorted(recorded)
+    assert len(set(recorded)) == 7  # nothing, then each of the six layers
     assert simulation.ledger.particles == simulation.problem.bodies[1].mass.size
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from solver.simulation import MOST_SHARES, SHARE, shares_for, simulate, start, threads_for
 from solver.state import Particles, Snapshot
 from solver.step import shares_of
-from solver.threads import Team, asked_threads, available_cores
+from solver.threads import ThreadPool, asked_threads, available_cores
 from tests.solver.bodies import two_blocks
 
 STEPS = 60  # beyond the first reordering of the arrays
@@ -20,14 +20,14 @@ SHARES = 4  # work for three threads
 
 @given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
 def test_ranges__cover_everything_once(count: int, threads: int, grain: int) -> None:
-    ranges = Team(threads).ranges(count, grain)
+    ranges = ThreadPool(threads).ranges(count, grain)
     places = [place for begin, end in ranges for place in range(begin, end)]
     assert places == list(range(count))
 
 
 @given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
 def test_ranges__begin_at_multiples_of_the_grain(count: int, threads: int, grain: int) -> None:
-    ranges = Team(threads).ranges(count, grain)
+    ranges = ThreadPool(threads).ranges(count, grain)
     assert len(ranges) <= threads
     assert all(begin % grain == 0 for begin, _ in ranges)
 
@@ -35,7 +35,7 @@ def test_ranges__begin_at_multiples_of_the_grain(count: int, threads: int, grain
 def test_team__runs_every_share() -> None:
     for threads in (1, 3):
         done: list[int] = []
-        Team(threads).run(done.append, [3, 1, 2])
+        ThreadPool(threads).run(done.append, [3, 1, 2])
         assert sorted(done) == [1, 2, 3]
 
 
@@ -44,7 +44,7 @@ def test_team__passes_on_what_a_share_raises() -> None:
         raise ZeroDivisionError(share)
 
     with pytest.raises(ZeroDivisionError):
-        Team(2).run(stumble, [1, 2])
+        ThreadPool(2).run(stumble, [1, 2])
 
 
 @pytest.mark.parametrize(("word", "threads"), [(None, 1), ("2", 2), ("auto", available_cores())])

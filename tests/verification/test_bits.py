@@ -13,13 +13,13 @@ def mapped_impact(geometry: str, **parameters: object) -> Simulation:
     problem = bits.impact(geometry, DEFAULT, **parameters)
     simulation = start(problem, threads=THREADS, shares=bits.SHARES)
     for field in simulation.stepper.fields:
-        simulation.stepper._scatter(field, simulation.stage)
+        simulation.stepper._scatter(field, simulation.partition)
     return simulation
 
 
 @pytest.mark.parametrize("geometry", bits.CELLS)
 def test_bits__has_particles_of_each_body_in_more_shares_than_threads(geometry: str) -> None:
-    shares = mapped_impact(geometry).stage.shares
+    shares = mapped_impact(geometry).partition.shares
     assert len(shares) > THREADS
     assert (shares[:, :, 1] > shares[:, :, 0]).all()
 
@@ -28,7 +28,7 @@ def test_bits__has_particles_of_each_body_in_more_shares_than_threads(geometry: 
 def test_bits__has_nodes_for_each_thread(geometry: str) -> None:
     simulation = mapped_impact(geometry)
     (field,) = simulation.stepper.fields
-    assert len(simulation.team.ranges(field.blocks.size)) == THREADS
+    assert len(simulation.pool.ranges(field.blocks.size)) == THREADS
 
 
 @pytest.mark.parametrize("geometry", bits.CELLS)
@@ -42,7 +42,7 @@ def test_bits__has_nodes_that_several_shares_add_to(geometry: str) -> None:
 def test_bits__additions_have_work_for_each_thread_in_each_field(name: str) -> None:
     simulation = mapped_impact("axisymmetric", **bits.ADDITIONS[name].parameters)
     for field in simulation.stepper.fields:
-        shares = simulation.stage.shares[:, field.bodies]
+        shares = simulation.partition.shares[:, field.bodies]
         assert (shares[:, :, 1] > shares[:, :, 0]).all()
-        assert len(simulation.team.ranges(field.blocks.size)) == THREADS
+        assert len(simulation.pool.ranges(field.blocks.size)) == THREADS
         assert (field.touched[1] & field.touched[2]).any()
