@@ -61,7 +61,7 @@ class Audit:
     kinetic: float  # J, on the grid
     internal: float  # J, on the grid
     outflow_mass: float  # of the initial mass
-    taken_energy: float  # by damping, contact, absorbers and walls, of the initial energy
+    removed_energy: float  # by damping, contact, absorbers and walls, of the initial energy
     contact_energy: float  # the part of it that contact took
     outflow_energy: float  # of the initial energy
     hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass
@@ -95,14 +95,14 @@ def audit(
     start: Totals,
     ledger: Ledger,
     impulse: np.ndarray,
-    taken: float = 0.0,
-    taken_by_contact: float = 0.0,
+    removed: float = 0.0,
+    removed_by_contact: float = 0.0,
 ) -> Audit:
     """Balance the present state, the ledger and the impulse of the faces against the start."""
     living = np.flatnonzero(particles.alive)
     now = totals(particles, living)
     start_energy = start.kinetic + start.internal
-    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal + taken
+    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal + removed
     missing = now.momentum + ledger.momentum - impulse - start.momentum
     gauge = start.momentum_scale or 1.0
     return Audit(
@@ -113,8 +113,8 @@ def audit(
         kinetic=now.kinetic,
         internal=now.internal,
         outflow_mass=ledger.mass / start.mass,
-        taken_energy=taken / start_energy if start_energy else 0.0,
-        contact_energy=taken_by_contact / start_energy if start_energy else 0.0,
+        removed_energy=removed / start_energy if start_energy else 0.0,
+        contact_energy=removed_by_contact / start_energy if start_energy else 0.0,
         outflow_energy=(ledger.kinetic + ledger.internal) / start_energy if start_energy else 0.0,
         hottest_energy_share=_hottest_share(particles, living, now.internal),
         largest_speed=_largest_speed(particles, living),

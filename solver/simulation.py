@@ -49,8 +49,8 @@ CARRIED = (
     "dt",
     "smallest_step",
     "particle_steps",
-    "taken",
-    "taken_by_contact",
+    "removed",
+    "removed_by_contact",
 )  # numbers of a Simulation
 RETIRED = "retired_"  # before the names of its arrays
 
@@ -114,8 +114,8 @@ class Simulation:
     counters: Counters = field(default_factory=Counters)
     smallest_step: float = math.inf
     particle_steps: int = 0
-    taken: float = 0.0  # energy that damping, walls, absorbers and contact took, J
-    taken_by_contact: float = 0.0  # of it
+    removed: float = 0.0  # energy that damping, walls, absorbers and contact took, J
+    removed_by_contact: float = 0.0  # of it
     pool: ThreadPool = field(default_factory=lambda: ThreadPool(1))
     shares: int = (
         0  # of the particles; decides the bits, and how many threads find work; 0: by their number
@@ -146,8 +146,8 @@ class Simulation:
             start=self.start,
             ledger=self.ledger,
             impulse=self.impulse,
-            taken=self.taken,
-            taken_by_contact=self.taken_by_contact,
+            removed=self.removed,
+            removed_by_contact=self.removed_by_contact,
         )
 
     def carried(self) -> Carried:
@@ -193,8 +193,8 @@ class Simulation:
         balance = self.stepper.advance(self.partition, dt)
         self.tally = balance.tally
         self.impulse += balance.impulse
-        self.taken += balance.energy + balance.contact
-        self.taken_by_contact += balance.contact
+        self.removed += balance.energy + balance.contact
+        self.removed_by_contact += balance.contact
         self.counters.reflected += balance.reflected
         self.time += dt
         self.step += 1

@@ -290,7 +290,7 @@ NUMBERS = (
     _number("mass_error", "1", "mass unaccounted for, over the initial mass"),
     _number("hottest_energy_share", "1", "share of internal energy in the hottest particles"),
     _number(
-        "taken_energy_fraction",
+        "removed_energy_fraction",
         "1",
         "energy taken by walls, absorbing surfaces, contact and damping, over the initial",
     ),

@@ -208,7 +208,7 @@ def _numbers(watched: Observer, outcome: Outcome) -> dict[str, float]:
         "largest_energy_drift": max((a.energy_drift for a in outcome.history), key=abs),
         "momentum_error": audit.momentum_error,
         "mass_error": audit.mass_error,
-        "taken_energy_fraction": audit.taken_energy,
+        "removed_energy_fraction": audit.removed_energy,
         "contact_energy_fraction": audit.contact_energy,
         "outflow_mass_fraction": audit.outflow_mass,
         "outflow_energy_fraction": audit.outflow_energy,

@@ -45,7 +45,7 @@ ADDITIONS = {
     "damping": Addition(
         {"damping_rate": 1e5, "damping_order": 2},
         "energy that it took (of the initial)",
-        lambda simulation: simulation.audit().taken_energy,
+        lambda simulation: simulation.audit().removed_energy,
     ),
     "contact": Addition(
         {"contact": "bardenhagen", "friction": 0.3},
@@ -56,7 +56,7 @@ ADDITIONS = {
     "absorbing": Addition(
         {"edges": "absorbing", "plate_radius": 5e-3},
         "energy that it took (of the initial)",
-        lambda simulation: simulation.audit().taken_energy,
+        lambda simulation: simulation.audit().removed_energy,
         LATE_STEPS,
         LATE_STOPPED_AFTER,
     ),

@@ -211,7 +211,7 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(
 
 def test_problems__carry_what_they_are_here_for() -> None:
     ends = {name: simulation_at_end(PROBLEMS[name]()) for name in ("wall", "damped", "contact")}
-    assert all(ends[name].taken != 0.0 for name in ("damped", "contact"))
+    assert all(ends[name].removed != 0.0 for name in ("damped", "contact"))
     assert ends["wall"].impulse[1] > 0.0
     assert simulation_at_end(PROBLEMS["retired"]()).retired.mass.size > 0
     for name in ("outflow-axisymmetric", "outflow-cartesian"):

@@ -55,7 +55,7 @@ def test_contact__leaves_bodies_alone_that_draw_apart(shape: Any) -> None:
     simulation = pair((0.0, 0.0, -SPEED), (0.0, 0.0, SPEED), shape=shape)
     for _ in range(40):
         simulation.advance()
-    assert simulation.taken == 0.0
+    assert simulation.removed == 0.0
     assert np.allclose(velocity(simulation, 0), (0.0, 0.0, -SPEED), rtol=ROUND_OFF, atol=1e-9)
     assert np.abs(simulation.particles.pressure).max() <= 1.0
 
@@ -69,7 +69,7 @@ def test_contact__never_adds_kinetic_energy_at_first_touch(shape: Any) -> None:
     while touched is None or simulation.time < touched + 6.0 * SPACING / 4700.0:
         simulation.advance()
         kinetic.append(simulation.audit().kinetic)
-        if touched is None and simulation.taken > 0.0:
+        if touched is None and simulation.removed > 0.0:
             touched = simulation.time
     rises = np.diff(kinetic) / kinetic[0]
     assert rises.max() <= ROUND_OFF
@@ -84,7 +84,7 @@ def test_contact__books_what_it_takes(kind: str, shape: Any, friction: float) ->
     for _ in range(60):
         simulation.advance()
     audit = simulation.audit()
-    assert audit.taken_energy == audit.contact_energy > 0.0
+    assert audit.removed_energy == audit.contact_energy > 0.0
     assert abs(audit.energy_drift) <= ROUND_OFF
     assert audit.momentum_error <= ROUND_OFF
 
