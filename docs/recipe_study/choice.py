@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from studies.results import ENERGY_DRIFT_LIMIT
 from studies.verification import bar_contact, plate_impact, taylor_bar
 
-DRIFT = 0.01
 OTHER_SHAPES = plate_impact.PRESSURE["gimp"]  # whatever is not named there is held to this
 CHANGES = {"32": 0.08, "64": 0.02}  # of the mean hole, from the grid before
 
@@ -32,7 +32,7 @@ def failures(figures: Figures) -> list[str]:
         if one["state"] != "succeeded":
             found.append(str(one["reason"]))
             continue
-        if abs(one["energy_drift"]) > DRIFT:
+        if abs(one["energy_drift"]) > ENERGY_DRIFT_LIMIT:
             found.append(f"energy drift {one['energy_drift']:.1%}")
         if "runaway_particles" in one.get("flags", ()):
             found.append("runaway particles")

@@ -23,12 +23,12 @@ from service.records.jobs import (
 from studies import examples
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
-from studies.values.files import CUBE, PAGE, TWIN
+from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON
 
 FILES = {
     CUBE: "application/x-netcdf",
-    PAGE: "text/html; charset=utf-8",
-    TWIN: "application/json",
+    REPORT_HTML: "text/html; charset=utf-8",
+    REPORT_JSON: "application/json",
 }
 
 

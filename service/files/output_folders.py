@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.values.errors import Finding, InvalidInput
-from studies.values.files import TWIN
+from studies.values.files import REPORT_JSON
 from studies.values.nearest import shown
 
 Document = Mapping[str, Any]  # of a sweep, canonical
@@ -23,7 +23,7 @@ NAMED = 3  # differences that an error names
 def held_in(folder: Path) -> Document | None:
     """The sweep whose report is in a folder; None: there is none that says so."""
     try:
-        held = json.loads((folder / TWIN).read_bytes())["provenance"]["sweep"]
+        held = json.loads((folder / REPORT_JSON).read_bytes())["provenance"]["sweep"]
     except (OSError, ValueError, LookupError, TypeError):
         return None
     return held if isinstance(held, Mapping) else None

@@ -1,5 +1,6 @@
 """The cube: the results of a sweep as one labelled xarray Dataset and one NetCDF-4 file.
 
-``variables`` declares what a cube may hold, ``layout`` its dimensions, ``columns`` what runs say, ``catalogue`` what
-laws and observations add; ``cube`` puts them together. Imported by processes that publish, never by the API.
+``variables`` declares each variable once: name, dimensions, unit, meaning, and how a record of a run, a law or a shot
+gives its value. ``cells`` puts each run in its place, ``catalogue`` offers laws, shots and materials, ``cube`` joins
+them and writes the file. Called by ``reports`` and by processes that publish; the API never imports it.
 """

@@ -1,8 +1,11 @@
-"""What the rest of the studies offers to a sweep's cube: words, laws, shots, sources."""
+"""What the rest of the studies offers to a sweep's cube: parameters, quantities, laws, shots, sources."""
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
+
+import numpy as np
 
 from studies import laws, measurements
 from studies.cubes.variables import Quantity
@@ -23,6 +26,27 @@ class Observed:
 
 
 @dataclass(frozen=True)
+class LawChoice:
+    """A law with one of its stated variants: one label of the law dimension."""
+
+    law: Any  # studies.laws.Law
+    variant: str
+
+    @property
+    def label(self) -> str:
+        return f"{self.law.name}/{self.variant}" if self.variant else self.law.name
+
+    def answer(self, shot: Any | None) -> Any:
+        """The answer (studies.laws.LawValue) for a shot; NaN with the reason where the law cannot be asked."""
+        if shot is None:
+            return laws.LawValue(math.nan, False, "this run does not describe one shot")
+        if self.variant not in self.law.variants(shot):
+            reason = f"{self.variant} is not stated for this material"
+            return laws.LawValue(math.nan, False, reason)
+        return self.law.evaluate(shot, self.variant)
+
+
+@dataclass(frozen=True)
 class Catalogue:
     """The names behind a cube: nothing in it depends on what the runs gave."""
 
@@ -34,6 +58,25 @@ class Catalogue:
     observations: Sequence[Observed] = ()
     materials: Mapping[str, Any] = field(default_factory=dict)  # each with its numbers and sources
 
+    def choices(self, quantity: str, shots: Iterable[Any]) -> list[LawChoice]:
+        """Each law of a quantity with each variant that it states for one of the shots, in that order."""
+        asked = [shot for shot in shots if shot is not None]
+        return [
+            LawChoice(law, variant)
+            for law in self.laws
+            if law.quantity == quantity
+            for variant in dict.fromkeys(name for shot in asked for name in law.variants(shot))
+        ]
+
+
+def answers(choices: Sequence[LawChoice], shots: np.ndarray) -> np.ndarray:
+    """What each law answers for each shot: (shots..., laws)."""
+    asked = np.empty((*shots.shape, len(choices)), object)
+    for place, shot in np.ndenumerate(shots):
+        for number, choice in enumerate(choices):
+            asked[(*place, number)] = choice.answer(shot)
+    return asked
+
 
 def catalogue_of(sweep: Any) -> Catalogue:
     """The catalogue of a sweep, from the scenario, laws and materials that are installed."""
@@ -41,36 +84,33 @@ def catalogue_of(sweep: Any) -> Catalogue:
     from studies.sweeps.sweep import known_words
 
     scenario = scenarios.load(sweep.scenario)
-    known = known_words(sweep.scenario, sweep.roles(), sweep.materials)
+    allowed = known_words(sweep.scenario, sweep.roles(), sweep.materials)
+    own = declared(scenario.parameters)
+    axes = [axis.name for axis in sweep.axes]
+    stated = [name for shot in sweep.observations for name in shot.parameters]
+    constants = {
+        name: _constant(name, allowed.parameters[name])
+        for name in (*axes, *sweep.fixed, *stated)
+        if name not in own
+    }
     return Catalogue(
         title=scenario.title,
-        parameters=_named(sweep, declared(scenario.parameters), known.parameters),
-        quantities={name: _quantity(name, unit) for name, unit in known.quantities.items()},
-        laws=[law for name in known.quantities for law in laws.answering(name)],
+        parameters={**own, **constants},
+        quantities={
+            name: Quantity(name, unit, measurements.load(name).meaning)
+            for name, unit in allowed.quantities.items()
+        },
+        laws=[law for name in allowed.quantities for law in laws.answering(name)],
         shot_of=_shot_of,
-        observations=[_observed(one, sweep, scenario) for one in sweep.observations],
+        observations=[_observed(shot, sweep, scenario) for shot in sweep.observations],
         materials=_materials(sweep),
     )
 
 
-def _named(
-    sweep: Any, own: Mapping[str, Parameter], known: Mapping[str, Parameter]
-) -> dict[str, Parameter]:
-    """The scenario's parameters, and the constants of materials that this sweep names."""
-    axes = [axis.name for axis in sweep.axes]
-    stated = [name for one in sweep.observations for name in one.parameters]
-    extra = {
-        name: replace(
-            known[name], name=name, meaning=f"{name.partition('.')[0]}: {known[name].meaning}"
-        )
-        for name in (*axes, *sweep.fixed, *stated)
-        if name not in own
-    }
-    return {**own, **extra}
-
-
-def _quantity(name: str, unit: str) -> Quantity:
-    return Quantity(name, unit, measurements.load(name).meaning)
+def _constant(path: str, parameter: Parameter) -> Parameter:
+    """The constant of a material as a parameter of its own: named by its path, its role in the meaning."""
+    meaning = f"{path.partition('.')[0]}: {parameter.meaning}"
+    return replace(parameter, name=path, meaning=meaning)
 
 
 def _shot_of(run: Any) -> Any | None:
@@ -83,11 +123,11 @@ def _shot_of(run: Any) -> Any | None:
 
 def _observed(observation: Any, sweep: Any, scenario: Any) -> Observed:
     """A shot with the sweep's fixed parameters for all that it does not state itself."""
-    defaults = {name: one.default for name, one in declared(scenario.parameters).items()}
-    given = {**sweep.fixed, **observation.parameters}
+    defaults = {name: each.default for name, each in declared(scenario.parameters).items()}
+    stated = {**sweep.fixed, **observation.parameters}
     try:
-        materials = {role: _material(role, given, defaults, sweep) for role in scenario.materials}
-        shot = laws.shot_from({**defaults, **given}, materials)
+        materials = {role: _material(role, stated, defaults, sweep) for role in scenario.materials}
+        shot = laws.shot_from({**defaults, **stated}, materials)
     except (KeyError, InvalidInput):
         shot = None
     if shot is not None and shot.speed is None:
@@ -102,10 +142,10 @@ def _observed(observation: Any, sweep: Any, scenario: Any) -> Observed:
     )
 
 
-def _material(role: str, given: Mapping[str, Any], defaults: Mapping[str, Any], sweep: Any) -> Any:
+def _material(role: str, stated: Mapping[str, Any], defaults: Mapping[str, Any], sweep: Any) -> Any:
     """The material of a role, with the constants that the sweep sets."""
-    material = sweep.material(str(given.get(role, defaults[role])))
-    for path, value in given.items():
+    material = sweep.material(str(stated.get(role, defaults[role])))
+    for path, value in stated.items():
         if path.startswith(f"{role}."):
             material = material.with_value(path.removeprefix(f"{role}."), value)
     return material
@@ -114,11 +154,11 @@ def _material(role: str, given: Mapping[str, Any], defaults: Mapping[str, Any], 
 def _materials(sweep: Any) -> dict[str, Any]:
     """Every number of every material that the sweep uses, with its source."""
     names = dict.fromkeys(name for names in sweep.roles().values() for name in names)
-    found = {name: sweep.material(name) for name in names}
+    materials = {name: sweep.material(name) for name in names}
     return {
         name: {
             "title": material.title,
-            "numbers": {path: asdict(one) for path, one in material.sources.items()},
+            "numbers": {path: asdict(number) for path, number in material.sources.items()},
         }
-        for name, material in found.items()
+        for name, material in materials.items()
     }

@@ -5,12 +5,13 @@ along it (zip). A sweep that names several resolutions or offsets has them as fu
 ``cells_per_diameter`` and ``offset``; what converges over them is ``{quantity}_converged`` and its
 companions, over the axes alone. Every run keeps its cell: one that has no result is NaN, with
 ``run_state`` and ``run_reason`` saying why. The laws are evaluated here, so that ``xarray.open_dataset("cube.nc")``
-alone redoes the report. What may be in it, and what each variable means: :mod:`studies.cubes.variables`.
+alone redoes the report. Each variable is declared in :mod:`studies.cubes.variables`.
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -18,58 +19,37 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.cubes.catalogue import Catalogue, catalogue_of
-from studies.cubes.columns import Mask, all_columns, undeclared
-from studies.cubes.layout import Layout, MissingResult, lay_out
-from studies.cubes.variables import (
-    SCHEMA_VERSION,
-    SchemaError,
-    Variable,
-    Vocabulary,
-    schema,
-    variable_name,
-    vocabulary_as_json,
-    vocabulary_from_json,
-)
+from studies.cubes import variables as declared
+from studies.cubes.catalogue import Catalogue, answers, catalogue_of
+from studies.cubes.cells import Cell, Layout, converge_cells, lay_out
+from studies.cubes.variables import Quantity, Variable, variable_name
 from studies.values.atomic import write_atomically
-
-__all__ = ["MissingResult", "build", "validate", "write"]
+from studies.values.parameters import Parameter
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
+HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
+HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
 ONCE_A_RUN = ("started", "seconds", "threads")  # provenance that is no version of anything
+
+Column = tuple[Variable, np.ndarray, Mapping[str, Any]]  # with its values and further attributes
 
 
 def build(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue | None = None) -> xr.Dataset:
-    """The cube of a sweep; ``results`` has a ``RunResult`` or an :class:`Outcome` by run id."""
+    """The cube of a sweep; ``results`` has a ``RunResult`` or a :class:`MissingResult` by run id."""
     catalogue = catalogue or catalogue_of(sweep)
     layout = lay_out(sweep, results, catalogue.shot_of)
-    words = _vocabulary(layout, catalogue)
-    declared = schema(words)
     dataset = xr.Dataset(
         {
-            name: _labelled(name, values, declared)
-            for name, values in all_columns(layout, words, catalogue)
+            variable.name: _labelled(variable, values, layout, attributes)
+            for variable, values, attributes in _columns(layout, catalogue)
         }
     )
-    dataset = dataset.set_coords(
-        [name for name in dataset if _is_coordinate(dataset[name], layout)]
-    )
-    dataset.attrs = _about(sweep, layout, words, catalogue)
-    return validate(_ascending(dataset))
-
-
-def validate(dataset: xr.Dataset) -> xr.Dataset:
-    """The dataset itself, when each variable is as declared; raises ``SchemaError``."""
-    words = vocabulary_from_json(json.loads(dataset.attrs["vocabulary"]))
-    declared = schema(words)
-    wrong = [
-        complaint
-        for name, array in dataset.variables.items()
-        for complaint in _complaints(str(name), array, declared.get(str(name)), words)
-    ]
-    if wrong:
-        raise SchemaError("\n".join(wrong))
-    return dataset
+    axes = {*_names(layout.axes), *_names(layout.refinements)}
+    dataset = dataset.set_coords([name for name in dataset if _is_coordinate(dataset[name], axes)])
+    dataset.attrs = _about(sweep, layout, catalogue)
+    # Numeric axes ascend, as CF asks of a coordinate; a sweep may list them in any order.
+    numeric = [dim for dim in dataset.dims if dim in axes and dataset[dim].dtype.kind == "f"]
+    return dataset.sortby(numeric) if numeric else dataset
 
 
 def write(dataset: xr.Dataset, path: Path) -> Path:
@@ -88,152 +68,297 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
     )
 
 
-# ---- words ---------------------------------------------------------------------------------------
+# ---- columns: declared variables with their values -----------------------------------------------
 
 
-def _vocabulary(layout: Layout, catalogue: Catalogue) -> Vocabulary:
-    parts: dict[str, set[str]] = {name: set() for name in catalogue.quantities}
-    for cell in layout.cells:
-        for name in parts.keys() & cell.measurements.keys():
-            parts[name].update(cell.measurements[name].parts)
-    return Vocabulary(
-        axes=layout.dims,
-        refinements=_names(layout.refinements),
-        quantities=catalogue.quantities,
-        parameters=catalogue.parameters,
-        parts={name: tuple(sorted(found)) for name, found in parts.items() if found},
+def _columns(layout: Layout, catalogue: Catalogue) -> Iterator[Column]:
+    for parameter in catalogue.parameters.values():
+        yield from _of_parameter(layout, parameter)
+    yield from _of_runs(layout)
+    shots = _each(layout.runs_of_points[..., 0], lambda cell: cell.shot)
+    for quantity in catalogue.quantities.values():
+        yield from _of_quantity(layout, quantity)
+        yield from _of_laws(quantity, catalogue, shots)
+    if catalogue.observations:
+        yield from _of_observations(catalogue)
+
+
+def _of_parameter(layout: Layout, parameter: Parameter) -> Iterator[Column]:
+    """The coordinate of an axis, or another parameter: a scalar where all runs share it."""
+    name = parameter.name
+    axes = {axis.name: axis for axis in (*layout.axes, *layout.refinements)}
+    axis = axes.get(name)
+    if axis is None:
+        variable = declared.parameter_variable(parameter, declared.RUNS)
+        records = _each(layout.cells, lambda cell: cell.run.parameters.get(name))
+        if any(record is not None for record in records.flat):
+            yield variable, _compact(variable.values(records), layout), {}
+    elif layout.grid or axis in layout.refinements:
+        variable = declared.parameter_variable(parameter, (variable_name(name),))
+        yield variable, variable.values(_records(axis.values)), {}
+    else:
+        variable = declared.parameter_variable(parameter, declared.POINTS)
+        points = layout.runs_of_points[..., 0]
+        yield variable, variable.values(_each(points, lambda cell: cell.coordinates[name])), {}
+
+
+def _of_runs(layout: Layout) -> Iterator[Column]:
+    """Identity, state, reason, flags, cost and audit of each run."""
+    if not layout.grid:
+        yield _column(declared.RUN_NUMBER, _records(range(layout.cells.shape[0])))
+    for variable in declared.OF_RUN:
+        yield _column(variable, layout.cells)
+    diameters = declared.EQUIVALENT_DIAMETER.values(layout.cells)
+    if np.isfinite(diameters).any():
+        yield declared.EQUIVALENT_DIAMETER, _compact(diameters, layout), {}
+    for number in declared.AUDIT:
+        if any(number.name in cell.numbers for cell in layout.cells.flat):
+            yield _column(number.variable, layout.cells)
+
+
+def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
+    """Value, uncertainty and its parts, flags and history of a quantity, and what refinement makes of it."""
+    name = quantity.name
+    measured = _each(layout.cells, lambda cell: cell.measured(name))
+    parts = [declared.uncertainty_part(part) for part in _parts(layout, name)]
+    for variable in (declared.VALUE, declared.UNCERTAINTY, declared.FLAGS, *parts):
+        yield _column(variable.filled(quantity), measured)
+    if any(each is not None and declared.HISTORY_TIME.pick(each) for each in measured.flat):
+        for variable in (declared.HISTORY, declared.HISTORY_TIME):
+            yield variable.filled(quantity), _histories(variable, measured, _samples(layout)), {}
+    if layout.refinements:
+        runs = layout.runs_of_points
+        converged = np.empty(runs.shape[:-1], object)
+        for point in np.ndindex(converged.shape):
+            converged[point] = converge_cells(runs[point], name)
+        for variable in declared.OF_CONVERGENCE:
+            yield _column(variable.filled(quantity), converged)
+
+
+def _of_laws(quantity: Quantity, catalogue: Catalogue, shots: np.ndarray) -> Iterator[Column]:
+    """What each law, with each of its variants, answers at each point; and the laws' own words."""
+    choices = catalogue.choices(quantity.name, shots.flat)
+    if choices:
+        yield _column(declared.LAW_LABEL.filled(quantity), _records(choices))
+        asked = answers(choices, shots)
+        for variable in declared.OF_ANSWERS:
+            yield _column(variable.filled(quantity), asked)
+        for variable in declared.OF_LAWS:
+            yield _column(variable.filled(quantity), _records(choices))
+
+
+def _of_observations(catalogue: Catalogue) -> Iterator[Column]:
+    """The shots that the sweep brought, and what the laws answer for each."""
+    shots = _records(catalogue.observations)
+    yield _column(declared.OBSERVATION_NUMBER, _records(range(len(shots))))
+    yield _column(declared.OBSERVATION_SOURCE, shots)
+    yield _column(declared.OBSERVATION_DIAMETER, shots)
+    for parameter in catalogue.parameters.values():
+        stated = _each(shots, lambda shot, name=parameter.name: shot.parameters.get(name))
+        if any(value is not None for value in stated):
+            yield _column(declared.observed_parameter(parameter), stated)
+    for quantity in catalogue.quantities.values():
+        mine = _each(
+            shots, lambda shot, name=quantity.name: shot if shot.quantity == name else None
+        )
+        if any(shot is not None for shot in mine):
+            yield from _observed(quantity, mine, shots, catalogue)
+
+
+def _observed(
+    quantity: Quantity, mine: np.ndarray, shots: np.ndarray, catalogue: Catalogue
+) -> Iterator[Column]:
+    """The shots of one quantity; the constants of laws are those of the shots' own materials."""
+    yield _column(declared.OBSERVED.filled(quantity), mine)
+    yield _column(declared.OBSERVED_UNCERTAINTY.filled(quantity), mine)
+    choices = catalogue.choices(quantity.name, [shot.shot for shot in mine if shot is not None])
+    if choices:
+        for variable in (declared.OBSERVED_LAW_LABEL, declared.OBSERVED_LAW_TITLE):
+            yield _column(variable.filled(quantity), _records(choices))
+        asked = answers(choices, _each(shots, lambda shot: shot.shot))
+        for variable in (declared.BY_LAW_AT_OBSERVATION, declared.BY_LAW_AT_OBSERVATION_IN_RANGE):
+            yield _column(variable.filled(quantity), asked)
+
+
+# ---- values --------------------------------------------------------------------------------------
+
+
+def _column(variable: Variable, records: np.ndarray) -> Column:
+    """A variable with one value a record."""
+    if variable.kind != "mask":
+        return variable, variable.values(records), {}
+    flags = _each(records, lambda record: set(variable.pick(record) or ()))
+    raised = set().union(*(each for each in flags.flat if each))
+    # CF wants at least one meaning.
+    meanings = (*variable.words, *sorted(raised - set(variable.words))) or ("flagged",)
+    bits = {meaning: 1 << place for place, meaning in enumerate(meanings)}
+    values = np.zeros(records.shape, np.int32)
+    for place, each in np.ndenumerate(flags):
+        values[place] = sum(bits[flag] for flag in each or ())
+    attributes = {
+        "flag_masks": np.array(list(bits.values()), np.int32),
+        "flag_meanings": " ".join(meanings),
+    }
+    return variable, values, attributes
+
+
+def _records(items: Sequence[Any]) -> np.ndarray:
+    """Records along one dimension."""
+    records = np.empty(len(items), object)
+    records[:] = items
+    return records
+
+
+def _each(records: np.ndarray, pick: Any) -> np.ndarray:
+    """What a pick gives for each record; None stays None."""
+    picked = np.empty(records.shape, object)
+    for place, record in np.ndenumerate(records):
+        picked[place] = None if record is None else pick(record)
+    return picked
+
+
+def _compact(values: np.ndarray, layout: Layout) -> np.ndarray:
+    """Values by run: a scalar where all are equal, by point where those of each point are."""
+    first = values.flat[0]
+    if (values == first).all():
+        return np.array(first, values.dtype)
+    by_point = values.reshape(layout.runs_of_points.shape)
+    return by_point[..., 0] if (by_point == by_point[..., :1]).all() else values
+
+
+def _parts(layout: Layout, quantity: str) -> list[str]:
+    """Names of the parts that the runs state of the uncertainty of a quantity."""
+    measured = (cell.measured(quantity) for cell in layout.cells.flat)
+    return sorted({part for each in measured if each is not None for part in each.parts})
+
+
+def _samples(layout: Layout) -> int:
+    """Samples of every history: as many as the longest has, within the limits of a cube."""
+    times = (
+        declared.HISTORY_TIME.pick(measured)
+        for cell in layout.cells.flat
+        for measured in (cell.of_result("measurements") or {}).values()
     )
+    allowed = max(8, HISTORY_VALUES // max(1, layout.cells.size))
+    return min(max(map(len, times), default=0), HISTORY_SAMPLES, allowed)
+
+
+def _histories(variable: Variable, measured: np.ndarray, samples: int) -> np.ndarray:
+    """Histories, each thinned evenly to at most ``samples``, both ends among them, and padded with NaN."""
+    histories = np.full((*measured.shape, samples), np.nan)
+    for place, each in np.ndenumerate(measured):
+        values = np.array(variable.pick(each) if each is not None else (), float)
+        if len(values) > samples:
+            values = values[np.linspace(0, len(values) - 1, samples).round().astype(int)]
+        histories[place][: len(values)] = values
+    return histories
 
 
 # ---- labels --------------------------------------------------------------------------------------
 
 
-def _labelled(name: str, values: Any, declared: Mapping[str, Variable]) -> xr.Variable:
-    """A column with the dimensions and attributes that its name declares."""
-    if name not in declared:
-        raise SchemaError(f"{name} is not declared in studies.cubes.variables")
-    variable = declared[name]
-    mask = values if isinstance(values, Mask) else None
-    array = np.asarray(mask.values if mask else values)
-    attributes: dict[str, Any] = {**variable.attributes(), **_flag_attributes(variable, mask)}
-    if {f"{name}_flags", f"{name}_uncertainty"} <= declared.keys():
-        attributes["ancillary_variables"] = f"{name}_uncertainty {name}_flags run_state"
-    return xr.Variable(variable.dims[: array.ndim], array, attributes)
-
-
-def _flag_attributes(variable: Variable, mask: Mask | None) -> dict[str, Any]:
-    if mask is not None:
-        bits = np.array([1 << place for place in range(len(mask.meanings))], np.int32)
-        return {"flag_masks": bits, "flag_meanings": " ".join(mask.meanings)}
+def _labelled(
+    variable: Variable, values: np.ndarray, layout: Layout, more: Mapping[str, Any]
+) -> xr.Variable:
+    """Values with the dimensions and attributes of their variable, as CF wants to see them."""
+    stands_for = {declared.RUNS[0]: layout.dims, declared.POINTS[0]: layout.point_dims}
+    dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
+    units = {"units": variable.unit} if variable.unit is not None else {}
+    attributes: dict[str, Any] = {**units, "long_name": variable.meaning, **more}
     if variable.kind == "flag":
-        return {
-            "flag_values": np.arange(len(variable.words), dtype=np.int8),
-            "flag_meanings": " ".join(variable.words),
-        }
-    return {}
+        attributes["flag_values"] = np.arange(len(variable.words), dtype=np.int8)
+        attributes["flag_meanings"] = " ".join(variable.words)
+    if variable.pick is declared.VALUE.pick:
+        companions = (
+            declared.UNCERTAINTY.named(variable.name),
+            declared.FLAGS.named(variable.name),
+        )
+        attributes["ancillary_variables"] = " ".join((*companions, declared.RUN_STATE.name))
+    return xr.Variable(dims[: values.ndim], values, attributes)
 
 
-def _is_coordinate(array: xr.DataArray, layout: Layout) -> bool:
+def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
     """Axes are coordinates; so is what labels a dimension, and the words about each law."""
-    axes = {*_names(layout.axes), *_names(layout.refinements)}
     about_laws = len(array.dims) == 1 and str(array.dims[0]).endswith("_law")
     return str(array.name) in axes or array.dims == (array.name,) or about_laws
 
 
-def _ascending(dataset: xr.Dataset) -> xr.Dataset:
-    """Numeric axes ascend, as CF asks of a coordinate; a sweep may list them in any order."""
-    axes = [dim for dim in dataset.dims if dim in dataset.coords and dataset[dim].dtype.kind == "f"]
-    return dataset.sortby(axes) if axes else dataset
-
-
-def _about(sweep: Any, layout: Layout, words: Vocabulary, catalogue: Catalogue) -> dict[str, Any]:
+def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
     """Where the cube comes from: CF's words for people, and JSON for programs."""
     now = datetime.now(UTC).isoformat(timespec="seconds")
-    versions = _versions(layout)
+    cells = list(layout.cells.flat)
+    versions = _versions(cells)
+    spoken = ", ".join(f"{name} {'/'.join(values)}" for name, values in versions.items())
     document = sweep.document()
     title = document.get("title") or document.get("name") or catalogue.title
+    numbers = {name for cell in cells for name in cell.numbers}
+    laws = [law for law in catalogue.laws if law.quantity in catalogue.quantities]
+    json_text = partial(json.dumps, ensure_ascii=False, sort_keys=True)
     return {
         "Conventions": "CF-1.11",
         "title": title,
         "institution": document.get("institution") or "not stated",
-        "source": f"{catalogue.title}; material point method, whipple {_spoken(versions)}".strip(),
-        "history": f"{now} cube assembled from {len(layout.cells)} runs",
-        "references": "; ".join(_references(catalogue)) or "none",
+        "source": f"{catalogue.title}; material point method, whipple {spoken}".strip(),
+        "history": f"{now} cube assembled from {len(cells)} runs",
+        "references": "; ".join(dict.fromkeys(law.source for law in laws)) or "none",
         "comment": "A cell is a run. NaN: no result, run_state and run_reason say why.",
         "date_created": now,
-        "schema_version": SCHEMA_VERSION,
+        "schema_version": declared.SCHEMA_VERSION,
         "scenario": document["scenario"],
         "scenario_title": catalogue.title,
         "axes": " ".join(_names(layout.axes)),
         "refinements": " ".join(_names(layout.refinements)),
-        "quantities": " ".join(words.quantities),
-        "undeclared_numbers": " ".join(undeclared(layout)),
-        "sweep": _json(document),
-        "materials": _json(catalogue.materials),
-        "software": _json(versions),
-        "measurement_versions": _json(_definitions(layout)),
-        "vocabulary": _json(vocabulary_as_json(words)),
+        "quantities": " ".join(catalogue.quantities),
+        "undeclared_numbers": " ".join(sorted(numbers - {each.name for each in declared.AUDIT})),
+        "sweep": json_text(document),
+        "materials": json_text(catalogue.materials),
+        "software": json_text(versions),
+        "measurement_versions": json_text(_definitions(cells)),
+        "vocabulary": json_text(_vocabulary(layout, catalogue)),
     }
 
 
-def _names(axes: Iterable[Any]) -> tuple[str, ...]:
-    return tuple(variable_name(axis.name) for axis in axes)
+def _vocabulary(layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
+    """The words of the sweep from which the names of the cube are made."""
+    parts = {name: _parts(layout, name) for name in catalogue.quantities}
+    return {
+        "axes": layout.dims,
+        "refinements": _names(layout.refinements),
+        "quantities": {
+            each.name: [each.unit, each.meaning] for each in catalogue.quantities.values()
+        },
+        "parameters": {
+            each.name: [each.kind, each.unit, each.meaning]
+            for each in catalogue.parameters.values()
+        },
+        "parts": {name: stated for name, stated in parts.items() if stated},
+    }
 
 
-def _versions(layout: Layout) -> dict[str, list[str]]:
+def _names(axes: Sequence[Any]) -> list[str]:
+    return [variable_name(axis.name) for axis in axes]
+
+
+def _versions(cells: Sequence[Cell]) -> dict[str, list[str]]:
     """Every version that a run of this cube was computed with, by what it is a version of."""
-    found: dict[str, set[str]] = {}
-    for cell in layout.cells:
+    versions: dict[str, set[str]] = {}
+    for cell in cells:
         for name, value in cell.provenance.items():
             if name not in ONCE_A_RUN:
-                found.setdefault(name, set()).add(str(value))
-    return {name: sorted(values) for name, values in sorted(found.items())}
+                versions.setdefault(name, set()).add(str(value))
+    return {name: sorted(values) for name, values in sorted(versions.items())}
 
 
-def _definitions(layout: Layout) -> dict[str, list[int]]:
+def _definitions(cells: Sequence[Cell]) -> dict[str, list[int]]:
     """Versions of the definitions that each quantity of this cube was measured with; more than one: mixed."""
-    found: dict[str, set[int]] = {}
-    for cell in layout.cells:
-        for name, measured in cell.measurements.items():
-            found.setdefault(name, set()).add(measured.version)
-    return {name: sorted(versions) for name, versions in sorted(found.items())}
+    versions: dict[str, set[int]] = {}
+    for cell in cells:
+        for name, measured in (cell.of_result("measurements") or {}).items():
+            versions.setdefault(name, set()).add(measured.version)
+    return {name: sorted(values) for name, values in sorted(versions.items())}
 
 
-def _spoken(versions: Mapping[str, list[str]]) -> str:
-    return ", ".join(f"{name} {'/'.join(values)}" for name, values in versions.items())
-
-
-def _references(catalogue: Catalogue) -> list[str]:
-    """Sources of the laws of this cube's quantities, each once."""
-    laws = [law for law in catalogue.laws if law.quantity in catalogue.quantities]
-    return list(dict.fromkeys(law.source for law in laws))
-
-
-def _json(plain: Any) -> str:
-    return json.dumps(plain, ensure_ascii=False, sort_keys=True)
-
-
-# ---- checks and files ----------------------------------------------------------------------------
-
-
-def _complaints(
-    name: str, array: xr.Variable, variable: Variable | None, words: Vocabulary
-) -> Iterator[str]:
-    if variable is None:
-        yield f"{name} is not declared in studies.cubes.variables"
-        return
-    if array.dims not in _allowed_dims(variable, words):
-        yield f"{name} has the dimensions {array.dims}; declared: {variable.dims}"
-    if array.attrs.get("units") != variable.unit:
-        yield f"{name} is in {array.attrs.get('units')!r}; declared: {variable.unit!r}"
-    if (array.dtype.kind in "OUT") != (variable.kind == "text"):
-        yield f"{name} holds {array.dtype}; declared: {variable.kind}"
-
-
-def _allowed_dims(variable: Variable, words: Vocabulary) -> tuple[tuple[str, ...], ...]:
-    """What is the same for all runs is a scalar; what is the same for all runs of a point, by point."""
-    by_run = variable.dims == words.axes
-    return (variable.dims, (), words.points) if by_run else (variable.dims, ())
+# ---- files ---------------------------------------------------------------------------------------
 
 
 def _encoding(name: str, array: xr.Variable, dataset: xr.Dataset) -> dict[str, Any]:
@@ -244,16 +369,13 @@ def _encoding(name: str, array: xr.Variable, dataset: xr.Dataset) -> dict[str, A
     fill = {"_FillValue": np.nan if number else None}
     if not array.dims:
         return fill
+    # The whole variable, or as many rows of its first dimension as make a chunk.
+    row = max(1, prod(array.shape[1:]))
+    rows = min(array.shape[0], max(1, CHUNK_VALUES // row))
     return {
         **fill,
         "zlib": True,
         "complevel": 1,
         "shuffle": True,
-        "chunksizes": _chunks(array.shape),
+        "chunksizes": (rows, *array.shape[1:]),
     }
-
-
-def _chunks(shape: tuple[int, ...]) -> tuple[int, ...]:
-    """The whole variable, or as many rows of its first dimension as make a chunk."""
-    row = max(1, prod(shape[1:]))
-    return (min(shape[0], max(1, CHUNK_VALUES // row)), *shape[1:])

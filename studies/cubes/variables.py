@@ -1,29 +1,37 @@
-"""What a cube may hold: every variable once, with name, dimensions, unit and meaning.
+"""What a cube may hold: every variable once, with name, dimensions, unit, meaning, and the pick of its value.
 
-A name in braces stands for a word of the sweep: ``{quantity}`` for each measured quantity
-(``hole_diameter``), ``{part}`` for each part of its uncertainty. The dimension ``*`` stands for all
-dimensions of the runs, ``@`` for the points that a user asked for: the same without the refinements,
-resolution and offset, which are dimensions where a sweep names several. ``cube.build`` makes nothing
-that is not declared here, and ``cube.validate`` refuses anything else.
+A name in braces is filled in for each sweep: ``{quantity}`` for a measured quantity (``hole_diameter``). A variable
+lies over ``RUNS``, all dimensions of the runs; over ``POINTS``, the same without the refinements (resolution and
+offset, which are dimensions where a sweep names several); or over a dimension of its own. ``pick`` reads one value
+from one record: a cell of the cube, a measurement, what refinement says, a law, its answer, a shot.
 
-How to add one: a number of the audit is one line of ``NUMBERS``; a quantity comes from its
-measurement, a parameter from its scenario, and neither needs an edit here.
+How to add one: a number of the audit is one line of ``AUDIT``; a quantity comes from its measurement, a parameter from
+its scenario, and neither needs an edit here.
 """
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal
 
-from solver.errors import WhippleError
+import numpy as np
+import xarray as xr
+
 from studies.convergence.richardson import VERDICTS
+from studies.results import ENERGY_DRIFT_LIMIT
 from studies.values.parameters import Parameter
 
 # 2: refinements and what converges over them; laws at observed shots have labels of their own.
 SCHEMA_VERSION = 2
-AXES, POINTS = "*", "@"
 
 Kind = Literal["number", "integer", "text", "flag", "mask"]
+DTYPES = {"number": float, "integer": np.int32, "text": object, "flag": np.int8, "mask": np.int32}
+EMPTY = {"number": np.nan, "integer": 0, "text": "", "flag": 0, "mask": 0}
+
+RUNS, POINTS = ("*",), ("@",)  # stand for the dimensions of the runs and of the points
+LAW, OBSERVATION = "{quantity}_law", "observation"
+OBSERVED_LAW = "{quantity}_observed_law"
 
 # States of a run; the cube stores the position. "other" keeps its word in the reason.
 STATES = (
@@ -38,29 +46,15 @@ STATES = (
     "missing",
     "other",
 )
+RUN_FLAGS = (
+    "under_resolved",
+    "energy_drift",
+    "runaway_particles",
+    "below_zero_kelvin",
+    "beyond_hugoniot",
+)
 IN_RANGE = ("outside_range", "inside_range")
 VERDICT_WORDS = tuple(verdict.replace(" ", "_") for verdict in VERDICTS)
-
-
-class SchemaError(WhippleError):
-    """A cube holds a variable that is not declared, or not as declared."""
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A variable of the cube: its name, what it varies along, its unit and its meaning."""
-
-    name: str
-    dims: tuple[str, ...]
-    unit: str | None  # UDUNITS; None for text and flags
-    meaning: str
-    kind: Kind = "number"
-    words: tuple[str, ...] = ()  # of a flag: what its values 0, 1, ... mean
-
-    def attributes(self) -> dict[str, str]:
-        """What CF wants to see on the variable."""
-        units = {"units": self.unit} if self.unit is not None else {}
-        return {**units, "long_name": self.meaning}
 
 
 @dataclass(frozen=True)
@@ -73,19 +67,48 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Vocabulary:
-    """The words of one sweep, from which the names of its cube are made."""
+class Variable:
+    """A variable of the cube."""
 
-    axes: tuple[str, ...]  # dimensions: ("speed", "plate_thickness"), or ("run",) for a zip
-    refinements: tuple[str, ...]  # the last of these: "cells_per_diameter", "offset", both or none
-    quantities: Mapping[str, Quantity]
-    parameters: Mapping[str, Parameter] = field(default_factory=dict)
-    parts: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # of each uncertainty
+    name: str
+    meaning: str
+    pick: Callable[[Any], Any]  # the value of one record; None where it has none
+    dims: tuple[str, ...]
+    unit: str | None = None  # UDUNITS; None for text and flags
+    kind: Kind = "number"
+    words: tuple[str, ...] = ()  # of a flag: what 0, 1, ... mean; of a mask: the first bits
 
-    @property
-    def points(self) -> tuple[str, ...]:
-        """The dimensions of the points that a user asked for, before they are refined."""
-        return self.axes[: len(self.axes) - len(self.refinements)]
+    def filled(self, quantity: Quantity) -> "Variable":
+        """The variable of one quantity."""
+        words = {"quantity": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning}
+        return replace(
+            self,
+            name=self.name.format(**words),
+            dims=tuple(dim.format(**words) for dim in self.dims),
+            unit=self.unit and self.unit.format(**words),
+            meaning=self.meaning.format(**words),
+        )
+
+    def named(self, quantity: str = "") -> str:
+        """The name that it has in a cube."""
+        return self.name.format(quantity=quantity)
+
+    def is_in(self, dataset: xr.Dataset, quantity: str = "") -> bool:
+        """Whether a cube has it."""
+        return self.named(quantity) in dataset
+
+    def of(self, dataset: xr.Dataset, quantity: str = "") -> xr.DataArray:
+        """Its values in a cube."""
+        return dataset[self.named(quantity)]
+
+    def values(self, records: np.ndarray) -> np.ndarray:
+        """One value a record, of an array of records (objects; None has no value)."""
+        values = np.full(records.shape, EMPTY[self.kind], DTYPES[self.kind])
+        for place, record in np.ndenumerate(records):
+            picked = None if record is None else self.pick(record)
+            if picked is not None:
+                values[place] = self.words.index(picked) if self.kind == "flag" else picked
+        return values
 
 
 def variable_name(parameter: str) -> str:
@@ -97,309 +120,369 @@ def variable_name(parameter: str) -> str:
     return re.sub(r"\W", "_", parameter)
 
 
-RUN = (
-    Variable("run", ("run",), None, "number of the run", "integer"),
-    Variable("run_id", (AXES,), None, "content identity of the run", "text"),
-    Variable("run_state", (AXES,), None, "state of the run", "flag", STATES),
-    Variable("run_reason", (AXES,), None, "why the run has no result", "text"),
-    Variable("run_failure", (AXES,), None, "kind of failure", "text"),
-    Variable("run_flags", (AXES,), None, "warnings about the run", "mask"),
-    Variable("stop_reason", (AXES,), None, "what ended the simulation", "text"),
-    Variable("solver_seconds", (AXES,), "s", "wall time of the run"),
-    Variable("solver_threads", (AXES,), "1", "threads that computed the run"),
-    Variable(
-        "equivalent_diameter",
-        (AXES,),
-        "m",
-        "diameter of the sphere with the projectile's volume, the d of D/d and p/d",
-    ),
-)
+def parameter_variable(parameter: Parameter, dims: tuple[str, ...]) -> Variable:
+    """The variable of a parameter; its records are the parameter's values."""
+    kind: Kind = "text" if parameter.unit is None else "number"
+    pick = str if kind == "text" else float
+    name = variable_name(parameter.name)
+    return Variable(name, parameter.meaning, pick, dims, parameter.unit, kind)
 
-QUANTITY = (
-    Variable("{quantity}", (AXES,), "{unit}", "{meaning}"),
-    Variable("{quantity}_uncertainty", (AXES,), "{unit}", "uncertainty of {quantity}"),
-    Variable("{quantity}_flags", (AXES,), None, "warnings about {quantity}", "mask"),
-    Variable("{quantity}_history", (AXES, "sample"), "{unit}", "{quantity} during the run"),
-    Variable("{quantity}_history_time", (AXES, "sample"), "s", "time of {quantity}_history"),
-)
-PART = Variable(
-    "{quantity}_uncertainty_{part}",
-    (AXES,),
-    "{unit}",
-    "part of the uncertainty of {quantity}: {part}",
-)
 
-CONVERGED = (
-    Variable(
-        "{quantity}_converged",
-        (POINTS,),
-        "{unit}",
-        "{quantity} over all resolutions and offsets: extrapolated to cells of no size where the "
-        "verdict is converging, else the mean of the finest resolution",
-    ),
-    Variable(
-        "{quantity}_converged_uncertainty",
-        (POINTS,),
-        "{unit}",
-        "uncertainty of {quantity}_converged, root of the sum of the squares of its parts",
-    ),
-    Variable(
-        "{quantity}_converged_uncertainty_mesh",
-        (POINTS,),
-        "{unit}",
-        "part of the uncertainty: grid convergence index, or at least the spread of the finest resolutions and what "
-        "their noise leaves open",
-    ),
-    Variable(
-        "{quantity}_converged_uncertainty_offsets",
-        (POINTS,),
-        "{unit}",
-        "part of the uncertainty: scatter over sub-cell offsets at the finest resolution",
-    ),
-    Variable(
-        "{quantity}_converged_uncertainty_measurement",
-        (POINTS,),
-        "{unit}",
-        "part of the uncertainty: what the measurement states beside the resolution",
-    ),
-    Variable(
-        "{quantity}_converged_order", (POINTS,), "1", "observed order of convergence of {quantity}"
-    ),
-    Variable(
-        "{quantity}_converged_extrapolated",
-        (POINTS,),
-        "{unit}",
-        "Richardson's value of {quantity} at cells of no size, where converging",
-    ),
-    Variable(
-        "{quantity}_converged_gci",
-        (POINTS,),
-        "1",
-        "grid convergence index of the finest resolution, over its value",
-    ),
-    Variable(
-        "{quantity}_converged_verdict",
-        (POINTS,),
-        None,
-        "what refinement says about {quantity}",
-        "flag",
-        VERDICT_WORDS,
-    ),
-    Variable("{quantity}_converged_reason", (POINTS,), None, "why this verdict", "text"),
-)
+def observed_parameter(parameter: Parameter) -> Variable:
+    """The variable of a parameter as observed shots state it; its records are the parameter's values."""
+    variable = parameter_variable(parameter, (OBSERVATION,))
+    meaning = f"{parameter.meaning} of the shot"
+    return replace(variable, name=f"observation_{variable.name}", meaning=meaning)
 
-LAW = (
-    Variable("{quantity}_law", ("{quantity}_law",), None, "law and variant", "text"),
-    Variable(
-        "{quantity}_by_law", (POINTS, "{quantity}_law"), "{unit}", "{quantity} by published laws"
-    ),
-    Variable(
-        "{quantity}_by_law_in_range",
-        (POINTS, "{quantity}_law"),
-        None,
-        "whether the law answers inside its stated range",
-        "flag",
-        IN_RANGE,
-    ),
-    Variable(
-        "{quantity}_by_law_reason",
-        (POINTS, "{quantity}_law"),
-        None,
-        "why the law is outside its range or has no answer",
-        "text",
-    ),
-    Variable("{quantity}_law_name", ("{quantity}_law",), None, "name of the law", "text"),
-    Variable(
-        "{quantity}_law_variant", ("{quantity}_law",), None, "stated choice of constant", "text"
-    ),
-    Variable("{quantity}_law_title", ("{quantity}_law",), None, "title of the law", "text"),
-    Variable("{quantity}_law_equation", ("{quantity}_law",), None, "equation as published", "text"),
-    Variable("{quantity}_law_source", ("{quantity}_law",), None, "source of the law", "text"),
-    Variable("{quantity}_law_range", ("{quantity}_law",), None, "range of validity", "text"),
-    Variable(
-        "{quantity}_law_confidence", ("{quantity}_law",), None, "how sure the form is", "text"
-    ),
-)
 
-OBSERVATION = (
-    Variable("observation", ("observation",), None, "number of the shot", "integer"),
-    Variable("observation_source", ("observation",), None, "where the shot is published", "text"),
-    Variable(
-        "observation_equivalent_diameter",
-        ("observation",),
-        "m",
-        "diameter of the sphere with the projectile's volume",
-    ),
+# ---- of a run: a record is a cell ----------------------------------------------------------------
+
+_text_of_run = partial(Variable, dims=RUNS, kind="text")
+_number_of_run = partial(Variable, dims=RUNS)
+
+RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.run.id)
+RUN_REASON = _text_of_run("run_reason", "why the run has no result", lambda cell: cell.reason)
+RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.of_result("failure"))
+STOP_REASON = _text_of_run(
+    "stop_reason", "what ended the simulation", lambda cell: cell.of_result("stop")
 )
-OBSERVED = (
-    Variable("{quantity}_observed", ("observation",), "{unit}", "{meaning}, as observed"),
-    Variable(
-        "{quantity}_observed_uncertainty",
-        ("observation",),
-        "{unit}",
-        "uncertainty of {quantity}_observed, as stated",
-    ),
-    Variable(
-        "{quantity}_observed_law",
-        ("{quantity}_observed_law",),
-        None,
-        "law and variant, of those stated for an observed shot",
-        "text",
-    ),
-    Variable(
-        "{quantity}_observed_law_title",
-        ("{quantity}_observed_law",),
-        None,
-        "title of the law",
-        "text",
-    ),
-    Variable(
-        "{quantity}_by_law_at_observation",
-        ("observation", "{quantity}_observed_law"),
-        "{unit}",
-        "{quantity} by published laws for each shot",
-    ),
-    Variable(
-        "{quantity}_by_law_at_observation_in_range",
-        ("observation", "{quantity}_observed_law"),
-        None,
-        "whether the law answers inside its stated range",
-        "flag",
-        IN_RANGE,
-    ),
+RUN_STATE = Variable(
+    "run_state", "state of the run", lambda cell: cell.state, RUNS, kind="flag", words=STATES
+)
+FLAGS_OF_RUN = Variable(
+    "run_flags",
+    "warnings about the run",
+    lambda cell: cell.of_result("flags"),
+    RUNS,
+    kind="mask",
+    words=RUN_FLAGS,
+)
+SOLVER_SECONDS = _number_of_run(
+    "solver_seconds", "wall time of the run", lambda cell: cell.provenance.get("seconds"), unit="s"
+)
+SOLVER_THREADS = _number_of_run(
+    "solver_threads",
+    "threads that computed the run",
+    lambda cell: cell.provenance.get("threads"),
+    unit="1",
+)
+OF_RUN = (
+    RUN_ID,
+    RUN_STATE,
+    RUN_REASON,
+    RUN_FAILURE,
+    FLAGS_OF_RUN,
+    STOP_REASON,
+    SOLVER_SECONDS,
+    SOLVER_THREADS,
+)
+RUN_NUMBER = Variable("run", "number of the run", int, ("run",), kind="integer")
+EQUIVALENT_DIAMETER = _number_of_run(
+    "equivalent_diameter",
+    "diameter of the sphere with the projectile's volume, the d of D/d and p/d",
+    lambda cell: getattr(cell.shot, "projectile_diameter", None),
+    unit="m",
 )
 
 
-def _number(name: str, unit: str, meaning: str) -> Variable:
-    return Variable(f"audit_{name}", (AXES,), unit, meaning)
+# ---- of a run: its audit -------------------------------------------------------------------------
 
 
-NUMBERS = (
-    _number("cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"),
-    _number(
+@dataclass(frozen=True)
+class AuditNumber:
+    """A number that a run states about its own quality."""
+
+    name: str  # as in the result of the run
+    unit: str
+    meaning: str
+    share: bool = False  # people read it in per cent
+    limit: float | None = None  # beyond it, on either side of zero, a run is marked
+
+    @property
+    def variable(self) -> Variable:
+        """Its variable of the cube; a record is a cell."""
+        return _number_of_run(
+            f"audit_{self.name}",
+            self.meaning,
+            lambda cell: cell.numbers.get(self.name),
+            unit=self.unit,
+        )
+
+
+_share = partial(AuditNumber, unit="1", share=True)
+_drift = partial(_share, limit=ENERGY_DRIFT_LIMIT)
+
+AUDIT = (
+    AuditNumber(
+        "cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"
+    ),
+    AuditNumber(
         "cells_per_thickness", "1", "grid cells through the target, or the flyer where plates meet"
     ),
-    _number("particles", "1", "particles of the simulation"),
-    _number("steps", "1", "time steps taken"),
-    _number("particle_steps", "1", "particles times the steps that each was moved"),
-    _number("end_time", "s", "simulated time at the end"),
-    _number("smallest_step", "s", "smallest time step"),
-    _number("energy_drift", "1", "energy unaccounted for at the end, over the initial energy"),
-    _number("largest_energy_drift", "1", "largest energy drift at any time of the run"),
-    _number("momentum_error", "1", "momentum unaccounted for, over the initial momentum"),
-    _number("mass_error", "1", "mass unaccounted for, over the initial mass"),
-    _number("hottest_energy_share", "1", "share of internal energy in the hottest particles"),
-    _number(
+    AuditNumber("particles", "1", "particles of the simulation"),
+    AuditNumber("steps", "1", "time steps taken"),
+    AuditNumber("particle_steps", "1", "particles times the steps that each was moved"),
+    AuditNumber("end_time", "s", "simulated time at the end"),
+    AuditNumber("smallest_step", "s", "smallest time step"),
+    _drift("energy_drift", meaning="energy unaccounted for at the end, over the initial energy"),
+    _drift("largest_energy_drift", meaning="largest energy drift at any time of the run"),
+    _share("momentum_error", meaning="momentum unaccounted for, over the initial momentum"),
+    _share("mass_error", meaning="mass unaccounted for, over the initial mass"),
+    _share("hottest_energy_share", meaning="share of internal energy in the hottest particles"),
+    _share(
         "removed_energy_fraction",
-        "1",
-        "energy taken by walls, absorbing surfaces, contact and damping, over the initial",
+        meaning="energy removed by walls, absorbing surfaces, contact and damping, over the initial",
     ),
-    _number(
-        "contact_energy_fraction", "1", "energy taken by contact of bodies alone, over the initial"
+    _share(
+        "contact_energy_fraction",
+        meaning="energy removed by contact of bodies alone, over the initial",
     ),
-    _number(
-        "outflow_mass_fraction", "1", "mass that left the grid or was retired, over the initial"
+    _share(
+        "outflow_mass_fraction", meaning="mass that left the grid or was retired, over the initial"
     ),
-    _number(
-        "outflow_energy_fraction", "1", "energy that left the grid or was retired, over the initial"
+    _share(
+        "outflow_energy_fraction",
+        meaning="energy that left the grid or was retired, over the initial",
     ),
-    _number(
-        "separated_mass_fraction", "1", "target not connected to its rim, or gone, over its mass"
+    _share(
+        "separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"
     ),
-    _number("fast_mass_fraction", "1", "connected target above 300 m/s, over the target's mass"),
-    _number("largest_speed", "m s-1", "largest speed of a particle"),
-    _number("tension_floors", "1", "uses of the floor that limits tension"),
-    _number("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),
-    _number("below_zero_kelvin", "1", "states whose energy gave a negative temperature"),
-    _number("below_expansion", "1", "states thinner than the range of the equation of state"),
-    _number("molten", "1", "states at or above the melting point"),
-    _number("sound_floors", "1", "uses of the floor of the sound speed in the time step"),
-    _number("unstable", "1", "states whose pressure falls with density"),
-    _number("failed", "1", "particles that failed for good"),
-    _number("reflected", "1", "particles turned back at a wall"),
+    _share("fast_mass_fraction", meaning="connected target above 300 m/s, over the target's mass"),
+    AuditNumber("largest_speed", "m s-1", "largest speed of a particle"),
+    AuditNumber("tension_floors", "1", "uses of the floor that limits tension"),
+    AuditNumber("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),
+    AuditNumber("below_zero_kelvin", "1", "states whose energy gave a negative temperature"),
+    AuditNumber("below_expansion", "1", "states thinner than the range of the equation of state"),
+    AuditNumber("molten", "1", "states at or above the melting point"),
+    AuditNumber("sound_floors", "1", "uses of the floor of the sound speed in the time step"),
+    AuditNumber("unstable", "1", "states whose pressure falls with density"),
+    AuditNumber("failed", "1", "particles that failed for good"),
+    AuditNumber("reflected", "1", "particles turned back at a wall"),
 )
 
 
-def schema(words: Vocabulary) -> dict[str, Variable]:
-    """Every variable that a cube with these words may hold, by name."""
-    return {variable.name: variable for variable in _declared(words)}
+# ---- of a quantity: a record is a measurement ----------------------------------------------------
+
+_measured = partial(Variable, dims=RUNS, unit="{unit}")
+_history = partial(Variable, dims=(*RUNS, "sample"))
+
+VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value)
+UNCERTAINTY = _measured(
+    "{quantity}_uncertainty", "uncertainty of {quantity}", lambda measured: measured.uncertainty
+)
+FLAGS = Variable(
+    "{quantity}_flags", "warnings about {quantity}", lambda each: each.flags, RUNS, kind="mask"
+)
+HISTORY = _history(
+    "{quantity}_history",
+    "{quantity} during the run",
+    lambda measured: measured.history.get("value", ()),
+    unit="{unit}",
+)
+HISTORY_TIME = _history(
+    "{quantity}_history_time",
+    "time of {quantity}_history",
+    lambda measured: measured.history.get("time", ()),
+    unit="s",
+)
 
 
-def _declared(words: Vocabulary) -> Iterator[Variable]:
-    # A word of the sweep comes first, so that a fixed name always wins over it.
-    for parameter in words.parameters.values():
-        yield from _of_parameter(parameter, words)
-    for quantity in words.quantities.values():
-        yield from _of_quantity(quantity, words)
-    for variable in (*RUN, *OBSERVATION, *NUMBERS):
-        yield _filled(variable, {}, words)
-
-
-def _of_parameter(parameter: Parameter, words: Vocabulary) -> Iterator[Variable]:
-    name = variable_name(parameter.name)
-    kind: Kind = "text" if parameter.unit is None else "number"
-    dims = (name,) if name in words.axes else words.axes
-    yield Variable(name, dims, parameter.unit, parameter.meaning, kind)
-    yield Variable(
-        f"observation_{name}",
-        ("observation",),
-        parameter.unit,
-        f"{parameter.meaning} of the shot",
-        kind,
+def uncertainty_part(part: str) -> Variable:
+    """The variable of one part of an uncertainty: growth, azimuth, resolution."""
+    return _measured(
+        f"{{quantity}}_uncertainty_{part}",
+        f"part of the uncertainty of {{quantity}}: {part}",
+        lambda measured: measured.parts.get(part),
     )
 
 
-def _of_quantity(quantity: Quantity, words: Vocabulary) -> Iterator[Variable]:
-    filling = {"quantity": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning}
-    converged = CONVERGED if words.refinements else ()
-    for variable in (*QUANTITY, *converged, *LAW, *OBSERVED):
-        yield _filled(variable, filling, words)
-    for part in words.parts.get(quantity.name, ()):
-        yield _filled(PART, {**filling, "part": part}, words)
+# ---- of a quantity at a point: a record is its convergence ---------------------------------------
+
+_converged = partial(Variable, dims=POINTS, unit="{unit}")
+_pure = partial(Variable, dims=POINTS, unit="1")
+
+CONVERGED = _converged(
+    "{quantity}_converged",
+    "{quantity} over all resolutions and offsets: extrapolated to cells of no size where the "
+    "verdict is converging, else the mean of the finest resolution",
+    lambda point: point.value,
+)
+CONVERGED_UNCERTAINTY = _converged(
+    "{quantity}_converged_uncertainty",
+    "uncertainty of {quantity}_converged, root of the sum of the squares of its parts",
+    lambda point: point.uncertainty,
+)
+MESH_PART = _converged(
+    "{quantity}_converged_uncertainty_mesh",
+    "part of the uncertainty: grid convergence index, or at least the spread of the finest resolutions and what "
+    "their noise leaves open",
+    lambda point: point.mesh,
+)
+OFFSETS_PART = _converged(
+    "{quantity}_converged_uncertainty_offsets",
+    "part of the uncertainty: scatter over sub-cell offsets at the finest resolution",
+    lambda point: point.offsets,
+)
+MEASUREMENT_PART = _converged(
+    "{quantity}_converged_uncertainty_measurement",
+    "part of the uncertainty: what the measurement states beside the resolution",
+    lambda point: point.measurement,
+)
+ORDER = _pure(
+    "{quantity}_converged_order",
+    "observed order of convergence of {quantity}",
+    lambda each: each.order,
+)
+EXTRAPOLATED = _converged(
+    "{quantity}_converged_extrapolated",
+    "Richardson's value of {quantity} at cells of no size, where converging",
+    lambda point: point.extrapolated,
+)
+GCI = _pure(
+    "{quantity}_converged_gci",
+    "grid convergence index of the finest resolution, over its value",
+    lambda point: point.gci,
+)
+VERDICT = Variable(
+    "{quantity}_converged_verdict",
+    "what refinement says about {quantity}",
+    lambda point: VERDICT_WORDS[VERDICTS.index(point.verdict)],
+    POINTS,
+    kind="flag",
+    words=VERDICT_WORDS,
+)
+VERDICT_REASON = Variable(
+    "{quantity}_converged_reason", "why this verdict", lambda each: each.reason, POINTS, kind="text"
+)
+NUMBERS_OF_CONVERGENCE = (
+    CONVERGED,
+    CONVERGED_UNCERTAINTY,
+    MESH_PART,
+    OFFSETS_PART,
+    MEASUREMENT_PART,
+    ORDER,
+    EXTRAPOLATED,
+    GCI,
+)
+OF_CONVERGENCE = (*NUMBERS_OF_CONVERGENCE, VERDICT, VERDICT_REASON)
 
 
-def _filled(variable: Variable, filling: Mapping[str, str], words: Vocabulary) -> Variable:
-    """The variable with its braces and its dimension ``*`` replaced."""
-    return replace(
-        variable,
-        name=variable.name.format(**filling),
-        dims=tuple(_dims(variable.dims, filling, words)),
-        unit=variable.unit and variable.unit.format(**filling),
-        meaning=variable.meaning.format(**filling),
-    )
+# ---- of a law: a record is a law with one of its variants, or its answer -------------------------
+
+_text_of_law = partial(Variable, dims=(LAW,), kind="text")
+_in_range = partial(
+    Variable,
+    meaning="whether the law answers inside its stated range",
+    pick=lambda answer: IN_RANGE[answer.in_range],
+    kind="flag",
+    words=IN_RANGE,
+)
+
+LAW_LABEL = _text_of_law(LAW, "law and variant", lambda choice: choice.label)
+BY_LAW = Variable(
+    "{quantity}_by_law",
+    "{quantity} by published laws",
+    lambda answer: answer.value,
+    (*POINTS, LAW),
+    "{unit}",
+)
+BY_LAW_IN_RANGE = _in_range("{quantity}_by_law_in_range", dims=(*POINTS, LAW))
+BY_LAW_REASON = Variable(
+    "{quantity}_by_law_reason",
+    "why the law is outside its range or has no answer",
+    lambda answer: answer.reason,
+    (*POINTS, LAW),
+    kind="text",
+)
+LAW_VARIANT = _text_of_law(
+    "{quantity}_law_variant", "stated choice of constant", lambda choice: choice.variant
+)
+LAW_NAME = _text_of_law("{quantity}_law_name", "name of the law", lambda each: each.law.name)
+LAW_TITLE = _text_of_law("{quantity}_law_title", "title of the law", lambda each: each.law.title)
+LAW_EQUATION = _text_of_law(
+    "{quantity}_law_equation", "equation as published", lambda choice: choice.law.equation
+)
+LAW_SOURCE = _text_of_law(
+    "{quantity}_law_source", "source of the law", lambda each: each.law.source
+)
+LAW_RANGE = _text_of_law(
+    "{quantity}_law_range", "range of validity", lambda choice: choice.law.range.words
+)
+LAW_CONFIDENCE = _text_of_law(
+    "{quantity}_law_confidence",
+    "how sure the form is",
+    lambda each: f"equation: {each.law.confidence}; range: {each.law.range.confidence}",
+)
+OF_ANSWERS = (BY_LAW, BY_LAW_IN_RANGE, BY_LAW_REASON)
+OF_LAWS = (LAW_VARIANT, LAW_NAME, LAW_TITLE, LAW_EQUATION, LAW_SOURCE, LAW_RANGE, LAW_CONFIDENCE)
 
 
-def _dims(dims: Iterable[str], filling: Mapping[str, str], words: Vocabulary) -> Iterator[str]:
-    for dim in dims:
-        if dim in (AXES, POINTS):
-            yield from words.axes if dim == AXES else words.points
-        else:
-            yield dim.format(**filling)
+# ---- of observed shots: a record is a shot, a law, or its answer ---------------------------------
+
+_of_shot = partial(Variable, dims=(OBSERVATION,))
+
+OBSERVATION_NUMBER = _of_shot(OBSERVATION, "number of the shot", int, kind="integer")
+OBSERVATION_SOURCE = _of_shot(
+    "observation_source", "where the shot is published", lambda shot: shot.source, kind="text"
+)
+OBSERVATION_DIAMETER = _of_shot(
+    "observation_equivalent_diameter",
+    "diameter of the sphere with the projectile's volume",
+    lambda shot: getattr(shot.shot, "projectile_diameter", None),
+    unit="m",
+)
+OBSERVED = _of_shot(
+    "{quantity}_observed", "{meaning}, as observed", lambda shot: shot.value, unit="{unit}"
+)
+OBSERVED_UNCERTAINTY = _of_shot(
+    "{quantity}_observed_uncertainty",
+    "uncertainty of {quantity}_observed, as stated",
+    lambda shot: shot.uncertainty,
+    unit="{unit}",
+)
+OBSERVED_LAW_LABEL = Variable(
+    OBSERVED_LAW,
+    "law and variant, of those stated for an observed shot",
+    lambda choice: choice.label,
+    (OBSERVED_LAW,),
+    kind="text",
+)
+OBSERVED_LAW_TITLE = Variable(
+    "{quantity}_observed_law_title",
+    "title of the law",
+    lambda choice: choice.law.title,
+    (OBSERVED_LAW,),
+    kind="text",
+)
+BY_LAW_AT_OBSERVATION = Variable(
+    "{quantity}_by_law_at_observation",
+    "{quantity} by published laws for each shot",
+    lambda answer: answer.value,
+    (OBSERVATION, OBSERVED_LAW),
+    "{unit}",
+)
+BY_LAW_AT_OBSERVATION_IN_RANGE = _in_range(
+    "{quantity}_by_law_at_observation_in_range", dims=(OBSERVATION, OBSERVED_LAW)
+)
 
 
-def vocabulary_as_json(words: Vocabulary) -> dict[str, Any]:
-    """The words as plain objects: an attribute of the cube, so that it can be validated alone."""
-    return {
-        "axes": list(words.axes),
-        "refinements": list(words.refinements),
-        "quantities": {q.name: [q.unit, q.meaning] for q in words.quantities.values()},
-        "parameters": {p.name: [p.kind, p.unit, p.meaning] for p in words.parameters.values()},
-        "parts": {name: list(parts) for name, parts in words.parts.items()},
-    }
+# ---- what readers of a cube share ----------------------------------------------------------------
 
 
-def vocabulary_from_json(plain: Mapping[str, Any]) -> Vocabulary:
-    """The words that :func:`vocabulary_as_json` wrote."""
-    return Vocabulary(
-        axes=tuple(plain["axes"]),
-        refinements=tuple(plain.get("refinements", ())),  # a cube of schema 1 has none
-        quantities={
-            name: Quantity(name, unit, meaning)
-            for name, (unit, meaning) in plain["quantities"].items()
-        },
-        parameters={
-            name: Parameter(name=name, kind=kind, unit=unit, meaning=meaning)
-            for name, (kind, unit, meaning) in plain["parameters"].items()
-        },
-        parts={name: tuple(parts) for name, parts in plain["parts"].items()},
-    )
+def quantities_of(dataset: xr.Dataset) -> list[str]:
+    """Names of the measured quantities of a cube."""
+    return str(dataset.attrs["quantities"]).split()
+
+
+def flag_meanings(flags: xr.DataArray) -> list[tuple[int, str]]:
+    """Bit and meaning of each flag of a mask."""
+    masks: Sequence[int] = np.atleast_1d(flags.attrs["flag_masks"]).tolist()
+    return list(zip(masks, str(flags.attrs["flag_meanings"]).split(), strict=True))
+
+
+def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
+    """The flags of each cell in words, in the order of ``values.ravel()``."""
+    meanings = flag_meanings(flags)
+    return [
+        tuple(word for mask, word in meanings if value & mask) for value in flags.values.ravel()
+    ]

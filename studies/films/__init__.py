@@ -1,5 +1,4 @@
 """Films of runs: written while a run is solved, read as a dataset over time and particle, exported to VTK.
 
-``film`` is imported by what computes a run; ``film_dataset`` and ``film_vtk`` by ``whipple.open_film`` and the command
-line.
+``film`` is called by ``runs``; ``film_dataset`` and ``film_vtk`` by ``whipple.open_film`` and the command line.
 """

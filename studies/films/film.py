@@ -1,13 +1,13 @@
-"""The film of a run: where its particles were and how they fared, from begin to end, in a bounded file.
+"""The film of a run: position, speed, pressure and temperature of its particles over time, in a bounded file.
 
 ``film.npz`` holds, in SI and single precision, particle by particle in the order of ``number`` (permanent)::
 
     time (f,)   position (f, n, 3)   speed, pressure, temperature (f, n)   number, body (n,)   bodies, stride, whole
 
-``body`` counts in ``bodies``, their names. A particle that has left the grid is NaN from then on; one that was retired
-flies straight until then, without pressure and as hot as it was. Of a large run every
-``stride``-th particle is shown. A run that went on from a checkpoint shows the frames of before too; ``whole`` is false
-where they were lost, and the film begins with the frame at ``time[0]``.
+``body`` is the place of a particle's body in ``bodies``, their names. A particle that has left the grid is NaN from
+then on; one that was retired flies straight until then, without pressure, at the temperature that it had. A large run
+shows every ``stride``-th particle. A run that went on from a checkpoint shows the frames of before too; ``whole`` is
+false where they were lost, and the film begins with the frame at ``time[0]``.
 """
 
 from pathlib import Path
@@ -43,8 +43,8 @@ class Film:
         self.frames: list[np.ndarray] = []  # (n, VALUES)
         self.whole = True
 
-    def see(self, snapshot: Snapshot, *, last: bool) -> None:
-        """Take a frame if one is due, and of the last state always."""
+    def add(self, snapshot: Snapshot, *, last: bool) -> None:
+        """Add a frame if one is due, and always the last state."""
         due = self.times[-1] + self.interval * (1.0 - 1e-9) if self.times else snapshot.time
         if last or snapshot.time >= due:
             self.times.append(snapshot.time)
@@ -73,7 +73,7 @@ class Film:
         write_atomically(path, fill)
 
     def resume(self, path: Path, frames: int) -> None:
-        """Go on behind so many frames of a film that was saved, or begin here where they are lost."""
+        """Continue after the first ``frames`` of a saved film, or begin here where they are lost."""
         try:
             with np.load(path) as saved:
                 fits = saved["time"].size >= frames and int(saved["stride"]) == self.stride
@@ -86,14 +86,14 @@ class Film:
 
     def _frame(self, snapshot: Snapshot) -> np.ndarray:
         particles = snapshot.particles
-        seen = (particles.number % self.stride == 0) & (particles.alive == 1)
-        place = particles.number[seen] // self.stride
+        shown = (particles.number % self.stride == 0) & (particles.alive == 1)
+        place = particles.number[shown] // self.stride
         frame = np.full((self.count, VALUES), np.nan, np.float32)
-        frame[place, :3] = particles.position[seen]
-        frame[place, 3] = np.linalg.norm(particles.velocity[seen], axis=1)
-        frame[place, 4] = particles.pressure[seen]
-        frame[place, 5] = particles.temperature[seen]
-        self.body[place] = snapshot.body[seen]
+        frame[place, :3] = particles.position[shown]
+        frame[place, 3] = np.linalg.norm(particles.velocity[shown], axis=1)
+        frame[place, 4] = particles.pressure[shown]
+        frame[place, 5] = particles.temperature[shown]
+        self.body[place] = snapshot.body[shown]
         retired = snapshot.retired
         shown = retired.number % self.stride == 0
         place = retired.number[shown] // self.stride

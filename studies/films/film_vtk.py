@@ -1,8 +1,8 @@
 """A film as files of VTK: one of particles (VTU) for each frame, and ``film.pvd``, which lists them with their times.
 
-The arrays of a VTU stand behind its XML as they are, compressed by zlib: "appended raw" of VTK's own description
-(docs.vtk.org, VTK File Formats). Before each one are four numbers: blocks (one), their size, that of a last one which
-is shorter (none), and the compressed size.
+The arrays of a VTU follow its XML, compressed by zlib: "appended raw" of VTK's own description (docs.vtk.org, VTK File
+Formats). Four numbers precede each array: blocks (1), their size, the size of a shorter last block (0: there is none),
+and the compressed size.
 """
 
 import zlib
@@ -27,8 +27,8 @@ PVD = "film.pvd"
 def export_vtk(film: "Dataset", folder: Path) -> Path:
     """Write every frame into a folder, and return the file that ParaView opens.
 
-    Points are the particles that are on the grid then, with ``particle``, ``body`` (counts in ``bodies(film)``),
-    ``speed``, ``pressure`` and ``temperature``.
+    Points are the particles on the grid at the time of the frame, with ``particle``, ``body`` (a place in
+    ``bodies(film)``), ``speed``, ``pressure`` and ``temperature``.
     """
     film = film.load()
     number = film.particle.values.astype(np.int32)
@@ -51,7 +51,7 @@ def export_vtk(film: "Dataset", folder: Path) -> Path:
 
 
 def bodies(film: "Dataset") -> list[str]:
-    """Names of the bodies, in the order in which the files count them."""
+    """Names of the bodies, in the order of the numbers that the files give them."""
     names: list[str] = np.unique(film.body).tolist()
     return names
 

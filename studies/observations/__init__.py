@@ -1,9 +1,8 @@
-"""Observations: measured shots, published or the user's own, with uncertainty and source.
+"""Observations: measured shots, published or the user's own, with uncertainty and source; none ship.
 
-A table has one row a shot: ``quantity`` (what was measured: "hole_diameter"), ``value``,
-``uncertainty`` (may be empty), ``source``, and a column for each parameter that the shot states.
-The unit stands in the header, "speed [km/s]", or beside each number, "6 km/s". For users this is
-"Your own shots" in README.md. None ship: a sweep brings those that it is to be compared with.
+A sweep brings its shots as a table, one row a shot: ``quantity`` ("hole_diameter"), ``value``, ``uncertainty`` (may be
+empty), ``source``, and a column for each parameter that the shot states. The unit stands in the header, "speed [km/s]",
+or beside each number, "6 km/s". ``sweeps`` reads and writes them; users find this under "Your own shots" in README.md.
 """
 
 import csv
@@ -19,7 +18,7 @@ from studies.values.parameters import Parameter, Value, find, parse_value
 from studies.values.quantities import is_number, readable, refusal
 
 MOST_ROWS = 10_000  # a table of shots; more is another kind of file
-MOST_LINES = 10 * MOST_ROWS  # of a text, with those that are empty or a remark
+MOST_LINES = 10 * MOST_ROWS  # of a text, with empty lines and remarks
 LONGEST_NUMBER = 80  # characters; as LONGEST_TEXT of a quantity
 OWN_COLUMNS = ("quantity", "value", "uncertainty", "source")
 NEEDED_COLUMNS = ("quantity", "value", "source")
@@ -28,7 +27,7 @@ COLUMNS = (
     "'Your own shots' in README.md has them"
 )
 
-# Neither has two ways to match one text: a long one that does not match would be tried in all of them.
+# Each matches a text in one way only, so that a long text that does not match is refused at once.
 _HEADER = re.compile(r"([\w.]+)\s*(?:\[([^\[\]]*)\])?")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
@@ -41,9 +40,8 @@ class Observation:
     value: float  # SI
     uncertainty: float | None  # SI; None where none is stated
     source: str
-    parameters: Mapping[str, Value] = field(
-        default_factory=dict
-    )  # SI, by the names of the scenario
+    # SI, by the names of the scenario.
+    parameters: Mapping[str, Value] = field(default_factory=dict)
 
     def document(self, known: "Known") -> dict[str, Any]:
         """The shot as a row that ``read_observations`` reads as itself."""
@@ -60,15 +58,15 @@ class Observation:
 
 @dataclass(frozen=True)
 class Known:
-    """The words that a table may use."""
+    """The names that a sweep and its table of shots may use."""
 
-    quantities: Mapping[str, str]  # what the scenario measures, with its SI unit
+    quantities: Mapping[str, str]  # of the scenario, with their SI units
     parameters: Mapping[str, Parameter]
     materials: Collection[str] = ()  # names of materials; empty: any
 
 
 def written(value: Value, unit: str | None) -> Any:
-    """A value as a person writes it: a quantity with its unit, anything else as it is."""
+    """A value as a person writes it: a quantity with its unit, everything else unchanged."""
     if unit is None or unit == "1" or value is None:
         return value
     return readable(float(value), unit)
@@ -96,7 +94,7 @@ def read_observations(
 
 
 def _rows(given: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Each row with where it stands: by line in a text, by position in a list."""
+    """Each row with its place: the line in a text, the position in a list."""
     if isinstance(given, str):
         yield from _rows_of_text(given, path)
     elif isinstance(given, list | tuple):
@@ -109,7 +107,7 @@ def _rows(given: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
 
 
 def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """The lines of a CSV text; empty ones and those that begin with # are passed over."""
+    """The lines of a CSV text without empty lines and remarks, which begin with #."""
     header: list[str] | None = None
     lines = text.splitlines()
     if len(lines) > MOST_LINES:
@@ -168,7 +166,7 @@ def _observation(row: Mapping[str, Any], known: Known, where: str) -> Observatio
 
 
 def _cell(header: object, given: Any, where: str) -> tuple[str, Any]:
-    """Name of the column, and the cell with the unit of the column beside a bare number."""
+    """The name of a column, and a cell with the unit of the column beside a bare number."""
     match = _HEADER.fullmatch(header.strip()) if isinstance(header, str) else None
     unit = match[2].strip() if match and match[2] is not None else None
     if match is None or unit == "":

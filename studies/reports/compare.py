@@ -3,21 +3,29 @@
 A residual is "subject minus reference". The reference is the simulation, and where the sweep
 brought observed shots the observation as well. Each law is judged twice: wherever it answers, and
 inside the range that its source states. A figure over no points is ``n = 0``, never a number.
-An error bar of the simulation judges only where the mesh's part is in it: of one grid nobody knows
-how far it is off.
+An error bar of the simulation judges only where it includes the mesh error: a single grid does not show
+how far off it is.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 
-from studies.reports.places import Place, places_of
-from studies.reports.points import comparable, points_of, refined, refinements_of, simulated
-from studies.reports.sightings import Sighting, bring_to, sightings_of
+from studies.cubes import variables as cubes
+from studies.reports.matched import MatchedObservation, interpolate, matched_observations
+from studies.reports.points import (
+    Place,
+    comparable,
+    places_of,
+    points_of,
+    refined,
+    refinements_of,
+    simulated,
+)
 from studies.values.formats import display_of, of_share, printed_in
 
 Reference = Literal["simulation", "observation"]
@@ -32,8 +40,13 @@ WITH_OBSERVATIONS = (
     "brought. Only those against observations say how well a law or the simulation describes "
     "nature."
 )
-NO_MESH = "mesh error is unknown, so that no error bar judges this"
-NOT_BOTH = "its mesh error is unknown, or the observation states no error, so that no error bar judges this"
+# Why no error bar judges a residual.
+UNJUDGED_LAW = ", whose mesh error is unknown, so its error bar is no test of the law"
+UNJUDGED_SIMULATION = (
+    "; the mesh error of the simulation or the error of the observation is unknown, so error bars "
+    "are no test of the simulation"
+)
+UNJUDGED_BY_OBSERVATION = ", which has no error bar"
 
 
 @dataclass(frozen=True)
@@ -55,7 +68,7 @@ class Statistics:
     relative_bias: float | None = None  # of residual / reference
     relative_rms: float | None = None
     relative_largest: Extreme | None = None
-    judged: int = 0  # points with an error bar that judges: the mesh's part is in it
+    judged: int = 0  # points with an error bar that judges: it includes the mesh error
     within: int = 0  # of these, where the subject lies inside it
     bar: float | None = None  # median error bar of these, in the unit of the quantity
     relative_bar: float | None = None  # median, over the reference
@@ -82,68 +95,71 @@ class Comparison:
 
     statement: str
     residuals: tuple[Residual, ...]
-    sightings: tuple[Sighting, ...]
+    observations: tuple[MatchedObservation, ...]
 
     def as_json(self) -> dict[str, Any]:
-        """Plain objects for the report's twin."""
+        """Plain objects for the report."""
         return {
             "statement": self.statement,
-            "residuals": [{**asdict(one), "sentence": sentence(one)} for one in self.residuals],
-            "observations": [asdict(sighting) for sighting in self.sightings],
+            "residuals": [{**asdict(each), "sentence": sentence(each)} for each in self.residuals],
+            "observations": [asdict(each) for each in self.observations],
         }
+
+
+@dataclass(frozen=True)
+class References:
+    """What subjects are compared with: arrays (points,)."""
+
+    kind: Reference
+    values: np.ndarray
+    places: Sequence[Place]
+    bars: np.ndarray | None = None  # NaN where there is no error bar that judges
+    converged: np.ndarray | None = None  # bool; None where nobody refined
 
 
 def compare(cube: xr.Dataset) -> Comparison:
     """Compare the simulation of a cube with its laws, and both with its observations, point by point."""
-    quantities = str(cube.attrs["quantities"]).split()
-    dataset = points_of(cube)
-    sightings = tuple(sighting for name in quantities for sighting in sightings_of(dataset, name))
-    converged = {name: _converged(cube, name) for name in quantities}
+    points = points_of(cube)
+    against_simulation: list[Residual] = []
+    against_observations: list[Residual] = []
+    observations: list[MatchedObservation] = []
+    for name in cubes.quantities_of(cube):
+        against_simulation += _against_simulation(cube, points, name)
+        mine = list(matched_observations(points, name))
+        against_observations += _against_observations(points, name, mine)
+        observations += mine
     return Comparison(
-        statement=WITH_OBSERVATIONS if sightings else ONLY_SIMULATION,
-        residuals=(
-            *_against_simulation(dataset, converged),
-            *_against_observations(dataset, sightings),
-        ),
-        sightings=sightings,
+        statement=WITH_OBSERVATIONS if observations else ONLY_SIMULATION,
+        residuals=(*against_simulation, *against_observations),
+        observations=tuple(observations),
     )
 
 
-def statistics(
-    subject: np.ndarray,
-    reference: np.ndarray,
-    places: Sequence[Place],
-    bars: np.ndarray | None = None,
-    converged: np.ndarray | None = None,
-) -> Statistics:
-    """Statistics of ``subject - reference``, arrays (points,), where both are numbers.
-
-    ``bars`` (points,) are the error bars of the reference, NaN where it has none; ``converged`` (points,) says where
-    it is.
-    """
-    known = np.flatnonzero(np.isfinite(subject) & np.isfinite(reference))
-    if not len(known):
+def statistics(subject: np.ndarray, reference: References) -> Statistics:
+    """Statistics of a subject, (points,), minus its reference, where both are numbers."""
+    answered = np.flatnonzero(np.isfinite(subject) & np.isfinite(reference.values))
+    if not len(answered):
         return Statistics(0)
-    residual = (subject - reference)[known]
+    expected = reference.values[answered]
+    residual = subject[answered] - expected
     absolute = Statistics(
-        n=len(known),
+        n=len(answered),
         bias=float(residual.mean()),
         rms=_rms(residual),
-        largest=_largest(residual, known, places),
-        converged=None if converged is None else int(converged[known].sum()),
-        **({} if bars is None else _inside(residual, reference[known], bars[known])),
+        largest=_largest(residual, answered, reference.places),
+        converged=None if reference.converged is None else int(reference.converged[answered].sum()),
+        **({} if reference.bars is None else _inside(residual, expected, reference.bars[answered])),
     )
-    sized = (
-        reference[known] != 0.0
-    )  # nothing is relative to zero: a plate that held has a hole of 0 mm
+    # Nothing is relative to zero: a plate that held has a hole of 0 mm.
+    sized = expected != 0.0
     if not sized.any():
         return absolute
-    relative = residual[sized] / reference[known][sized]
+    relative = residual[sized] / expected[sized]
     return replace(
         absolute,
         relative_bias=float(relative.mean()),
         relative_rms=_rms(relative),
-        relative_largest=_largest(relative, known[sized], places),
+        relative_largest=_largest(relative, answered[sized], reference.places),
     )
 
 
@@ -166,130 +182,109 @@ def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _largest(values: np.ndarray, known: np.ndarray, places: Sequence[Place]) -> Extreme:
+def _largest(values: np.ndarray, points: np.ndarray, places: Sequence[Place]) -> Extreme:
     where = int(np.argmax(np.abs(values)))
-    return Extreme(float(values[where]), places[known[where]])
+    return Extreme(float(values[where]), places[points[where]])
 
 
-# ---- against the simulation ----------------------------------------------------------------------
+# ---- residuals -----------------------------------------------------------------------------------
 
 
-def _against_simulation(
-    dataset: xr.Dataset, converged: Mapping[str, np.ndarray | None]
+def _against_simulation(cube: xr.Dataset, points: xr.Dataset, name: str) -> Iterator[Residual]:
+    """Each law against the simulation."""
+    if cubes.BY_LAW.is_in(points, name):
+        settled = None
+        if refinements_of(cube):
+            verdicts = [point.converged.verdict for point in refined(cube, name)]
+            settled = np.array(verdicts) == "converging"
+        bars = simulated(_with_judging_bars(points, name), name, cubes.UNCERTAINTY)
+        reference = References(
+            "simulation",
+            comparable(points, name).values.ravel(),
+            places_of(points),
+            bars.values.ravel(),
+            settled,
+        )
+        inside = cubes.BY_LAW_IN_RANGE.of(points, name)
+        titles = cubes.LAW_TITLE.of(points, name)
+        yield from _of_laws(name, cubes.BY_LAW.of(points, name), inside, titles, reference)
+
+
+def _against_observations(
+    points: xr.Dataset, name: str, shots: Sequence[MatchedObservation]
 ) -> Iterator[Residual]:
-    places = places_of(dataset)
-    for name in converged:
-        if f"{name}_by_law" in dataset:
-            laws, inside = dataset[f"{name}_by_law"], dataset[f"{name}_by_law_in_range"]
-            reference = _Reference(
-                "simulation",
-                comparable(dataset, name).values.ravel(),
-                simulated(_whole(dataset, name), f"{name}_uncertainty").values.ravel(),
-                places,
-                converged[name],
-            )
-            yield from _of_laws(dataset, name, laws, inside, reference)
-
-
-def _whole(dataset: xr.Dataset, name: str) -> xr.Dataset:
-    """The points, with error bars of a variable where they hold the mesh's part, else NaN."""
-    bars, mesh = f"{name}_uncertainty", f"{name}_converged_uncertainty_mesh"
-    known = dataset[mesh].notnull() if mesh in dataset else False
-    return dataset.assign({bars: dataset[bars].where(known)})
-
-
-def _converged(cube: xr.Dataset, name: str) -> np.ndarray | None:
-    """Whether a measured variable is converging, (points,); None where nobody refined."""
-    if not refinements_of(cube):
-        return None
-    return np.array([one.verdict == "converging" for one in refined(cube, name)])
-
-
-@dataclass(frozen=True)
-class _Reference:
-    """What laws are compared with: arrays (points,)."""
-
-    name: Reference
-    values: np.ndarray
-    bars: np.ndarray  # NaN where there is no error bar
-    places: Sequence[Place]
-    converged: np.ndarray | None = None  # bool; None where nobody refined
+    """The simulation and each law against the observed shots of a quantity."""
+    if not shots:
+        return
+    places = [shot.at for shot in shots]
+    values = np.array([shot.value for shot in shots])
+    bars = np.array([_nan(shot.uncertainty) for shot in shots])
+    judging = _with_judging_bars(points, name)
+    # NaN where the observation states none, or the simulation's does not include the mesh error.
+    joint = np.hypot(bars, [interpolate(judging, name, place)[1] for place in places])
+    yield Residual(
+        quantity=name,
+        unit=points[name].attrs["units"],
+        subject="simulation",
+        title="simulation",
+        reference="observation",
+        everywhere=statistics(
+            np.array([_nan(shot.simulation) for shot in shots]),
+            References("observation", values, places, joint),
+        ),
+        in_range=None,
+        points=len(shots),
+    )
+    if cubes.BY_LAW_AT_OBSERVATION.is_in(points, name):
+        rows = {"observation": [shot.observation for shot in shots]}
+        yield from _of_laws(
+            name,
+            cubes.BY_LAW_AT_OBSERVATION.of(points, name).isel(rows),
+            cubes.BY_LAW_AT_OBSERVATION_IN_RANGE.of(points, name).isel(rows),
+            cubes.OBSERVED_LAW_TITLE.of(points, name),
+            References("observation", values, places, bars),
+        )
 
 
 def _of_laws(
-    dataset: xr.Dataset,
     name: str,
-    laws: xr.DataArray,
+    answers: xr.DataArray,
     inside: xr.DataArray,
-    reference: _Reference,
+    titles: xr.DataArray,
+    reference: References,
 ) -> Iterator[Residual]:
-    labels = str(laws.dims[-1])  # laws at observed shots have labels of their own
-    for number, label in enumerate(dataset[labels].values):
-        answer = laws.values[..., number].ravel()
+    """Each law, along the last dimension of its answers."""
+    labels = answers[str(answers.dims[-1])].values
+    for number, label in enumerate(labels):
+        answer = answers.values[..., number].ravel()
         in_range = inside.values[..., number].ravel() == 1
-
-        def judged(values: np.ndarray) -> Statistics:
-            return statistics(
-                values, reference.values, reference.places, reference.bars, reference.converged
-            )
-
         yield Residual(
             quantity=name,
-            unit=dataset[name].attrs["units"],
+            unit=answers.attrs["units"],
             subject=str(label),
-            title=str(dataset[f"{labels}_title"].values[number]),
-            reference=reference.name,
-            everywhere=judged(answer),
-            in_range=judged(np.where(in_range, answer, np.nan)),
+            title=str(titles.values[number]),
+            reference=reference.kind,
+            everywhere=statistics(answer, reference),
+            in_range=statistics(np.where(in_range, answer, np.nan), reference),
             points=int(np.isfinite(reference.values).sum()),
         )
 
 
-# ---- against observations ------------------------------------------------------------------------
+def _with_judging_bars(points: xr.Dataset, name: str) -> xr.Dataset:
+    """The points, with error bars of a quantity where they include the mesh error, else NaN."""
+    mesh = cubes.MESH_PART
+    whole = mesh.of(points, name).notnull() if mesh.is_in(points, name) else False
+    bars = cubes.UNCERTAINTY.of(points, name).where(whole)
+    return points.assign({cubes.UNCERTAINTY.named(name): bars})
 
 
-def _against_observations(dataset: xr.Dataset, sightings: Sequence[Sighting]) -> Iterator[Residual]:
-    for name in dict.fromkeys(sighting.quantity for sighting in sightings):
-        mine = [sighting for sighting in sightings if sighting.quantity == name]
-        places = [sighting.at for sighting in mine]
-        seen = np.array([sighting.value for sighting in mine])
-        gained = np.array([_nan(sighting.simulation) for sighting in mine])
-        bars = np.array([_nan(sighting.uncertainty) for sighting in mine])
-        yield Residual(
-            name,
-            dataset[name].attrs["units"],
-            "simulation",
-            "simulation",
-            "observation",
-            everywhere=statistics(gained, seen, places, _joint(_whole(dataset, name), mine)),
-            in_range=None,
-            points=len(mine),
-        )
-        if f"{name}_by_law_at_observation" in dataset:
-            rows = [sighting.observation for sighting in mine]
-            laws = dataset[f"{name}_by_law_at_observation"].isel(observation=rows)
-            inside = dataset[f"{name}_by_law_at_observation_in_range"].isel(observation=rows)
-            reference = _Reference("observation", seen, bars, places)
-            yield from _of_laws(dataset, name, laws, inside, reference)
-
-
-def _joint(dataset: xr.Dataset, sightings: Sequence[Sighting]) -> np.ndarray:
-    """Error bars of simulation and observation together, root of the sum of squares.
-
-    NaN where the observation states none, or the simulation's does not hold the mesh's part.
-    """
-    seen = [_nan(one.uncertainty) for one in sightings]
-    gained = [bring_to(dataset, one.quantity, one.at)[1] for one in sightings]
-    return np.hypot(seen, gained)
-
-
-# ---- words ---------------------------------------------------------------------------------------
+# ---- sentences -----------------------------------------------------------------------------------
 
 
 def sentence(residual: Residual) -> str:
     """A residual in words: how far, of how many points, and how many inside the error bar."""
-    words = residual.quantity.replace("_", " ")
-    subject = residual.title if residual.subject != "simulation" else "the simulation"
+    quantity = residual.quantity.replace("_", " ")
+    subject = "the simulation" if residual.subject == "simulation" else residual.title
     variant = residual.subject.partition("/")[2]
     subject += f" ({variant})" if variant else ""
     subject = subject[:1].upper() + subject[1:]
@@ -297,23 +292,49 @@ def sentence(residual: Residual) -> str:
     if not everywhere.n:
         return f"{subject}: no point to compare."
     if inside is None:
-        return f"{subject} gives a {words} {_apart(everywhere, residual)}."
+        return f"{subject} gives a {quantity} {_difference(everywhere, residual)}."
     if not inside.n:
         return (
-            f"{subject}: no point inside its stated range, so nothing is said about it there; outside, "
-            f"its {words} is {_apart(everywhere, residual)}."
+            f"{subject}: no point lies inside its stated range; outside of it, its {quantity} is "
+            f"{_difference(everywhere, residual)}."
         )
     share = "all" if inside.n == residual.points else f"{inside.n} of {residual.points}"
     return (
-        f"{subject}, inside its stated range ({share} points), gives a {words} "
-        f"{_apart(inside, residual)}."
+        f"{subject}, inside its stated range ({share} points), gives a {quantity} "
+        f"{_difference(inside, residual)}."
     )
 
 
+def _difference(found: Statistics, residual: Residual) -> str:
+    """Mean difference, and whether error bars cover it."""
+    # The direction is that of the number that is printed: the mean of ratios may have the other sign.
+    mean = found.bias if found.relative_bias is None else found.relative_bias
+    assert mean is not None
+    relative = found.relative_bias is not None
+    size = _length(abs(mean), residual.unit, relative)
+    direction = "larger" if mean > 0 else "smaller"
+    average = "on average " if found.n > 1 else ""
+    said = f"{average}{size} {direction} than {_reference(found, residual)}"
+    if not found.judged:
+        return said + _why_unjudged(residual)
+    bar = found.relative_bar if relative else found.bar
+    median = "" if bar is None else _length(bar, residual.unit, relative)
+    bars = "the error bars of both together" if residual.in_range is None else "the error bar"
+    plural = "s" if found.judged > 1 else ""
+    return (
+        f"{said}; inside {bars} (median ± {median}) at {found.within} of {found.judged} "
+        f"point{plural}"
+    )
+
+
+def _length(value: float, unit: str, relative: bool) -> str:
+    return of_share(value) if relative else f"{printed_in(value, unit)} {display_of(unit).unit}"
+
+
 def _reference(found: Statistics, residual: Residual) -> str:
-    """What was observed; or the simulation, and how far it may be called converged where it is compared."""
+    """The observation; or the simulation, and at how many points it has converged."""
     if residual.reference == "observation":
-        return "what was observed"
+        return "the observed value"
     if found.converged is None:
         return "the simulation"
     if found.converged == found.n:
@@ -321,40 +342,11 @@ def _reference(found: Statistics, residual: Residual) -> str:
     return f"the simulation (converged at {found.converged or 'none'} of {found.n} points)"
 
 
-def _apart(found: Statistics, residual: Residual) -> str:
-    """Mean difference, and whether error bars cover it."""
-    unit = residual.unit
-    assert found.bias is not None
-    if found.relative_bias is not None:
-        size = of_share(abs(found.relative_bias))
-        length = "" if found.relative_bar is None else of_share(found.relative_bar)
-    else:
-        size = f"{printed_in(abs(found.bias), unit)} {display_of(unit).unit}"
-        length = (
-            "" if found.bar is None else f"{printed_in(found.bar, unit)} {display_of(unit).unit}"
-        )
-    # Of the number that is said: the mean of ratios may have the other sign.
-    mean = found.bias if found.relative_bias is None else found.relative_bias
-    way = "larger" if mean > 0 else "smaller"
-    words = f"on average {size} {way} than {_reference(found, residual)}"
-    if found.n == 1:
-        words = words.removeprefix("on average ")
-    if not found.judged:
-        return f"{words}{_unjudged(residual)}"
-    bar = "the error bars of both together" if residual.in_range is None else "the error bar"
-    return (
-        f"{words}; inside {bar} (median ± {length}) at {found.within} of {found.judged} "
-        f"point{'s' if found.judged > 1 else ''}"
-    )
-
-
-def _unjudged(residual: Residual) -> str:
+def _why_unjudged(residual: Residual) -> str:
     """Why no error bar judges."""
     if residual.reference == "simulation":
-        return f", whose {NO_MESH}"
-    if residual.subject == "simulation":
-        return f"; {NOT_BOTH}"
-    return ", which has no error bar"
+        return UNJUDGED_LAW
+    return UNJUDGED_SIMULATION if residual.subject == "simulation" else UNJUDGED_BY_OBSERVATION
 
 
 def _nan(value: float | None) -> float:

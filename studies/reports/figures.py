@@ -1,23 +1,35 @@
 """What the figures of a report show: points, lines and bands in SI, from the cube alone.
 
 A figure is panels side by side; a panel is series. Nothing here knows how it is drawn
-(:mod:`studies.reports.plot`), and the report's JSON twin carries exactly these records.
+(:mod:`studies.reports.plot`), and the report's JSON carries exactly these records.
 """
 
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
+import xarray as xr
 
-from studies.cubes.variables import STATES
+from studies.convergence.orders import FORMAL_ORDER
+from studies.convergence.richardson import Convergence
+from studies.cubes import variables as cubes
+from studies.reports import captions
 from studies.reports.compare import Comparison
-from studies.reports.error_bars import over_resolutions, points_in_words
-from studies.reports.places import Place
-from studies.reports.sightings import Sighting
-from studies.reports.view import FigureView, Scale, Slice, flag_words
+from studies.reports.matched import MatchedObservation
+from studies.reports.points import (
+    Place,
+    Refined,
+    main_quantities,
+    places_of,
+    points_of,
+    refined,
+    refinements_of,
+)
+from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, spread, title_of, view_of
+from studies.sweeps.sweep import RESOLUTION
 from studies.values.quantities import readable
 
 Kind = Literal[
@@ -34,18 +46,21 @@ Kind = Literal[
     "limit",
 ]
 Scales = Literal["shared", "own"]
+Numbers = tuple[float | None, ...]
 
 MOST_HISTORIES = 8  # lines in one panel
-NEAR = (
-    0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
-)
-SYMBOLS = {
+TREND_POINTS = 24  # of the curve through the three finest resolutions
+SYMBOLS = {  # as the field writes them
     "hole_diameter": "D/d",
     "crater_depth": "p/d",
     "crater_diameter": "D/d",
-}  # as the field writes them
+}
 
-Numbers = tuple[float | None, ...]
+# Labels of series that have a look of their own.
+SIMULATION, OBSERVED, MISSING = "simulation", "observed", "run without a value"
+ERROR_BAR = "value and error bar"
+LEVEL, MEAN, RUN = "resolution", "mean over offsets", "run at one offset"
+EXTRAPOLATED, TREND = "extrapolated", "curve of the order used"
 
 
 @dataclass(frozen=True)
@@ -92,31 +107,50 @@ class Figure:
         return asdict(self)
 
 
-# ---- figures -------------------------------------------------------------------------------------
+def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
+    """Figures of the points of a cube, the main ones first, and of their convergence."""
+    points = points_of(cube)
+    view, names = view_of(points), main_quantities(points)
+    drawn = [
+        *(against_laws(view, name, comparison.observations) for name in names),
+        *(residuals(view, name) for name in names if cubes.LAW_LABEL.is_in(points, name)),
+        *(overlay(view, name) for name in names if len(view.slices) > 1),
+        *(companions(view, name) for name in names),
+        *(growth(view, name) for name in names if cubes.HISTORY.is_in(points, name)),
+        *(convergence(cube, view, name) for name in names if RESOLUTION in refinements_of(cube)),
+    ]
+    return tuple(figure for figure in drawn if any(panel.series for panel in figure.panels))
 
 
-def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
+# ---- points, laws and observations ---------------------------------------------------------------
+
+
+def against_laws(view: FigureView, name: str, observations: Sequence[MatchedObservation]) -> Figure:
     """Simulation, laws and observations over the abscissa, a panel for each other value."""
     panels = tuple(
         Panel(
             piece.title,
             piece.at,
             (
-                *laws_of(view, name, piece),
+                *_laws(view, name, piece),
                 *_simulation(view, name, piece),
                 *_missing(view, name, piece),
-                *_observations(view, name, piece, comparison.sightings),
+                *_observed(view, name, piece, observations),
             ),
         )
         for piece in view.slices
     )
-    kinds = {series.kind for panel in panels for series in panel.series}
+    kinds: set[str] = {series.kind for panel in panels for series in panel.series}
+    shown = ["simulation"]
+    shown += ["laws"] if kinds & {"law", "band"} else []
+    shown += ["observations"] if "observation" in kinds else []
+    listed = " and ".join([*filter(None, [", ".join(shown[:-1])]), shown[-1]])
     return Figure(
         name=f"{name}_laws",
-        title=f"{_over(view, name)}: {_enumerated(kinds)}",
-        caption=_caption(view, name, kinds),
+        title=f"{_over(view, name)}: {listed}",
+        caption=captions.of_laws(view, name, kinds),
         x=view.abscissa,
-        y=ratio_scale(view, name),
+        y=view.scale_of(name),
         panels=panels,
     )
 
@@ -124,16 +158,16 @@ def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
 def overlay(view: FigureView, name: str) -> Figure:
     """The simulation of all panels in one, to show what the other axes do."""
     series = [
-        Series(**{**vars(one), "kind": "quantity", "label": piece.title})
+        replace(points, kind="quantity", label=piece.title)
         for piece in view.slices
-        for one in _simulation(view, name, piece)
+        for points in _simulation(view, name, piece)
     ]
     return Figure(
         name=f"{name}_overlay",
         title=f"{_over(view, name)}: simulation alone",
-        caption=f"Every panel's points together. {points_in_words(view, name)}",
+        caption=f"Every panel's points together. {captions.of_points(view, name)}",
         x=view.abscissa,
-        y=ratio_scale(view, name),
+        y=view.scale_of(name),
         panels=(Panel("", {}, tuple(series)),),
     )
 
@@ -141,77 +175,77 @@ def overlay(view: FigureView, name: str) -> Figure:
 def companions(view: FigureView, name: str) -> Figure:
     """The other readings of the same thing, beside the one that laws are compared with."""
     unit = view.dataset[name].attrs["units"]
-    names = [
+    others = [
         other
-        for other in str(view.dataset.attrs["quantities"]).split()
+        for other in cubes.quantities_of(view.dataset)
         if other.startswith(f"{name}_") and view.dataset[other].attrs["units"] == unit
     ]
-
-    def panel(piece: Slice) -> Panel:
-        series = [
-            Series(**{**vars(one), "kind": "quantity", "label": _words(other)})
-            for other in [name, *names]
-            for one in _simulation(view, other, piece)
-        ]
-        return Panel(piece.title, piece.at, tuple(series))
-
+    panels = [
+        Panel(
+            piece.title,
+            piece.at,
+            tuple(
+                replace(points, kind="quantity", label=_words(other))
+                for other in [name, *others]
+                for points in _simulation(view, other, piece)
+            ),
+        )
+        for piece in view.slices
+        if others
+    ]
     return Figure(
         name=f"{name}_companions",
-        title=f"What is measured beside {_words(name)}",
-        caption=f"Laws are compared with the reading named {_words(name)}. {points_in_words(view, name)}",
+        title=f"Other readings of {_words(name)}",
+        caption=f"Laws are compared with the reading named {_words(name)}. {captions.of_points(view, name)}",
         x=view.abscissa,
-        y=ratio_scale(view, name),
-        panels=tuple(panel(piece) for piece in view.slices) if names else (),
+        y=view.scale_of(name),
+        panels=tuple(panels),
     )
 
 
 def growth(view: FigureView, name: str) -> Figure:
-    """How the quantity grew during the runs: whether they were stopped too early."""
-    values = view.flat(f"{name}_history") / view.norm(name)[:, np.newaxis]
-    times = view.flat(f"{name}_history_time")
-
-    def panel(piece: Slice) -> Panel:
-        chosen = piece.cells[_spaced(len(piece.cells), MOST_HISTORIES)]
-        series = [
-            Series("history", _value_of(view, cell), numbers(times[cell]), numbers(values[cell]))
-            for cell in chosen  # a run without a history too, so that labels keep their order
-        ]
-        return Panel(piece.title, piece.at, tuple(series))
-
+    """The quantity during the runs: whether they were stopped too early."""
+    values = view.flat(cubes.HISTORY, name) / view.norm(name)[:, np.newaxis]
+    times = view.flat(cubes.HISTORY_TIME, name)
+    panels = [
+        Panel(
+            piece.title,
+            piece.at,
+            # A run without a history too, so that labels keep their order.
+            tuple(
+                Series(
+                    "history", _value_of(view, cell), numbers(times[cell]), numbers(values[cell])
+                )
+                for cell in spread(piece.cells.tolist(), MOST_HISTORIES)
+            ),
+        )
+        for piece in view.slices
+    ]
+    finest = " Runs of the finest resolution, without offset." if view.refinements else ""
     return Figure(
         name=f"{name}_growth",
         title=f"Growth of {_words(name)} during the runs",
-        caption="A run ends when growth has stopped, or at a cap: a line that still climbs was cut."
-        + (" Runs of the finest resolution, without offset." if view.refined else ""),
+        caption=f"A run ends when growth has stopped, or at a cap: a line that still climbs was cut.{finest}",
         x=Scale("time", "time", "s"),
-        y=ratio_scale(view, name),
-        panels=tuple(panel(piece) for piece in view.slices),
+        y=view.scale_of(name),
+        panels=tuple(panels),
     )
-
-
-# ---- series --------------------------------------------------------------------------------------
 
 
 def _simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     values = view.succeeded(name)[piece.cells]
     if np.isfinite(values).any():
         norm = view.norm(name)[piece.cells]
-        flagged = _open(view, name)[piece.cells]
+        bars = view.succeeded(name, cubes.UNCERTAINTY)[piece.cells]
         yield Series(
-            kind="simulation",
-            label="simulation",
-            x=view.xs(piece),
-            y=numbers(values / norm),
-            uncertainty=numbers(view.succeeded(f"{name}_uncertainty")[piece.cells] / norm),
-            flagged=tuple(bool(flag) for flag in flagged),
+            "simulation",
+            SIMULATION,
+            view.xs(piece),
+            numbers(values / norm),
+            uncertainty=numbers(bars / norm),
+            flagged=tuple(view.is_open(name)[piece.cells].tolist()),
             connected=piece.connected,
         )
-
-
-def _open(view: FigureView, name: str) -> np.ndarray:
-    """Whether a point (points,) is drawn open: it carries a flag, or resolutions did not settle its value."""
-    flagged: np.ndarray = (view.flat("run_flags") | view.flat(f"{name}_flags")) != 0
-    return flagged | view.unsettled(name) if over_resolutions(view) else flagged
 
 
 def _missing(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
@@ -219,107 +253,210 @@ def _missing(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     values = view.succeeded(name)
     cells = [cell for cell in piece.cells if not np.isfinite(values[cell])]
     if cells:
-        states, reasons = view.flat("run_state"), view.flat("run_reason")
-        flags = flag_words(view.dataset, f"{name}_flags")
-        yield Series(
-            kind="missing",
-            label="run without a value",
-            x=tuple(view.x[cell] for cell in cells),
-            notes=tuple(
-                f"{STATES[states[cell]]} {reasons[cell]} {' '.join(flags[cell])}".strip()
-                for cell in cells
-            ),
-            connected=False,
+        states, reasons = view.flat(cubes.RUN_STATE), view.flat(cubes.RUN_REASON)
+        flags = cubes.flag_words(cubes.FLAGS.of(view.dataset, name))
+        notes = (
+            f"{cubes.STATES[states[cell]]} {reasons[cell]} {' '.join(flags[cell])}".strip()
+            for cell in cells
         )
+        x = tuple(view.x[cell] for cell in cells)
+        yield Series("missing", MISSING, x, notes=tuple(notes), connected=False)
 
 
-def laws_of(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
+def _laws(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     """One line a law; over several stated variants a band from smallest to largest."""
-    if f"{name}_law" not in view.dataset:
+    if not cubes.LAW_LABEL.is_in(view.dataset, name):
         return
     norm = view.norm(name)[piece.cells][:, np.newaxis]
-    answers = view.flat(f"{name}_by_law")[piece.cells] / norm
-    inside = view.flat(f"{name}_by_law_in_range")[piece.cells] == 1
-    titles = _titles(view, name)
-    for law, columns in _by_law(view.law_words(name, "name")).items():
-        mine = answers[:, columns]
+    answers = view.flat(cubes.BY_LAW, name)[piece.cells] / norm
+    inside = view.flat(cubes.BY_LAW_IN_RANGE, name)[piece.cells] == 1
+    names = cubes.LAW_NAME.of(view.dataset, name).values.astype(str)
+    titles = dict(zip(names, map(str, cubes.LAW_TITLE.of(view.dataset, name).values), strict=True))
+    shared = Counter(titles.values())
+    for law, title in titles.items():
+        mine = answers[:, names == law]
         if np.isfinite(mine).any():
-            yield _law(titles[law], view.xs(piece), mine, inside[:, columns], piece.connected)
-
-
-def _titles(view: FigureView, name: str) -> dict[str, str]:
-    """The title of each law; with its name where two share a title."""
-    titles = dict(zip(view.law_words(name, "name"), view.law_words(name, "title"), strict=True))
-    shared = {title for title, count in Counter(titles.values()).items() if count > 1}
-    return {law: f"{title} ({law})" if title in shared else title for law, title in titles.items()}
-
-
-def _by_law(names: Iterable[str]) -> dict[str, list[int]]:
-    found: dict[str, list[int]] = {}
-    for column, name in enumerate(names):
-        found.setdefault(name, []).append(column)
-    return found
+            label = f"{title} ({law})" if shared[title] > 1 else title
+            yield _law(label, view.xs(piece), mine, inside[:, names == law], piece.connected)
 
 
 def _law(
     title: str, x: tuple[Any, ...], answers: np.ndarray, inside: np.ndarray, connected: bool
 ) -> Series:
     if answers.shape[1] == 1:
-        in_range = tuple(bool(one) for one in inside[:, 0])
+        in_range = tuple(inside[:, 0].tolist())
         return Series(
-            "law", title, x, y=numbers(answers[:, 0]), in_range=in_range, connected=connected
+            "law", title, x, numbers(answers[:, 0]), in_range=in_range, connected=connected
         )
     known = np.isfinite(answers)
     some = known.any(axis=1)
-    low = np.where(some, np.where(known, answers, np.inf).min(axis=1), np.nan)
-    high = np.where(some, np.where(known, answers, -np.inf).max(axis=1), np.nan)
     return Series(
-        kind="band",
-        label=f"{title}: band of the stated constants",
-        x=x,
-        low=numbers(low),
-        high=numbers(high),
-        in_range=tuple(bool(one) for one in (inside | ~known).all(axis=1) & some),
+        "band",
+        f"{title}: band of the stated constants",
+        x,
+        low=numbers(np.where(some, np.where(known, answers, np.inf).min(axis=1), np.nan)),
+        high=numbers(np.where(some, np.where(known, answers, -np.inf).max(axis=1), np.nan)),
+        in_range=tuple(((inside | ~known).all(axis=1) & some).tolist()),
         connected=connected,
     )
 
 
-def _observations(
-    view: FigureView, name: str, piece: Slice, sightings: Sequence[Sighting]
+def _observed(
+    view: FigureView, name: str, piece: Slice, observations: Sequence[MatchedObservation]
 ) -> Iterator[Series]:
+    """The shots that meet the other axes of a panel."""
     mine = [
-        sighting
-        for sighting in sightings
-        if sighting.quantity == name
-        and view.abscissa.name in sighting.at
-        and not sighting.elsewhere
-        and _near(sighting.at, piece.at)
+        (shot, (view.normed(name) and shot.diameter) or 1.0)
+        for shot in observations
+        if shot.quantity == name
+        and view.abscissa.name in shot.at
+        and not shot.elsewhere
+        and all(_meets(shot.at.get(axis), value) for axis, value in piece.at.items())
     ]
     if mine:
-        norms = [(view.normed(name) and sighting.diameter) or 1.0 for sighting in mine]
-        bars = [sighting.uncertainty for sighting in mine]
         yield Series(
-            kind="observation",
-            label="observed",
-            x=tuple(sighting.at[view.abscissa.name] for sighting in mine),
-            y=tuple(sighting.value / norm for sighting, norm in zip(mine, norms, strict=True)),
+            "observation",
+            OBSERVED,
+            tuple(shot.at[view.abscissa.name] for shot, _ in mine),
+            tuple(shot.value / norm for shot, norm in mine),
             uncertainty=tuple(
-                bar / norm if bar is not None else None
-                for bar, norm in zip(bars, norms, strict=True)
+                None if shot.uncertainty is None else shot.uncertainty / norm for shot, norm in mine
             ),
-            notes=tuple(sighting.source for sighting in mine),
+            notes=tuple(shot.source for shot, _ in mine),
             connected=False,
         )
 
 
-def _near(shot: Place, panel: Place) -> bool:
-    return all(_meets(shot.get(axis), value) for axis, value in panel.items())
+def _meets(value: float | str | None, other: float | str) -> bool:
+    if value is None or isinstance(value, str) or isinstance(other, str):
+        return value == other
+    return math.isclose(value, other, rel_tol=captions.NEAR)
 
 
-def _meets(one: float | str | None, other: float | str) -> bool:
-    if one is None or isinstance(one, str) or isinstance(other, str):
-        return one == other
-    return math.isclose(one, other, rel_tol=NEAR)
+# ---- residuals -----------------------------------------------------------------------------------
+
+
+def residuals(view: FigureView, name: str) -> Figure:
+    """Law minus simulation, over the simulation, with its error bar as a band about zero."""
+    values = view.compared(name)
+    sized = np.where(values == 0.0, np.nan, values)  # nothing is relative to zero
+    bars = view.judging_bars(name) / np.abs(sized)
+    panels = []
+    for piece in view.slices:
+        reference = (sized / view.norm(name))[piece.cells]
+        laws = [_relative(law, reference) for law in _laws(view, name, piece)]
+        bands = _bands(view.xs(piece), bars[piece.cells], piece.connected) if laws else ()
+        panels.append(Panel(piece.title, piece.at, (*bands, *laws)))
+    return Figure(
+        name=f"{name}_residuals",
+        title=f"Law minus simulation, relative: {_words(name)}",
+        caption=captions.of_residuals(view, name),
+        x=view.abscissa,
+        y=Scale("residual", "(law − simulation) / simulation", "1"),
+        panels=tuple(panels),
+    )
+
+
+def _relative(law: Series, reference: np.ndarray) -> Series:
+    def over(values: Numbers) -> Numbers:
+        return numbers(np.array(values, float) / reference - 1.0) if values else ()
+
+    return replace(law, y=over(law.y), low=over(law.low), high=over(law.high))
+
+
+def _bands(x: Sequence[float | str], bars: np.ndarray, connected: bool) -> Iterator[Series]:
+    """The error bar about zero, in pieces: none reaches over a point that has no bar."""
+    known = np.flatnonzero(np.isfinite(bars))
+    for places in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
+        if len(places):
+            yield _error_bar(
+                tuple(x[place] for place in places),
+                numbers(-bars[places]),
+                numbers(bars[places]),
+                connected,
+            )
+
+
+def _error_bar(
+    x: tuple[float | str, ...], low: Numbers, high: Numbers, connected: bool = True
+) -> Series:
+    in_range = (True,) * len(x)
+    return Series("band", ERROR_BAR, x, low=low, high=high, in_range=in_range, connected=connected)
+
+
+# ---- convergence ---------------------------------------------------------------------------------
+
+
+def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
+    """A quantity against the size of a cell, one panel a point."""
+    known = [point for point in refined(cube, name) if math.isfinite(point.converged.value)]
+    shown = spread(known, MOST_PANELS)
+    places, norms = places_of(view.dataset), view.norm(name)
+    return Figure(
+        name=f"{name}_convergence",
+        title=f"{_words(name).capitalize()} against the size of a cell",
+        caption=captions.of_convergence(
+            offsets=any(_several_offsets(point) for point in shown[:1]),
+            extrapolated=any(point.converged.verdict == "converging" for point in shown),
+            left_out=len(known) > len(shown),
+        ),
+        x=Scale("spacing", "cell size / projectile diameter", "1"),
+        y=view.scale_of(name),
+        panels=tuple(
+            Panel(
+                title_of(view.dataset, places[point.number]),
+                places[point.number],
+                tuple(_of_point(point, float(norms[point.number]))),
+                _verdict(point.converged),
+            )
+            for point in shown
+        ),
+        scales="own",
+    )
+
+
+def _verdict(found: Convergence) -> str:
+    """The verdict, with the order where there is one: "converging, order 1.3"."""
+    order = f", order {found.order:.2g}" if found.verdict == "converging" else ""
+    return found.verdict + order
+
+
+def _several_offsets(point: Refined) -> bool:
+    return len(point.values) > len(point.converged.levels)
+
+
+def _of_point(point: Refined, norm: float) -> Iterator[Series]:
+    found = point.converged
+    levels = [level for level in reversed(found.levels) if level.values]
+    if math.isfinite(found.uncertainty):
+        # From nothing to the coarsest resolution.
+        low, high = (found.value + sign * found.uncertainty for sign in (-1.0, 1.0))
+        coarsest = max(level.spacing for level in found.levels)
+        yield _error_bar((0.0, coarsest), (low / norm,) * 2, (high / norm,) * 2)
+    if found.verdict == "converging":
+        yield _trend(found, norm)
+    if _several_offsets(point):
+        known = np.isfinite(point.values)
+        x, y = point.spacings[known].tolist(), (point.values[known] / norm).tolist()
+        yield Series("run", RUN, tuple(x), tuple(y), connected=False)
+    yield Series(
+        "level",
+        MEAN if _several_offsets(point) else LEVEL,
+        tuple(level.spacing for level in levels),
+        tuple(level.value / norm for level in levels),
+        numbers(level.scatter / norm for level in levels),
+    )
+    if found.verdict == "converging":
+        yield Series("limit", EXTRAPOLATED, (0.0,), (found.extrapolated / norm,), connected=False)
+
+
+def _trend(found: Convergence, norm: float) -> Series:
+    """f(0) + C h^p from nothing to the third finest resolution, through the two finest."""
+    fine, _, coarse = [level for level in found.levels if level.values][:3]
+    order = min(found.order, FORMAL_ORDER)
+    x = np.linspace(0.0, coarse.spacing, TREND_POINTS)
+    y = found.extrapolated + (fine.value - found.extrapolated) * (x / fine.spacing) ** order
+    return Series("trend", TREND, tuple(x.tolist()), tuple((y / norm).tolist()))
 
 
 # ---- words and numbers ---------------------------------------------------------------------------
@@ -327,13 +464,6 @@ def _meets(one: float | str | None, other: float | str) -> bool:
 
 def _words(name: str) -> str:
     return name.replace("_", " ")
-
-
-def ratio_scale(view: FigureView, name: str) -> Scale:
-    """Over the projectile's diameter where that makes sense, else in its own unit."""
-    if view.normed(name):
-        return Scale("ratio", f"{_words(name)} / projectile diameter", "1")
-    return Scale(name, _words(name), view.dataset[name].attrs["units"])
 
 
 def _value_of(view: FigureView, cell: int) -> str:
@@ -345,40 +475,6 @@ def _over(view: FigureView, name: str) -> str:
     """What is drawn over what: "Crater depth, p/d against speed"."""
     symbol = f", {SYMBOLS[name]}" if name in SYMBOLS and view.normed(name) else ""
     return f"{_words(name).capitalize()}{symbol} against {view.abscissa.label}"
-
-
-def _enumerated(kinds: set[Kind]) -> str:
-    words = ["simulation"]
-    words += ["laws"] if kinds & {"law", "band"} else []
-    words += ["observations"] if "observation" in kinds else []
-    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else words[0]
-
-
-def _caption(view: FigureView, name: str, kinds: set[Kind]) -> str:
-    words = [points_in_words(view, name)]
-    if kinds & {"law", "band"}:
-        words.append(
-            "Laws: solid lines and filled marks inside the range that their source states, "
-            "dotted lines and open marks outside."
-        )
-    if "band" in kinds:
-        words.append(
-            "A shaded band spans the smallest to the largest answer over the constants "
-            "stated for that law, nothing else."
-        )
-    if "missing" in kinds:
-        words.append("A grey cross on the base line is a run that gave no value.")
-    if "observation" in kinds:
-        words.append(
-            f"An observed shot stands in the panel whose other axes it meets within {NEAR:.0%}."
-        )
-    if view.left_out:
-        words.append("Not all panels are drawn; the cube has all.")
-    return " ".join(words)
-
-
-def _spaced(count: int, most: int) -> np.ndarray:
-    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 def numbers(values: Iterable[float]) -> Numbers:

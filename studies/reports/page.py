@@ -1,8 +1,8 @@
 """The page: a report's document printed as one HTML file, and nothing that is not in the document.
 
 A template cannot print a number: it hands it to one of the filters, with its place in the document.
-So every number and every text of the page carries its place in the JSON twin (``data-path``) and,
-in full, its value.
+So every number and every text of the page carries its place in ``report.json`` (``data-path``), and every
+number its value in full.
 """
 
 import json
@@ -19,7 +19,7 @@ from studies.reports.plot import plot
 from studies.reports.view import Scale
 from studies.values.formats import display_of, kind_of, printed, printed_in, with_unit
 
-MOST_ROWS = 100  # of a table on the page; the twin has them all
+MOST_ROWS = 100  # of a table on the page; report.json has them all
 MOST_REASONS = 4  # of a law, in its row
 
 
@@ -98,7 +98,7 @@ def page(report: dict[str, Any]) -> str:
 
 
 def _figure(plain_figure: dict[str, Any]) -> Figure:
-    """A figure from its place in the document: what is drawn is what the twin says."""
+    """A figure from its place in the document: what is drawn is what report.json says."""
     panels = tuple(
         Panel(**{**panel, "series": tuple(Series(**series) for series in panel["series"])})
         for panel in plain_figure["panels"]
@@ -133,9 +133,7 @@ def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node
 
 def _cut_note(rows: Any) -> str:
     """What is said above a table that does not show all rows."""
-    return (
-        "" if len(rows) <= MOST_ROWS else "Only the first rows are printed; the JSON twin has all."
-    )
+    return "" if len(rows) <= MOST_ROWS else "Only the first rows are printed; report.json has all."
 
 
 @cache

@@ -1,62 +1,283 @@
-"""Figures as Plotly JSON: panels with their axes, and the traces in them.
+"""Figures as Plotly JSON: panels with their axes, and the traces in them, in the units people read.
 
-The specification is plain objects, so that a page draws it with the vendored
-``plotly-basic.min.js`` and no Python library of plotting is loaded.
+The specification is plain objects, so that a page draws it with the vendored ``plotly-basic.min.js`` and no Python
+library of plotting is loaded. Colours are those of Okabe and Ito (2008), told apart with any colour vision; every law
+has a mark of its own as well, so that a page printed in grey still reads.
 """
 
 import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
+from studies.reports import figures as labels
 from studies.reports.figures import Figure, Panel, Series
-from studies.reports.traces import GREY, INK, MISSING, RULE, Trace, scaled, styles_of, traces_of
+from studies.reports.view import Scale
 from studies.values.formats import display_of, with_unit
 
-WIDTH = 1000  # px: the text width of the page
+Trace = dict[str, Any]
+
+# Okabe and Ito (2008), without black (the simulation) and yellow (too pale on paper).
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+SYMBOLS = ("square", "triangle-up", "diamond", "triangle-down", "star-diamond", "hexagon")
+# Five steps of cividis, which grows evenly in lightness: for lines that follow one number.
+RAMP = ("#00204d", "#414d6b", "#7c7b78", "#b8a853", "#e3cb3a")
+INK, GREY, RULE, CRIMSON = "#1a1a1a", "#8a8a8a", "#e4e4e4", "#a3003c"
+
+# px
+WIDTH = 1000  # the text width of the page
 PANEL_HEIGHT = 380
 WIDE_HEIGHT = 430  # of a figure with one panel
 LEGEND_LINE = 22
-ABOVE, BELOW = 26, 52  # px around the panels, without notes and legend
-MARGINS = ABOVE + BELOW
-GAP = 0.035  # between panels, of the width
+ABOVE, BELOW = 26, 52  # around the panels, without notes and legend
+ROW_GAP = 120  # between rows of panels: numbers and title below one, title above the next
+NOTE_LINE = 18  # a second line above a panel
+# shares of the width or the height
+GAP = 0.035  # between panels
 GAP_WITH_NUMBERS = 0.075  # where each panel has numbers beside it
-ROW_GAP = 120  # px between rows of panels: numbers and title below one, title above the next
-NOTE_LINE = 18  # px: a second line above a panel
-TICK_APART = 0.1  # of the width: numbers that are nearer run into each other
-HEADROOM = 0.06  # above the highest point, of the whole height
+TICK_APART = 0.1  # numbers that are nearer run into each other
+HEADROOM = 0.06  # above the highest point
+
+
+@dataclass(frozen=True)
+class Style:
+    """Colour, mark and place in the legend of the series of one label."""
+
+    colour: str
+    symbol: str
+    rank: int = 100
+
+
+# Computed and observed values come first in the legend, laws next, gaps last.
+STYLES = {
+    labels.SIMULATION: Style(INK, "circle", 1),
+    labels.LEVEL: Style(INK, "circle", 1),
+    labels.MEAN: Style(INK, "circle", 1),
+    labels.RUN: Style(COLOURS[0], "circle-open", 2),
+    labels.OBSERVED: Style(CRIMSON, "diamond-open", 2),
+    labels.ERROR_BAR: Style(GREY, "square"),
+    labels.EXTRAPOLATED: Style(COLOURS[1], "star"),
+    labels.TREND: Style(COLOURS[1], "circle"),
+    labels.MISSING: Style(GREY, "x-thin", 1000),
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How series of one kind are drawn; sizes and widths in px, 0 for what is not drawn."""
+
+    size: float = 0.0  # of marks
+    ring: float = 0.0  # width of their outline
+    stroke: float = 0.0  # width of the line through the points
+    own_entry: bool = False  # the legend shows it filled, whatever its points are
+    bars: bool = False  # has error bars
+    more: Mapping[str, Any] = field(default_factory=dict)
+
+    def mode(self, *, connected: bool) -> str:
+        lines = "lines" if self.stroke and connected else ""
+        return "+".join(filter(None, (lines, "markers" if self.size else "")))
+
+
+CURVE = Look(size=7, ring=1.6, stroke=1.6, own_entry=True, bars=True)
+LOOKS = {
+    "simulation": CURVE,
+    "quantity": CURVE,
+    "level": CURVE,
+    "law": Look(size=6, ring=1.2, own_entry=True),
+    "observation": Look(size=9, ring=2, bars=True),
+    "missing": Look(
+        size=9,
+        ring=2,
+        more={"hovertemplate": "%{x}: %{text}<extra></extra>", "cliponaxis": False},
+    ),
+    "history": Look(stroke=1.8),
+    "run": Look(size=6),  # small and open, so that the mean and its bar stay in sight
+    "limit": Look(size=12, more={"cliponaxis": False}),
+    "trend": Look(stroke=1.4, more={"hoverinfo": "skip"}),
+}
 
 
 def plot(figure: Figure) -> dict[str, Any]:
     """The Plotly specification of a figure: ``data`` and ``layout``."""
-    styles = styles_of(figure)
+    styles = _styles(figure)
     traces: list[Trace] = []
     shown: set[str] = set()
     for number, panel in enumerate(figure.panels, start=1):
         for series in panel.series:
-            for trace in traces_of(series, styles[series.label], figure):
-                traces.append(_placed(trace, number, shown))
+            for trace in _traces(series, styles[series.label], figure):
+                traces.append(_placed(trace, series.label, styles[series.label], number, shown))
     return {"data": traces, "layout": _layout(figure, entries=len(shown))}
 
 
-def _rank(label: str) -> int:
-    """Where a label stands in the legend: the computed and the seen, then laws, then gaps."""
-    first = ("simulation", "resolution", "mean over offsets")
-    ranks = {**dict.fromkeys(first, 1), "observed": 2, "run at one offset": 2, MISSING: 1000}
-    return ranks.get(label, 100)
+def _styles(figure: Figure) -> dict[str, Style]:
+    """A colour and a mark for each label, the same in every panel."""
+    series = [series for panel in figure.panels for series in panel.series]
+    names = list(dict.fromkeys(each.label for each in series))
+    if any(each.kind == "history" for each in series):
+        return {
+            name: Style(_on_ramp(place, len(names)), "circle") for place, name in enumerate(names)
+        }
+    coloured = [name for name in names if name not in STYLES]
+    return STYLES | {
+        name: Style(COLOURS[place % len(COLOURS)], SYMBOLS[place % len(SYMBOLS)])
+        for place, name in enumerate(coloured)
+    }
 
 
-def _placed(trace: Trace, panel: int, shown: set[str]) -> Trace:
+def _on_ramp(place: int, count: int) -> str:
+    """A colour of the ramp, mixed between its steps."""
+    at = (len(RAMP) - 1) * place / max(1, count - 1)
+    low = min(int(at), len(RAMP) - 2)
+    pairs = zip(_channels(RAMP[low]), _channels(RAMP[low + 1]), strict=True)
+    return "#" + "".join(f"{round(a + (b - a) * (at - low)):02x}" for a, b in pairs)
+
+
+def _channels(colour: str) -> list[int]:
+    return [int(colour[place : place + 2], 16) for place in (1, 3, 5)]
+
+
+def _placed(trace: Trace, label: str, style: Style, panel: int, shown: set[str]) -> Trace:
     """The trace in its panel; a label enters the legend once in a figure."""
     suffix = "" if panel == 1 else str(panel)
-    named = trace.pop("named", False)
-    first = named and trace["legendgroup"] not in shown
+    first = trace.pop("named", False) and label not in shown
     if first:
-        shown.add(trace["legendgroup"])
+        shown.add(label)
     return {
+        "type": "scatter",
+        "name": label,
+        "legendgroup": label,
         **trace,
         "xaxis": f"x{suffix}",
         "yaxis": f"y{suffix}",
-        "showlegend": bool(first),
-        "legendrank": _rank(trace["legendgroup"]),
+        "showlegend": first,
+        "legendrank": style.rank,
+    }
+
+
+# ---- traces --------------------------------------------------------------------------------------
+
+
+def scaled(values: Sequence[Any], scale: Scale) -> list[Any]:
+    """Values in the display unit; words and gaps as they are."""
+    factor = display_of(scale.unit).factor
+    return [value * factor if isinstance(value, float | int) else value for value in values]
+
+
+def _traces(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
+    """The traces of one series."""
+    x, y = scaled(series.x, figure.x), scaled(series.y, figure.y)
+    if series.kind == "band":
+        low, high = scaled(series.low, figure.y), scaled(series.high, figure.y)
+        yield from _band(x, low, high, series, style)
+        return
+    look = LOOKS[series.kind]
+    if look.own_entry:
+        yield _legend_entry(style, "lines+markers" if series.connected else "markers")
+    if series.kind == "law" and series.connected:
+        yield from _strokes(x, y, series.in_range, style)
+    trace: Trace = {
+        "named": not look.own_entry,
+        "mode": look.mode(connected=series.connected),
+        "x": x,
+        "y": [0.0] * len(x) if series.kind == "missing" else y,
+        **look.more,
+    }
+    if series.notes:
+        trace["text"] = list(series.notes)
+    if look.bars:
+        trace["error_y"] = _bars(series, style, figure)
+    if look.size:
+        trace["marker"] = {"color": style.colour, "size": look.size, "symbol": style.symbol}
+        if look.own_entry:
+            trace["marker"]["symbol"] = _open_where(series, style)
+    if look.ring:
+        trace["marker"]["line"] = {"width": look.ring, "color": style.colour}
+    if look.stroke:
+        dash = {"dash": "dot"} if series.kind == "trend" else {}
+        trace["line"] = {"color": style.colour, "width": look.stroke, **dash}
+    yield trace
+
+
+def _open_where(series: Series, style: Style) -> list[str]:
+    """A mark for each point: open where a simulation is flagged, or a law is outside its range."""
+    inside = [not flag for flag in series.flagged] or series.in_range or [True] * len(series.x)
+    return [style.symbol if filled else f"{style.symbol}-open" for filled in inside]
+
+
+def _legend_entry(style: Style, mode: str) -> Trace:
+    """A trace without points: how the label looks inside its range."""
+    return {
+        "named": True,
+        "mode": mode,
+        "x": [None],
+        "y": [None],
+        "line": {"color": style.colour, "width": 2.0},
+        "marker": {"color": style.colour, "size": 7, "symbol": style.symbol},
+        "hoverinfo": "skip",
+    }
+
+
+def _strokes(
+    x: Sequence[Any], y: Sequence[Any], inside: Sequence[bool], style: Style
+) -> Iterator[Trace]:
+    """Solid between two points inside the range, dotted elsewhere."""
+    for solid, width, dash in ((True, 2.0, "solid"), (False, 1.4, "dot")):
+        pairs = [
+            place
+            for place in range(len(x) - 1)
+            if y[place] is not None
+            and y[place + 1] is not None
+            and (inside[place] and inside[place + 1]) == solid
+        ]
+        if pairs:
+            yield {
+                "mode": "lines",
+                "x": [at for place in pairs for at in (x[place], x[place + 1], None)],
+                "y": [at for place in pairs for at in (y[place], y[place + 1], None)],
+                "line": {"color": style.colour, "width": width, "dash": dash},
+                "hoverinfo": "skip",
+            }
+
+
+def _band(
+    x: Sequence[Any], low: Sequence[Any], high: Sequence[Any], series: Series, style: Style
+) -> Iterator[Trace]:
+    """A shaded area with its edges; bars where a line through the points means nothing."""
+    known = [place for place in range(len(x)) if low[place] is not None and high[place] is not None]
+    if not series.connected or len(known) < 2:
+        yield {
+            "named": True,
+            "mode": "lines",
+            "x": [at for place in known for at in (x[place], x[place], None)],
+            "y": [at for place in known for at in (low[place], high[place], None)],
+            "line": {"color": style.colour, "width": 5},
+            "opacity": 0.5,
+        }
+        return
+    red, green, blue = _channels(style.colour)
+    yield {
+        "named": True,
+        "mode": "lines",
+        "x": [x[place] for place in known] + [x[place] for place in reversed(known)],
+        "y": [low[place] for place in known] + [high[place] for place in reversed(known)],
+        "fill": "toself",
+        "fillcolor": f"rgba({red},{green},{blue},0.2)",
+        "line": {"width": 0, "color": style.colour},
+        "hoverinfo": "skip",
+    }
+    for edge in (low, high):
+        yield from _strokes(x, edge, series.in_range, style)
+
+
+def _bars(series: Series, style: Style, figure: Figure) -> dict[str, Any]:
+    lengths = [0.0 if length is None else length for length in scaled(series.uncertainty, figure.y)]
+    return {
+        "type": "data",
+        "array": lengths,
+        "color": style.colour,
+        "thickness": 1.2,
+        "width": 3,
+        "visible": bool(lengths),
     }
 
 
@@ -64,7 +285,8 @@ def _placed(trace: Trace, panel: int, shown: set[str]) -> Trace:
 
 
 def _layout(figure: Figure, entries: int) -> dict[str, Any]:
-    columns, rows = _shape(len(figure.panels))
+    columns = {1: 1, 2: 2, 4: 2}.get(len(figure.panels), 3)
+    rows = math.ceil(len(figure.panels) / columns)
     height = (WIDE_HEIGHT if len(figure.panels) == 1 else PANEL_HEIGHT) * rows
     legend = LEGEND_LINE * math.ceil(entries / 3) + 18
     notes = NOTE_LINE if any(panel.note for panel in figure.panels) else 0
@@ -78,7 +300,7 @@ def _layout(figure: Figure, entries: int) -> dict[str, Any]:
         "legend": {
             "orientation": "h",
             "x": 0,
-            "y": -58 / (height - MARGINS),
+            "y": -58 / (height - ABOVE - BELOW),
             "yanchor": "top",
             "itemclick": False,
             "itemdoubleclick": False,
@@ -86,70 +308,51 @@ def _layout(figure: Figure, entries: int) -> dict[str, Any]:
         "hoverlabel": {"font": {"size": 12}},
         "annotations": [],
     }
-    for number, panel in enumerate(figure.panels, start=1):
-        _add_panel(layout, figure, number, panel, columns, rows)
-    return layout
-
-
-def _shape(panels: int) -> tuple[int, int]:
-    columns = {1: 1, 2: 2, 4: 2}.get(panels, 3)
-    return columns, math.ceil(panels / columns)
-
-
-def _add_panel(
-    layout: dict[str, Any], figure: Figure, number: int, panel: Panel, columns: int, rows: int
-) -> None:
-    """Axes and title of one panel."""
-    suffix = "" if number == 1 else str(number)
-    row, column = divmod(number - 1, columns)
     own = figure.scales == "own"
     space = GAP_WITH_NUMBERS if own else GAP
     width = (1 - space * (columns - 1)) / columns
-    left = column * (width + space)
-    notes = NOTE_LINE if any(one.note for one in figure.panels) else 0
-    gap = (ROW_GAP + notes) / (PANEL_HEIGHT * rows - MARGINS) if rows > 1 else 0.0
+    gap = (ROW_GAP + notes) / (PANEL_HEIGHT * rows - ABOVE - BELOW) if rows > 1 else 0.0
     tall = (1 - gap * (rows - 1)) / rows
-    top = 1 - row * (tall + gap)
-    edge = column == 0
-    layout[f"xaxis{suffix}"] = {
-        **_axis(),
-        "domain": [left, left + width],
-        "anchor": f"y{suffix}",
-        "title": _title(with_unit(figure.x.label, figure.x.unit)),
-        **_range(_x_range(figure)),
-        **({"type": "category"} if figure.x.unit is None else {}),
-        **(_cell_ticks(panel) if figure.x.name == "spacing" else {}),
-    }
-    layout[f"yaxis{suffix}"] = {
-        **_axis(),
-        "domain": [top - tall, top],
-        "anchor": f"x{suffix}",
-        "showticklabels": edge or own,
-        "title": _title(with_unit(figure.y.label, figure.y.unit) if edge else ""),
-        **_range(_own_range(figure, panel) if own else _y_range(figure)),
-        **({"tickformat": "+.0%"} if figure.y.name == "residual" else {}),
-    }
-    layout["annotations"].append(
-        {
-            "text": f"<b>{panel.title}</b>" + (f"<br>{panel.note}" if panel.note else ""),
-            "align": "left",
-            "x": left,
-            "y": top,
-            "xref": "paper",
-            "yref": "paper",
-            "xanchor": "left",
-            "yanchor": "bottom",
-            "showarrow": False,
-            "font": {"size": 13},
+    for number, panel in enumerate(figure.panels):
+        suffix = "" if number == 0 else str(number + 1)
+        row, column = divmod(number, columns)
+        left, top = column * (width + space), 1 - row * (tall + gap)
+        layout[f"xaxis{suffix}"] = {
+            **_axis(with_unit(figure.x.label, figure.x.unit), _x_range(figure)),
+            "domain": [left, left + width],
+            "anchor": f"y{suffix}",
+            **({"type": "category"} if figure.x.unit is None else {}),
+            **(_cell_ticks(panel) if figure.x.name == "spacing" else {}),
         }
-    )
+        label = with_unit(figure.y.label, figure.y.unit) if column == 0 else ""
+        layout[f"yaxis{suffix}"] = {
+            **_axis(label, _own_range(figure, panel) if own else _y_range(figure)),
+            "domain": [top - tall, top],
+            "anchor": f"x{suffix}",
+            "showticklabels": column == 0 or own,
+            **({"tickformat": "+.0%"} if figure.y.name == "residual" else {}),
+        }
+        layout["annotations"].append(_title(panel, left, top))
+    return layout
 
 
-def _title(text: str) -> dict[str, Any]:
-    return {"text": text, "standoff": 8, "font": {"size": 13}}
+def _title(panel: Panel, left: float, top: float) -> dict[str, Any]:
+    """The title of a panel, with its note on a second line."""
+    return {
+        "text": f"<b>{panel.title}</b>" + (f"<br>{panel.note}" if panel.note else ""),
+        "align": "left",
+        "x": left,
+        "y": top,
+        "xref": "paper",
+        "yref": "paper",
+        "xanchor": "left",
+        "yanchor": "bottom",
+        "showarrow": False,
+        "font": {"size": 13},
+    }
 
 
-def _axis() -> dict[str, Any]:
+def _axis(label: str, limits: tuple[float, float] | None) -> dict[str, Any]:
     return {
         "showline": True,
         "linecolor": GREY,
@@ -162,25 +365,9 @@ def _axis() -> dict[str, Any]:
         "ticklen": 4,
         "fixedrange": True,
         "automargin": True,
+        "title": {"text": label, "standoff": 8, "font": {"size": 13}},
+        **({} if limits is None else {"range": list(limits)}),
     }
-
-
-def _range(limits: tuple[float, float] | None) -> dict[str, Any]:
-    return {} if limits is None else {"range": list(limits)}
-
-
-def _x_range(figure: Figure) -> tuple[float, float] | None:
-    known = [
-        x for panel in figure.panels for series in panel.series for x in scaled(series.x, figure.x)
-    ]
-    numbers = [x for x in known if isinstance(x, float)]
-    if not numbers or figure.x.unit is None:
-        return None
-    low, high = min(numbers), max(numbers)
-    if figure.x.name == "time":
-        low = 0.0
-    margin = 0.06 * (high - low) or 0.1 * abs(high) or 1.0
-    return (low if figure.x.name == "time" else low - margin, high + margin)
 
 
 def _cell_ticks(panel: Panel) -> dict[str, Any]:
@@ -189,7 +376,7 @@ def _cell_ticks(panel: Panel) -> dict[str, Any]:
     sizes = sorted({x for series in levels for x in series.x if isinstance(x, float)})
     apart: list[float] = []
     for size in reversed(sizes):
-        nearest = min([size, *(one - size for one in apart)])
+        nearest = min([size, *(other - size for other in apart)])
         if nearest >= TICK_APART * (apart[0] if apart else size):
             apart.append(size)
     return {
@@ -199,45 +386,57 @@ def _cell_ticks(panel: Panel) -> dict[str, Any]:
     }
 
 
+def _x_range(figure: Figure) -> tuple[float, float] | None:
+    """All points with a margin; time begins at zero."""
+    if figure.x.unit is None:
+        return None
+    series = [series for panel in figure.panels for series in panel.series]
+    values = [x for each in series for x in scaled(each.x, figure.x) if isinstance(x, float)]
+    if not values:
+        return None
+    timed = figure.x.name == "time"
+    low, high = 0.0 if timed else min(values), max(values)
+    margin = 0.06 * (high - low) or 0.1 * abs(high) or 1.0
+    return (low if timed else low - margin, high + margin)
+
+
+def _y_range(figure: Figure) -> tuple[float, float] | None:
+    """Zero is always in sight, and so is every mark."""
+    factor = display_of(figure.y.unit).factor
+    tops = [top * factor for panel in figure.panels for top in _ends(panel, +1.0, bands=True)]
+    if not tops:
+        return None
+    low, high = min(0.0, *tops), max(0.0, *tops)
+    margin = HEADROOM * (high - low) or 1.0
+    return (low - margin if low < 0 else low, high + margin)
+
+
 def _own_range(figure: Figure, panel: Panel) -> tuple[float, float] | None:
     """About the panel's own middle, as wide in per cent as the panel that needs most."""
-    spans = {id(one): _span(one) for one in figure.panels}
-    mine = spans[id(panel)]
+    mine = _span(panel)
     if mine is None:
         return None
+    spans = [span for span in map(_span, figure.panels) if span is not None]
     half = max(
-        0.5 * (high - low) / abs(0.5 * (high + low)) if high + low else 0.0
-        for low, high in (span for span in spans.values() if span is not None)
+        0.5 * (high - low) / abs(0.5 * (high + low)) if high + low else 0.0 for low, high in spans
     )
-    factor = display_of(figure.y.unit).factor
-    middle = 0.5 * (mine[0] + mine[1]) * factor
+    middle = 0.5 * (mine[0] + mine[1]) * display_of(figure.y.unit).factor
     reach = abs(middle) * half * (1.0 + 2.0 * HEADROOM) or 1.0
     return (middle - reach, middle + reach)
 
 
 def _span(panel: Panel) -> tuple[float, float] | None:
-    """Lowest and highest mark of a panel, bars included."""
-    ends = [end for series in panel.series for end in (*_tops(series), *_bottoms(series))]
+    """Lowest and highest mark of a panel, bars and bands included."""
+    ends = [*_ends(panel, +1.0, bands=True), *_ends(panel, -1.0, bands=False)]
     return (min(ends), max(ends)) if ends else None
 
 
-def _y_range(figure: Figure) -> tuple[float, float] | None:
-    """Zero is always in sight, and so is every mark."""
-    tops = [top for panel in figure.panels for series in panel.series for top in _tops(series)]
-    known = [top * display_of(figure.y.unit).factor for top in tops]
-    if not known:
-        return None
-    low, high = min(0.0, *known), max(0.0, *known)
-    margin = HEADROOM * (high - low) or 1.0
-    return (low - margin if low < 0 else low, high + margin)
-
-
-def _bottoms(series: Series) -> list[float]:
-    bars = series.uncertainty or (None,) * len(series.y)
-    return [y - (bar or 0.0) for y, bar in zip(series.y, bars, strict=True) if y is not None]
-
-
-def _tops(series: Series) -> list[float]:
-    bars = series.uncertainty or (None,) * len(series.y)
-    tops = [y + (bar or 0.0) for y, bar in zip(series.y, bars, strict=True) if y is not None]
-    return tops + [edge for edge in (*series.low, *series.high) if edge is not None]
+def _ends(panel: Panel, sign: float, *, bands: bool) -> Iterator[float]:
+    """Upper (+1) or lower (-1) ends of the points' error bars, and the edges of bands."""
+    for series in panel.series:
+        bars = series.uncertainty or (None,) * len(series.y)
+        for y, bar in zip(series.y, bars, strict=True):
+            if y is not None:
+                yield y + sign * (bar or 0.0)
+        if bands:
+            yield from (edge for edge in (*series.low, *series.high) if edge is not None)

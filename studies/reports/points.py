@@ -3,25 +3,22 @@
 A cube without refinements is its own points. Laws, observations and figures look at points; runs and audit at runs.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from studies.convergence.richardson import VERDICTS, Level, Sample, Verdict, levels_of
-from studies.cubes.variables import STATES
+from studies.convergence.richardson import VERDICTS, Convergence, Sample, levels_of
+from studies.cubes import variables as cubes
+from studies.cubes.variables import Variable
 from studies.results import NOT_COMPARED
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 
-SUCCEEDED = STATES.index("succeeded")
-# Verdicts under which the value is the finest resolution's although refinement was asked about.
-UNSETTLED: tuple[Verdict, ...] = (
-    "oscillatory",
-    "not in the asymptotic range",
-    "two grids",
-    "single grid",
-)
+SUCCEEDED = cubes.STATES.index("succeeded")
+
+Place = Mapping[str, float | str]  # axis -> value
 
 
 @dataclass(frozen=True)
@@ -31,41 +28,73 @@ class Refined:
     number: int  # of the point
     spacings: np.ndarray  # (runs,) size of a cell over the projectile's diameter
     values: np.ndarray  # (runs,) NaN where a run has none
-    levels: tuple[Level, ...]  # the finest first
-    value: float
-    uncertainty: float
-    mesh: float  # parts of the uncertainty
-    offsets: float
-    measurement: float
-    order: float
-    extrapolated: float
-    gci: float
-    verdict: Verdict
-    reason: str
+    converged: Convergence  # as stored in the cube; its levels from the runs
+
+
+# ---- where cells are -----------------------------------------------------------------------------
 
 
 def refinements_of(dataset: xr.Dataset) -> list[str]:
     """The dimensions over which points are refined: resolution and offset, where there are several."""
-    named = str(dataset.attrs.get("refinements", "")).split()  # a cube of schema 1 names none
-    return [name for name in named if name in dataset.dims]
+    return [name for name in str(dataset.attrs["refinements"]).split() if name in dataset.dims]
 
 
-def simulated(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """A measured variable where the run succeeded; NaN elsewhere."""
-    return dataset[name].where(dataset.run_state == SUCCEEDED)
+def axes_of(dataset: xr.Dataset) -> list[str]:
+    """Names of the axes of the sweep, dimensions or not; where cells are runs, of refinements too."""
+    return [*str(dataset.attrs["axes"]).split(), *refinements_of(dataset)]
+
+
+def places_of(dataset: xr.Dataset) -> list[dict[str, float | str]]:
+    """The axis values of each cell, in the order in which ``values.ravel()`` has them."""
+    axes = axes_of(dataset)
+    columns = {axis: by_run(dataset, axis) for axis in axes}
+    return [
+        {axis: plain(column[cell]) for axis, column in columns.items()}
+        for cell in range(dataset.run_state.size)
+    ]
+
+
+def by_run(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """The values of a variable for each cell, (cells,), whatever it varies along."""
+    along = dataset[name].broadcast_like(dataset.run_state)
+    return along.transpose(*dataset.run_state.dims).values.ravel()
+
+
+def plain(value: Any) -> float | str:
+    """A coordinate's value as a float or a text of Python's own."""
+    return str(value) if isinstance(value, str) else float(value)
+
+
+# ---- what may be used ----------------------------------------------------------------------------
+
+
+def simulated(dataset: xr.Dataset, name: str, variable: Variable = cubes.VALUE) -> xr.DataArray:
+    """A variable of a measured quantity where the run succeeded; NaN elsewhere."""
+    return variable.of(dataset, name).where(dataset.run_state == SUCCEEDED)
 
 
 def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """A measured variable where a law may be compared with it; NaN where its flags speak against it."""
-    flags = dataset[f"{name}_flags"]
-    masks = np.atleast_1d(flags.attrs["flag_masks"])
-    meanings = str(flags.attrs["flag_meanings"]).split()
-    against = sum(mask for mask, word in zip(masks, meanings, strict=True) if word in NOT_COMPARED)
-    return simulated(dataset, name).where(flags & int(against) == 0)
+    """A measured quantity where a law may be compared with it; NaN where its flags speak against it."""
+    flags = cubes.FLAGS.of(dataset, name)
+    against = sum(mask for mask, word in cubes.flag_meanings(flags) if word in NOT_COMPARED)
+    return simulated(dataset, name).where(flags & against == 0)
+
+
+def main_quantities(dataset: xr.Dataset) -> list[str]:
+    """Quantities that are no other reading of one (``hole_diameter_lip`` of ``hole_diameter``)."""
+    names = cubes.quantities_of(dataset)
+    return [
+        name
+        for name in names
+        if not any(name.startswith(f"{other}_") for other in names if other != name)
+    ]
+
+
+# ---- points --------------------------------------------------------------------------------------
 
 
 def points_of(dataset: xr.Dataset) -> xr.Dataset:
-    """The cube with one cell a point: converged values, and else what the finest runs say.
+    """The cube with one cell a point: converged values, and else those of the finest runs.
 
     A point has succeeded where any of its quantities has a value. Its flags are those of its finest runs and, where
     these have no value, those of the finest that do.
@@ -75,13 +104,13 @@ def points_of(dataset: xr.Dataset) -> xr.Dataset:
         return dataset
     finest = dataset.isel({RESOLUTION: -1} if RESOLUTION in refinements else {}, drop=True)
     points = finest.isel({OFFSET: 0} if OFFSET in refinements else {}, drop=True)
-    names = str(dataset.attrs["quantities"]).split()
+    names = cubes.quantities_of(dataset)
     for name in names:
-        points[name] = dataset[f"{name}_converged"].assign_attrs(dataset[name].attrs)
-        points[f"{name}_uncertainty"] = dataset[f"{name}_converged_uncertainty"]
-    for name in names:
-        points[f"{name}_flags"] = _flags(dataset, f"{name}_flags", [name])
-    points["run_flags"] = _flags(dataset, "run_flags", names)
+        attributes = cubes.VALUE.of(dataset, name).attrs
+        points[name] = cubes.CONVERGED.of(dataset, name).assign_attrs(attributes)
+        points[cubes.UNCERTAINTY.named(name)] = cubes.CONVERGED_UNCERTAINTY.of(dataset, name)
+        points[cubes.FLAGS.named(name)] = _flags(dataset, cubes.FLAGS.of(dataset, name), [name])
+    points["run_flags"] = _flags(dataset, dataset.run_flags, names)
     valued = np.logical_or.reduce([np.isfinite(points[name].values) for name in names])
     points["run_state"] = points.run_state.where(~valued, np.int8(SUCCEEDED))
     return points
@@ -93,53 +122,45 @@ def refined(dataset: xr.Dataset, name: str) -> Iterator[Refined]:
     several = RESOLUTION in refinements_of(dataset)
     cells = dataset[RESOLUTION] if several else xr.DataArray(1.0)  # one alone has no name
     spacings = _flat((1.0 / cells).broadcast_like(dataset.run_state), dataset)
-    columns = {key: dataset[f"{name}_converged{key}"].values.ravel() for key in _NUMBERS}
-    verdicts = dataset[f"{name}_converged_verdict"].values.ravel()
-    reasons = dataset[f"{name}_converged_reason"].values.ravel()
-    for number, (cells, values) in enumerate(zip(spacings, by_point, strict=True)):
-        samples = [Sample(float(h), float(value)) for h, value in zip(cells, values, strict=True)]
-        yield Refined(
-            number,
-            cells,
-            values,
+    columns = [variable.of(dataset, name).values.ravel() for variable in cubes.OF_CONVERGENCE]
+    rows = zip(*columns, strict=True)
+    for number, (sizes, values, row) in enumerate(zip(spacings, by_point, rows, strict=True)):
+        value, _, mesh, offsets, measurement, order, extrapolated, gci, verdict, reason = row
+        samples = (Sample(float(h), float(value)) for h, value in zip(sizes, values, strict=True))
+        converged = Convergence(
+            VERDICTS[verdict],
+            str(reason),
+            float(value),
+            float(mesh),
+            float(offsets),
+            float(measurement),
+            float(order),
+            float(extrapolated),
+            float(gci),
             levels_of(samples),
-            **{field: float(columns[key][number]) for key, field in _NUMBERS.items()},
-            verdict=VERDICTS[verdicts[number]],
-            reason=str(reasons[number]),
         )
+        yield Refined(number, sizes, values, converged)
 
 
-_NUMBERS = {
-    "": "value",
-    "_uncertainty": "uncertainty",
-    "_uncertainty_mesh": "mesh",
-    "_uncertainty_offsets": "offsets",
-    "_uncertainty_measurement": "measurement",
-    "_order": "order",
-    "_extrapolated": "extrapolated",
-    "_gci": "gci",
-}
-
-
-def _flags(dataset: xr.Dataset, flags: str, names: Sequence[str]) -> xr.DataArray:
+def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr.DataArray:
     """Flags of the points: of the finest runs, and of the finest with a value of one of the names, at any offset."""
-    found = dataset[flags]
-    if OFFSET in found.dims:
-        found = found.reduce(np.bitwise_or.reduce, OFFSET, keep_attrs=True)
-    if RESOLUTION not in found.dims:
-        return found
-    points = found.isel({RESOLUTION: -1}, drop=True)
+    attributes = flags.attrs
+    if OFFSET in flags.dims:
+        flags = flags.reduce(np.bitwise_or.reduce, OFFSET)
+    if RESOLUTION not in flags.dims:
+        return flags.assign_attrs(attributes)
+    points = flags.isel({RESOLUTION: -1}, drop=True)
     for name in names:
         valued = simulated(dataset, name).notnull()
         valued = valued.any(OFFSET) if OFFSET in valued.dims else valued
         coarser = valued.isel({RESOLUTION: slice(None, None, -1)}).argmax(RESOLUTION)  # by so many
         last = dataset.sizes[RESOLUTION] - 1
-        points = points | found.isel({RESOLUTION: last - coarser}).drop_vars(RESOLUTION)
-    return points.assign_attrs(found.attrs)
+        points = points | flags.isel({RESOLUTION: last - coarser}).drop_vars(RESOLUTION)
+    return points.assign_attrs(attributes)
 
 
 def _flat(array: xr.DataArray, dataset: xr.Dataset) -> np.ndarray:
     """A variable of the runs as (points, runs of a point)."""
-    kept = len(dataset.run_state.dims) - len(refinements_of(dataset))
+    point_dims = len(dataset.run_state.dims) - len(refinements_of(dataset))
     values = array.transpose(*dataset.run_state.dims).values
-    return values.reshape(int(np.prod(values.shape[:kept])), -1)
+    return values.reshape(int(np.prod(values.shape[:point_dims])), -1)

@@ -1,4 +1,4 @@
-"""From a sweep's runs to the three files of its result: cube, report, and its twin.
+"""From a sweep's runs to the three files of its result: cube, report.html and report.json.
 
 The service calls it in a child process. The report is made from the cube as it was read
 back from the disk, so that nothing can be in the report that is not in the file.
@@ -12,10 +12,10 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
-from studies.cubes.layout import MissingResult
+from studies.cubes.cells import MissingResult
 from studies.reports import compare, page, report
 from studies.values.atomic import write_text
-from studies.values.files import CUBE, PAGE, TWIN
+from studies.values.files import CUBE, OF_A_SWEEP, REPORT_HTML, REPORT_JSON
 
 
 def publish(
@@ -35,14 +35,14 @@ def publish(
 def publish_sweep(
     sweep: Any, results: Mapping[str, Any], directory: Path, catalogue: Catalogue | None = None
 ) -> dict[str, str]:
-    """The same for a parsed sweep and results that are records."""
+    """Publish a parsed sweep from results that are records."""
     directory.mkdir(parents=True, exist_ok=True)
-    files = {name: directory / name for name in (CUBE, PAGE, TWIN)}
+    files = {name: directory / name for name in OF_A_SWEEP}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
     with xr.open_dataset(files[CUBE]) as dataset:
-        said = report.document(dataset, compare.compare(dataset))
-    write_text(files[TWIN], report.as_json(said))
-    write_text(files[PAGE], page.page(said))
+        document = report.document(dataset, compare.compare(dataset))
+    write_text(files[REPORT_JSON], report.as_json(document))
+    write_text(files[REPORT_HTML], page.page(document))
     return {name: str(file) for name, file in files.items()}
 
 
@@ -73,7 +73,7 @@ def _parsed(
 
 
 def outcome_from_json(plain: Mapping[str, Any]) -> Any:
-    """A ``RunResult``, or an ``Outcome`` where there is only a state and a reason."""
+    """A ``RunResult``, or a ``MissingResult`` where there is only a state and a reason."""
     if "measurements" in plain:
         from studies.results import RunResult
 

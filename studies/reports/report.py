@@ -1,6 +1,6 @@
 """The report: everything that is said about a sweep, as one document of plain objects in SI.
 
-:func:`document` gathers it from the cube alone; it is the JSON twin. :mod:`studies.reports.page` prints the same
+:func:`document` gathers it from the cube alone, for ``report.json``. :mod:`studies.reports.page` prints the same
 document as one HTML file that opens from disk without a network.
 """
 
@@ -20,23 +20,27 @@ from studies.convergence.richardson import (
     SAFETY_UNOBSERVED,
     VERDICTS,
 )
-from studies.cubes.variables import NUMBERS, STATES
+from studies.cubes import variables as cubes
+from studies.cubes.variables import STATES
 from studies.reports.compare import Comparison
-from studies.reports.places import axes_of, places_of, plain
-from studies.reports.points import Refined, points_of, refined, refinements_of
-from studies.reports.report_figures import figures
-from studies.reports.view import flag_words, main_quantities
+from studies.reports.figures import figures
+from studies.reports.points import (
+    Refined,
+    axes_of,
+    by_run,
+    main_quantities,
+    places_of,
+    plain,
+    points_of,
+    refined,
+    refinements_of,
+)
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 
 # 2: converged values and their error bars, a sentence about each law
 # 3: an error bar without the mesh's part judges nothing
 # 4: figures of residuals have the error bar as a band
 REPORT_VERSION = 4
-DRIFT_LIMIT = 0.01  # of the initial energy: beyond it a run does not keep its books, and is marked
-
-
-# Endings of the names of audit numbers that are printed in per cent.
-SHARES = ("drift", "error", "share", "fraction")
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -92,7 +96,7 @@ def document(dataset: xr.Dataset, comparison: Comparison) -> Document:
 
 
 def as_json(report: Document) -> str:
-    """The twin as text; a number that is none is null."""
+    """The report as JSON; NaN becomes null."""
     return json.dumps(report, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 
@@ -141,37 +145,37 @@ def _mesh(dataset: xr.Dataset) -> str:
 
 def _convergence(dataset: xr.Dataset) -> Document:
     """Values by resolution, orders, error bars and verdicts of each quantity at each point."""
-    main, places = main_quantities(dataset), places_of(points_of(dataset))
-    quantities = [
-        {
-            "quantity": name,
-            "words": name.replace("_", " "),
-            "unit": dataset[name].attrs["units"],
-            "main": name in main,
-            "points": [_refined(one, places) for one in refined(dataset, name)],
-        }
-        for name in str(dataset.attrs["quantities"]).split()
-    ]
-    for one in quantities:
-        counts = Counter(point["verdict"] for point in one["points"])
-        one["verdicts"] = [
-            {"verdict": verdict, "points": counts[verdict]}
-            for verdict in VERDICTS
-            if counts[verdict]
-        ]
+    places = places_of(points_of(dataset))
+    quantities = []
+    for quantity in _quantities(dataset):
+        points = [_refined(point, places) for point in refined(dataset, quantity["name"])]
+        counts = Counter(point["verdict"] for point in points)
+        quantities.append(
+            {
+                "quantity": quantity["name"],
+                **{key: quantity[key] for key in ("words", "unit", "main")},
+                "points": points,
+                "verdicts": [
+                    {"verdict": verdict, "points": counts[verdict]}
+                    for verdict in VERDICTS
+                    if counts[verdict]
+                ],
+            }
+        )
     several = RESOLUTION in refinements_of(dataset)
     resolutions = dataset[RESOLUTION].values.tolist() if several else [None]
     return {"rules": RULES, "resolutions": resolutions, "quantities": quantities}
 
 
-def _refined(one: Refined, places: Sequence[Mapping[str, float | str]]) -> Document:
-    numbers = ("value", "uncertainty", "mesh", "offsets", "measurement")
-    judged = ("order", "extrapolated", "gci")
+def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Document:
+    found = point.converged
+    parts = ("value", "uncertainty", "mesh", "offsets", "measurement")
+    extrapolation = ("order", "extrapolated", "gci")
     return {
-        "at": places[one.number],
-        "verdict": one.verdict,
-        "reason": one.reason,
-        **{name: _finite(getattr(one, name)) for name in (*numbers, *judged)},
+        "at": places[point.number],
+        "verdict": found.verdict,
+        "reason": found.reason,
+        **{name: _finite(getattr(found, name)) for name in (*parts, *extrapolation)},
         "levels": [
             {
                 "spacing": level.spacing,
@@ -180,7 +184,7 @@ def _refined(one: Refined, places: Sequence[Mapping[str, float | str]]) -> Docum
                 "values": level.values,
                 "runs": level.runs,
             }
-            for level in reversed(one.levels)
+            for level in reversed(found.levels)
         ],
     }
 
@@ -198,9 +202,9 @@ def _axis(dataset: xr.Dataset, name: str) -> Document:
 
 def _fixed(dataset: xr.Dataset) -> Iterator[Document]:
     """Parameters that all runs share."""
-    known = json.loads(dataset.attrs["vocabulary"])["parameters"]
-    for parameter, (_, unit, meaning) in known.items():
-        name = parameter.replace(".", "_")
+    parameters = json.loads(dataset.attrs["vocabulary"])["parameters"]
+    for parameter, (_, unit, meaning) in parameters.items():
+        name = cubes.variable_name(parameter)
         if name in dataset and not dataset[name].dims:
             value = _finite(plain(dataset[name].item()))
             if value not in (None, ""):
@@ -209,7 +213,7 @@ def _fixed(dataset: xr.Dataset) -> Iterator[Document]:
 
 def _quantities(dataset: xr.Dataset) -> Iterator[Document]:
     main = main_quantities(dataset)
-    for name in str(dataset.attrs["quantities"]).split():
+    for name in cubes.quantities_of(dataset):
         yield {
             "name": name,
             "words": name.replace("_", " "),
@@ -238,31 +242,31 @@ def _extremes(dataset: xr.Dataset) -> Iterator[Document]:
 
 def _runs(dataset: xr.Dataset) -> Iterator[Document]:
     """Each run, with the values of its cell by the names of the cube's variables."""
-    names = _run_variables(dataset)
-    columns = {name: _column(dataset, name) for name in names}
-    words = {
-        name: flag_words(dataset, name) for name in map(str, dataset) if name.endswith("_flags")
-    }
+    columns = {name: by_run(dataset, name) for name in _run_variables(dataset)}
     texts = {
-        name: dataset[name].values.ravel()
-        for name in ("run_id", "run_reason", "run_failure", "stop_reason")
+        key: variable.of(dataset).values.ravel()
+        for key, variable in (
+            ("id", cubes.RUN_ID),
+            ("reason", cubes.RUN_REASON),
+            ("failure", cubes.RUN_FAILURE),
+            ("stop", cubes.STOP_REASON),
+        )
     }
-    states = dataset.run_state.values.ravel()
+    flags = _flags(dataset)
+    states = cubes.RUN_STATE.of(dataset).values.ravel()
     main = main_quantities(dataset)
     for number, place in enumerate(places_of(dataset)):
         values = {name: _finite(float(column[number])) for name, column in columns.items()}
+        diameter = values.get(cubes.EQUIVALENT_DIAMETER.name)
         yield {
             "number": number,
-            "id": str(texts["run_id"][number]),
             "at": place,
             "state": STATES[states[number]],
-            "reason": str(texts["run_reason"][number]),
-            "failure": str(texts["run_failure"][number]),
-            "stop": str(texts["stop_reason"][number]),
-            "flags": _flags(words, number),
+            **{key: str(column[number]) for key, column in texts.items()},
+            "flags": flags[number],
             "has_value": any(values[name] is not None for name in main),
             "values": values,
-            "ratios": _ratios(values, main),
+            "ratios": {name: _ratio(values[name], diameter) for name in main},
         }
 
 
@@ -274,105 +278,92 @@ def _run_variables(dataset: xr.Dataset) -> list[str]:
         for name, array in dataset.variables.items()
         if array.dtype.kind == "f"
         and name not in axes
-        and (array.dims == dataset.run_state.dims or name == "equivalent_diameter")
+        and (array.dims == dataset.run_state.dims or name == cubes.EQUIVALENT_DIAMETER.name)
     ]
 
 
-def _column(dataset: xr.Dataset, name: str) -> np.ndarray:
-    return (
-        dataset[name]
-        .broadcast_like(dataset.run_state)
-        .transpose(*dataset.run_state.dims)
-        .values.ravel()
-    )
+def _flags(dataset: xr.Dataset) -> list[list[str]]:
+    """All flags of each run, those of a quantity with its name."""
+    columns = {"": cubes.flag_words(cubes.FLAGS_OF_RUN.of(dataset))}
+    for name in cubes.quantities_of(dataset):
+        columns[f"{name}: "] = cubes.flag_words(cubes.FLAGS.of(dataset, name))
+    return [
+        [
+            f"{quantity}{flag}".replace("_", " ")
+            for quantity, column in columns.items()
+            for flag in column[number]
+        ]
+        for number in range(dataset.run_state.size)
+    ]
 
 
-def _flags(words: Mapping[str, Sequence[tuple[str, ...]]], number: int) -> list[str]:
-    """All flags of a run, those of a quantity with its name."""
-    found = []
-    for name, flags in words.items():
-        quantity = name.removesuffix("_flags")
-        prefix = "" if quantity == "run" else f"{quantity.replace('_', ' ')}: "
-        found += [f"{prefix}{flag.replace('_', ' ')}" for flag in flags[number]]
-    return found
-
-
-def _ratios(values: Mapping[str, float | None], names: Sequence[str]) -> dict[str, float | None]:
-    """Quantities over the projectile's diameter."""
-    diameter = values.get("equivalent_diameter")
-    return {name: _over(values[name], diameter) for name in names}
-
-
-def _over(value: float | None, diameter: float | None) -> float | None:
+def _ratio(value: float | None, diameter: float | None) -> float | None:
+    """A quantity over the projectile's diameter."""
     return None if value is None or diameter is None else value / diameter
 
 
 def _audit(dataset: xr.Dataset) -> Iterator[Document]:
     """For each number of the audit: its range, and the run that is farthest from zero."""
     places = places_of(dataset)
-    for variable in NUMBERS:
-        if variable.name in dataset and np.isfinite(dataset[variable.name]).any():
-            values = dataset[variable.name].values.ravel()
-            worst = int(np.nanargmax(np.abs(values)))
-            limit = DRIFT_LIMIT if variable.name.endswith("energy_drift") else None
+    for number in cubes.AUDIT:
+        name, limit = number.variable.name, number.limit
+        if name in dataset and np.isfinite(dataset[name]).any():
+            values = dataset[name].values.ravel()
             yield {
-                "variable": variable.name,
-                "words": variable.name.removeprefix("audit_").replace("_", " "),
-                "meaning": variable.meaning,
-                "unit": variable.unit,
-                "kind": _audit_kind(variable.name, variable.unit),
+                "variable": name,
+                "words": number.name.replace("_", " "),
+                "meaning": number.meaning,
+                "unit": number.unit,
+                "kind": "share" if number.share else "plain",
                 "smallest": float(np.nanmin(values)),
                 "median": float(np.nanmedian(values)),
                 "largest": float(np.nanmax(values)),
-                "farthest_at": places[worst],
+                "farthest_at": places[int(np.nanargmax(np.abs(values)))],
                 "limit": limit,
                 "over_limit": None if limit is None else int((np.abs(values) > limit).sum()),
             }
 
 
-def _audit_kind(name: str, unit: str | None) -> str:
-    return "share" if unit == "1" and name.endswith(SHARES) else "plain"
+LAW_TEXTS = {
+    "name": cubes.LAW_NAME,
+    "title": cubes.LAW_TITLE,
+    "equation": cubes.LAW_EQUATION,
+    "source": cubes.LAW_SOURCE,
+    "range": cubes.LAW_RANGE,
+    "confidence": cubes.LAW_CONFIDENCE,
+}
 
 
 def _laws(dataset: xr.Dataset) -> Iterator[Document]:
     """Each law once, with the constants that it was evaluated with."""
-    for name in str(dataset.attrs["quantities"]).split():
-        if f"{name}_law" not in dataset:
+    for quantity in cubes.quantities_of(dataset):
+        if not cubes.LAW_LABEL.is_in(dataset, quantity):
             continue
-        rows = range(dataset.sizes[f"{name}_law"])
-        keys = ("name", "title", "equation", "source", "range", "confidence", "variant")
-        words = {key: [str(word) for word in dataset[f"{name}_law_{key}"].values] for key in keys}
-        for law in dict.fromkeys(words["name"]):
-            mine = [row for row in rows if words["name"][row] == law]
+        texts = {key: variable.of(dataset, quantity).values for key, variable in LAW_TEXTS.items()}
+        variants = cubes.LAW_VARIANT.of(dataset, quantity).values
+        reasons = cubes.BY_LAW_REASON.of(dataset, quantity).values
+        for law in dict.fromkeys(texts["name"]):
+            rows = np.flatnonzero(texts["name"] == law)
+            counts = Counter(str(reason) for reason in reasons[..., rows].ravel() if reason)
             yield {
-                **{key: words[key][mine[0]] for key in keys[:-1]},
-                "quantity": name.replace("_", " "),
-                "variants": [words["variant"][row] for row in mine if words["variant"][row]],
-                "reasons": _reasons(dataset, name, mine),
+                **{key: str(column[rows[0]]) for key, column in texts.items()},
+                "quantity": quantity.replace("_", " "),
+                "variants": [str(variants[row]) for row in rows if variants[row]],
+                "reasons": [
+                    {"reason": reason, "answers": count} for reason, count in counts.most_common()
+                ],
             }
 
 
-def _reasons(dataset: xr.Dataset, name: str, rows: Sequence[int]) -> list[Document]:
-    """Why the law is out of range or has no answer, with the number of answers concerned."""
-    found = Counter(
-        str(reason)
-        for reason in dataset[f"{name}_by_law_reason"]
-        .isel({f"{name}_law": list(rows)})
-        .values.ravel()
-        if reason
-    )
-    return [{"reason": reason, "answers": count} for reason, count in found.most_common()]
-
-
 def _materials(dataset: xr.Dataset) -> list[Document]:
-    known = json.loads(dataset.attrs["materials"])
+    materials = json.loads(dataset.attrs["materials"])
     return [
         {
             "name": name,
             "title": material["title"],
             "numbers": [{"path": path, **number} for path, number in material["numbers"].items()],
         }
-        for name, material in known.items()
+        for name, material in materials.items()
     ]
 
 

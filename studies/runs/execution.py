@@ -20,7 +20,7 @@ from solver.jit import software
 from solver.simulation import Outcome, simulate, threads_for
 from studies import scenarios
 from studies.films.film import Film
-from studies.results import Progress, RunResult
+from studies.results import ENERGY_DRIFT_LIMIT, Progress, RunResult
 from studies.runs.journal import Journal, Say
 from studies.runs.observer import Observer
 from studies.runs.run import Run, materials_of
@@ -28,9 +28,8 @@ from studies.scenarios import Setting
 from studies.values.atomic import write_atomically, write_text
 from studies.values.files import ANSWER, FILM, STATE
 
-# Flagged, not failed: what a run with sound balances stays below. The hottest 0.1 % of mass of resolved perforations
-# holds 3 to 9 % of the internal energy at the end; half of it means that single particles have run away.
-ENERGY_DRIFT_FLAG = 0.01
+# Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
+# end; half of it means that single particles have run away.
 HOTTEST_SHARE_FLAG = 0.5
 
 FILM_SO_FAR = ".film.npz"  # in place of the suffix of the checkpoint
@@ -223,7 +222,7 @@ def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tu
     flags = []
     if any(numbers[name] < least for name, least in least_cells.items()):
         flags.append("under_resolved")
-    if abs(numbers["largest_energy_drift"]) > ENERGY_DRIFT_FLAG:
+    if abs(numbers["largest_energy_drift"]) > ENERGY_DRIFT_LIMIT:
         flags.append("energy_drift")
     if numbers["hottest_energy_share"] > HOTTEST_SHARE_FLAG:
         flags.append("runaway_particles")

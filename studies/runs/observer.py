@@ -58,7 +58,7 @@ class Observer:
             self.progress(self._progress(snapshot))
         settled = self.pace.early and all(self._settled(name) for name in self.scenario.settles)
         if self.film:
-            self.film.see(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
+            self.film.add(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
         return "settled" if settled else None
 
     def remember(self) -> str:

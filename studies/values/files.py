@@ -3,4 +3,4 @@
 ANSWER = "result.json"  # of a run: what was measured, or why nothing was
 STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
-CUBE, PAGE, TWIN = OF_A_SWEEP = ("cube.nc", "report.html", "report.json")
+CUBE, REPORT_HTML, REPORT_JSON = OF_A_SWEEP = ("cube.nc", "report.html", "report.json")

@@ -1,4 +1,4 @@
-"""How numbers are printed: one table of display units and one function for each kind of number.
+"""How numbers are printed: the display unit of columns and axes, and one function for each kind of number.
 
 Files and programs have SI; only people get millimetres. A report prints every number through
 :func:`printed`.
@@ -9,6 +9,8 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from studies.values.quantities import DISPLAY_UNITS
+
 NONE = "–"
 NARROW_SPACE = "\u202f"
 MINUS = "\u2212"
@@ -17,24 +19,24 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 @dataclass(frozen=True)
 class Display:
-    """The unit in which people read a quantity."""
+    """The unit in which a column of a table or an axis of a figure is read."""
 
     factor: float  # from SI
     unit: str
 
 
-DISPLAYS = {
-    "m": Display(1e3, "mm"),
-    "m s-1": Display(1e-3, "km/s"),
-    "s": Display(1e6, "µs"),
-    "Pa": Display(1e-6, "MPa"),
-    "1": Display(1.0, ""),
-}
-
-
 def display_of(unit: str | None) -> Display:
-    """The display unit of an SI unit; the SI unit itself where none is listed."""
-    return DISPLAYS.get(unit or "1", Display(1.0, _raised(unit or "")))
+    """The display unit of an SI unit; the SI unit itself where none is listed, nothing of a plain number.
+
+    >>> display_of("m"), display_of("s").unit, display_of("1").unit
+    (Display(factor=1000.0, unit='mm'), 'µs', '')
+    """
+    if unit is None or unit == "1":
+        return Display(1.0, "")
+    for display in DISPLAY_UNITS.get(unit, ()):
+        if display.of_columns:
+            return Display(1.0 / display.size, re.sub("^u", "µ", display.name))
+    return Display(1.0, _raised(unit))
 
 
 def _raised(unit: str) -> str:
@@ -89,35 +91,24 @@ def digits(value: float, significant: int = 3) -> str:
     return f"{float(mantissa):g}·10{power}".replace("-", MINUS)
 
 
-def of_length(value: float) -> str:
-    """Metres as millimetres."""
-    return decimals(value * 1e3, 2)
-
-
-def of_length_residual(value: float) -> str:
-    """Metres as millimetres with a sign."""
-    return signed(value * 1e3, 2)
-
-
 def of_share(value: float) -> str:
     """A fraction in per cent, three significant digits."""
     return f"{digits(value * 100)}{NARROW_SPACE}%"
 
 
-def of_share_residual(value: float) -> str:
-    """A fraction in per cent with a sign."""
-    return f"{signed(value * 100, 1)}{NARROW_SPACE}%"
+def _millimetres(value: float) -> float:
+    return value * display_of("m").factor
 
 
 # Kinds of numbers that a report prints, by the word that a template uses.
 KINDS: dict[str, Callable[[float], str]] = {
     "count": digits,
-    "length": of_length,
-    "length_residual": of_length_residual,
+    "length": lambda value: decimals(_millimetres(value), 2),
+    "length_residual": lambda value: signed(_millimetres(value), 2),
     "ratio": lambda value: decimals(value, 3),
     "ratio_residual": lambda value: signed(value, 3),
     "share": of_share,
-    "share_residual": of_share_residual,
+    "share_residual": lambda value: f"{signed(value * 100, 1)}{NARROW_SPACE}%",
     "share_spread": lambda value: f"{decimals(value * 100, 1)}{NARROW_SPACE}%",
     "order": lambda value: decimals(value, 2),
     "seconds": lambda value: decimals(value, 1),

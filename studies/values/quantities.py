@@ -7,6 +7,7 @@ stay exact decimals until ``round_quantity`` makes the float: "2.4 mm" and "0.00
 
 import re
 import sys
+from dataclasses import dataclass
 from decimal import Decimal, DecimalException
 from functools import cache, lru_cache
 from numbers import Rational, Real
@@ -15,12 +16,10 @@ from typing import Any
 from studies.values.errors import Finding, InvalidInput
 from studies.values.nearest import shown
 
-SIGNIFICANT_DIGITS = (
-    12  # more than any input is known to, fewer than a float holds: a stable identity
-)
-LARGEST_EXPONENT = (
-    200  # decimal exponent beyond which no quantity of this field lies; keeps floats finite
-)
+# More than any input is known to, fewer than a float holds: a stable identity.
+SIGNIFICANT_DIGITS = 12
+# Decimal exponent beyond which no quantity of this field lies; keeps floats finite.
+LARGEST_EXPONENT = 200
 LONGEST_TEXT = 80  # characters; a longer "number" is a mistake or an attack
 
 # One number (underscores, commas, expressions are refused), then a unit.
@@ -70,12 +69,39 @@ _DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "degree": ("angle", ("deg", "rad")),
 }
 
-# The unit in which a size is easiest to read: (SI size from which on, its factor to SI, its name).
-_READABLE: dict[str, tuple[tuple[float, float, str], ...]] = {
-    "m": ((1.0, 1.0, "m"), (1e-4, 1e-3, "mm"), (0.0, 1e-6, "um")),
-    "s": ((1.0, 1.0, "s"), (1e-3, 1e-3, "ms"), (1e-7, 1e-6, "us"), (0.0, 1e-9, "ns")),
-    "Pa": ((1e9, 1e9, "GPa"), (1e5, 1e6, "MPa"), (0.0, 1.0, "Pa")),
-    "m s-1": ((1e3, 1e3, "km/s"), (0.0, 1.0, "m/s")),
+
+@dataclass(frozen=True)
+class DisplayUnit:
+    """A unit in which people read sizes of one SI unit."""
+
+    name: str  # as parse_quantity reads it
+    size: float  # of one, in SI
+    smallest: float  # SI size from which on a value that stands alone is written in it
+    of_columns: bool = False  # the one unit of a table's column and of a figure's axis
+
+
+# For each SI unit, the largest first.
+DISPLAY_UNITS: dict[str, tuple[DisplayUnit, ...]] = {
+    "m": (
+        DisplayUnit("m", 1.0, 1.0),
+        DisplayUnit("mm", 1e-3, 1e-4, of_columns=True),
+        DisplayUnit("um", 1e-6, 0.0),
+    ),
+    "s": (
+        DisplayUnit("s", 1.0, 1.0),
+        DisplayUnit("ms", 1e-3, 1e-3),
+        DisplayUnit("us", 1e-6, 1e-7, of_columns=True),
+        DisplayUnit("ns", 1e-9, 0.0),
+    ),
+    "Pa": (
+        DisplayUnit("GPa", 1e9, 1e9),
+        DisplayUnit("MPa", 1e6, 1e5, of_columns=True),
+        DisplayUnit("Pa", 1.0, 0.0),
+    ),
+    "m s-1": (
+        DisplayUnit("km/s", 1e3, 1e3, of_columns=True),
+        DisplayUnit("m/s", 1.0, 0.0),
+    ),
 }
 DEGREES_DIGITS = 10  # two fewer than are kept: 75 deg is 1.30899693900 rad, or 75.0000000002 deg
 PI = Decimal("3.141592653589793238462643383279")  # more digits than the context of decimals keeps
@@ -106,9 +132,9 @@ def readable(value: float, unit: str) -> str:
         return f"{value:.12g}"
     if unit == "rad":
         return _degrees(value) or f"{value:.12g} rad"
-    for smallest, factor, name in _READABLE.get(unit, ()):
-        if abs(value) >= smallest:
-            return f"{round_quantity(value / factor):.12g} {name}"
+    for display in DISPLAY_UNITS.get(unit, ()):
+        if abs(value) >= display.smallest:
+            return f"{round_quantity(value / display.size):.12g} {display.name}"
     return f"{value:.12g} {unit}"
 
 

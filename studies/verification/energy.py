@@ -7,6 +7,7 @@ is known: behind a plane shock the internal energy is up^2 / 2. Its error agains
 
 from collections.abc import Iterator
 
+from studies.results import ENERGY_DRIFT_LIMIT
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most, observed_order, relative, reported
 from studies.verification._collision import Piece, collide, collision_problem
@@ -17,7 +18,6 @@ from studies.verification._matter import fluid
 IMPACT_SPEEDS = (2e3, 6e3)  # m/s
 CELLS_PER_DIAMETER = 16.0
 END_TIME = 20e-6  # of an 8 mm sphere, s
-DRIFT = 0.01
 # A thousandth of the mass may hold a tenth of the internal energy at the end: a hundred times the mean. Stated when
 # GIMP's 3 to 5 % were known (splines: 3 to 9 %); the 17 to 20 % before them came from debris that hit a rim which is no
 # longer held above the plate. In the first microsecond little else than the touching zone has any energy, so the
@@ -53,7 +53,7 @@ def _impact(speed: float, recipe: Recipe) -> Iterator[Row]:
     where = f"thin plate, {speed / 1e3:g} km/s, {CELLS_PER_DIAMETER:g} cells per diameter"
     yield at_most(
         f"{where}: largest drift of the sum (kept by construction)",
-        limit=DRIFT,
+        limit=ENERGY_DRIFT_LIMIT,
         got=float(np.max([abs(one.energy_drift) for one in outcome.history])),
     )
     yield at_most(

@@ -13,7 +13,7 @@ from service.api.routes.serving import served_as, serves
 from service.files.artifacts import Artifacts
 from service.records.jobs import NotFound, SweepRow
 from service.store import Store
-from studies.values.files import CUBE, PAGE, TWIN
+from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 
@@ -49,8 +49,8 @@ def download_cube(
 
 @serves(
     router,
-    f"/{PAGE}",
-    (PAGE,),
+    f"/{REPORT_HTML}",
+    (REPORT_HTML,),
     "the report for people: one file that needs no network",
     operation_id="get_report_html",
 )
@@ -58,20 +58,20 @@ def download_page(
     id: SweepId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
 ) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY}
-    return send(request, _published(store, artifacts, id, PAGE, headers=policy))
+    return send(request, _published(store, artifacts, id, REPORT_HTML, headers=policy))
 
 
 @serves(
     router,
-    f"/{TWIN}",
-    (TWIN,),
+    f"/{REPORT_JSON}",
+    (REPORT_JSON,),
     "the report for programs: the same numbers",
     operation_id="get_report_json",
 )
 def download_twin(
     id: SweepId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
 ) -> Response:
-    return send(request, _published(store, artifacts, id, TWIN))
+    return send(request, _published(store, artifacts, id, REPORT_JSON))
 
 
 def _published(

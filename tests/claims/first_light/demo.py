@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from studies.results import ENERGY_DRIFT_LIMIT
 from tests.claims import Row, at_most, claim
 
 FILES = {"cube.nc", "report.html", "report.json"}
 SHAPES = {"holes": {"speed": 6, "plate_thickness": 3}, "craters": {"speed": 4}}
-DRIFT = 0.01  # of the initial energy
 
 
 @claim(
@@ -48,7 +48,9 @@ def _cube(name: str, shape: dict[str, int], path: Path) -> Iterator[Row]:
         yield Row(f"axes of {name}", shape, sizes, sizes == shape)
         drift = np.abs(cube["audit_largest_energy_drift"].to_numpy())
         yield at_most(
-            f"largest energy drift of any run of {name}", limit=DRIFT, got=float(drift.max())
+            f"largest energy drift of any run of {name}",
+            limit=ENERGY_DRIFT_LIMIT,
+            got=float(drift.max()),
         )
         for quantity in ("hole_diameter", "crater_depth", "crater_diameter"):
             if quantity in cube:

@@ -1,6 +1,7 @@
-"""What a report says of a law: against the converged hole, within an error bar that holds the scatter over offsets."""
+"""The report's numbers about each law: against the converged hole, within an error bar that includes the scatter."""
 
 import functools
+import json
 import math
 import statistics
 from collections.abc import Iterator
@@ -10,16 +11,14 @@ from typing import Any
 import xarray as xr
 
 from studies.convergence.richardson import Convergence, Sample, converge
-from studies.reports.compare import Residual, compare, sentence
 from studies.reports.publish import publish
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
-from studies.values.formats import of_share
 from tests.claims import Row, claim
 from tests.claims.computed import result_of, scratch
 
 # Coarse, so that it takes a minute: this claim is about what is compared with what. At 9 km/s a law answers outside of
-# its range, so that its sentence is about three points of four.
+# its range, so that its report is about three points of four.
 SWEEP: dict[str, Any] = {
     "name": "laws",
     "scenario": "thin_plate",
@@ -37,17 +36,18 @@ GRIDS = ", ".join(map(str, SWEEP["resolution"]))
 NAME = "hole_diameter"
 ROUND_OFF = 1e-12  # relative: the same operations in another order
 
-Pair = tuple[float, Convergence]  # what a law answers at a point (m), and the hole there
+Pair = tuple[float, Convergence]  # the answer of a law at a point (m), and the hole there
 
 
 @functools.cache
-def computed() -> tuple[list[tuple[Run, dict[str, Any]]], xr.Dataset]:
-    """The runs with their results as read from their files, and the cube."""
+def computed() -> tuple[list[tuple[Run, dict[str, Any]]], xr.Dataset, dict[str, Any]]:
+    """The runs with their results as read from their files, the cube, and report.json."""
     folder = Path(scratch().name) / "laws"
-    found = [(point.run, result_of(point.run, folder)) for point in Sweep.parse(SWEEP).runs()]
-    publish(SWEEP, {run.id: result for run, result in found}, folder)
+    runs = [(point.run, result_of(point.run, folder)) for point in Sweep.parse(SWEEP).runs()]
+    publish(SWEEP, {run.id: result for run, result in runs}, folder)
+    document = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     with xr.open_dataset(folder / "cube.nc") as cube:
-        return found, cube.load()
+        return runs, cube.load(), document
 
 
 def _converged(speed: float) -> Convergence:
@@ -64,97 +64,68 @@ def _converged(speed: float) -> Convergence:
 
 
 @claim(
-    "law-sentences",
-    says="the sentence about each law, rebuilt from the runs: how far it is from the converged hole, and how often "
-    f"inside an error bar that holds the scatter over offsets; on grids of {GRIDS} cells per diameter",
+    "laws-in-the-report",
+    says="the numbers of the report about each law, recomputed from the runs: how far it is from the converged hole, "
+    f"and how often inside an error bar that includes the scatter over offsets; on grids of {GRIDS} cells per diameter",
 )
-def law_sentences() -> Iterator[Row]:
-    _, cube = computed()
+def laws_in_the_report() -> Iterator[Row]:
+    _, cube, document = computed()
     holes = [_converged(float(speed)) for speed in cube.speed.values]
-    for speed, hole in zip(cube.speed.values, holes, strict=True):
-        where = f"{speed / 1e3:g} km/s"
-        yield _same(
-            f"{where}: hole that the cube calls converged (mm)",
-            1e3 * hole.value,
-            1e3 * float(cube[f"{NAME}_converged"].sel(speed=speed)),
-        )
+    (table,) = [each for each in document["convergence"]["quantities"] if each["quantity"] == NAME]
+    for point, hole in zip(table["points"], holes, strict=True):
+        where = f"{point['at']['speed'] / 1e3:g} km/s"
         bar = math.hypot(hole.mesh, hole.offsets, hole.measurement)
-        yield _same(
-            f"{where}: its error bar from mesh, offsets and measurement (mm)",
-            1e3 * bar,
-            1e3 * float(cube[f"{NAME}_converged_uncertainty"].sel(speed=speed)),
-        )
+        yield _same(f"{where}: converged hole (m)", hole.value, point["value"])
+        yield _same(f"{where}: its error bar (m)", bar, point["uncertainty"])
         scatter = hole.levels[0].scatter
         yield Row(
-            f"{where}: scatter over offsets in it (mm)",
+            f"{where}: scatter over offsets in it (m)",
             "above 0",
-            1e3 * hole.offsets,
-            hole.offsets == scatter > 0.0,
+            point["offsets"],
+            point["offsets"] == scatter > 0.0,
         )
-    for residual in compare(cube).residuals:
-        if residual.quantity == NAME:
-            yield from _rows(residual, cube, holes)
+    laws = [each for each in document["residuals"] if each["quantity"] == NAME]
+    yield Row("laws in the report", "at least 4", len(laws), len(laws) >= 4)
+    for residual in laws:
+        label = {f"{NAME}_law": residual["subject"]}
+        answers = cube[f"{NAME}_by_law"].sel(label).values
+        in_range = cube[f"{NAME}_by_law_in_range"].sel(label).values == 1
+        answered = [
+            (float(law), hole, inside)
+            for law, hole, inside in zip(answers, holes, in_range, strict=True)
+            if math.isfinite(law)
+        ]
+        for group, pairs in (
+            ("everywhere", [(law, hole) for law, hole, _ in answered]),
+            ("in_range", [(law, hole) for law, hole, inside in answered if inside]),
+        ):
+            yield from _rows(f"{residual['subject']}, {group}", residual[group], pairs)
 
 
-def _rows(residual: Residual, cube: xr.Dataset, holes: list[Convergence]) -> Iterator[Row]:
-    """One law: the mean difference, how often it is inside the error bar, and the sentence that says so."""
-    answers = cube[f"{NAME}_by_law"].sel({f"{NAME}_law": residual.subject}).values.ravel()
-    pairs = [
-        (float(law), hole) for law, hole in zip(answers, holes, strict=True) if math.isfinite(law)
-    ]
-    everywhere = residual.everywhere
+def _rows(subject: str, reported: dict[str, Any], pairs: list[Pair]) -> Iterator[Row]:
+    """One law over some points: how far from the holes, how many converged, how often inside the error bar."""
+    yield _equal(f"{subject}: points", len(pairs), reported["n"])
+    if not pairs:
+        return
+    settled = sum(hole.verdict == "converging" for _, hole in pairs)
+    yield _equal(f"{subject}: converged points", settled, reported["converged"])
     bias = math.fsum(law - hole.value for law, hole in pairs) / len(pairs)
-    yield _same(
-        f"{residual.subject}: mean difference from the converged hole (mm)",
-        1e3 * bias,
-        1e3 * (everywhere.bias or math.nan),
-    )
-    inside = sum(abs(law - hole.value) <= hole.uncertainty for law, hole in pairs)
-    yield Row(
-        f"{residual.subject}: points inside the error bar",
-        inside,
-        everywhere.within,
-        inside == everywhere.within,
-    )
-    in_range = cube[f"{NAME}_by_law_in_range"].sel({f"{NAME}_law": residual.subject}).values.ravel()
-    stated = [
-        (float(law), hole)
-        for law, hole, inside in zip(answers, holes, in_range, strict=True)
-        if inside == 1 and math.isfinite(law)
-    ]
-    yield _spoken(sentence(residual), stated, pairs, len(holes))
+    yield _same(f"{subject}: mean difference (m)", bias, reported["bias"])
+    relative = math.fsum((law - hole.value) / hole.value for law, hole in pairs) / len(pairs)
+    yield _same(f"{subject}: mean relative difference", relative, reported["relative_bias"])
+    barred = [(law, hole) for law, hole in pairs if math.isfinite(hole.mesh)]
+    yield _equal(f"{subject}: points with an error bar", len(barred), reported["judged"])
+    inside = sum(abs(law - hole.value) <= hole.uncertainty for law, hole in barred)
+    yield _equal(f"{subject}: points inside the error bar", inside, reported["within"])
+    if barred:
+        median = statistics.median(hole.uncertainty / hole.value for _, hole in barred)
+        yield _same(f"{subject}: median error bar, relative", median, reported["relative_bar"])
 
 
-def _spoken(said: str, stated: list[Pair], answered: list[Pair], points: int) -> Row:
-    """Whether a sentence has the words and figures of its points: those in the law's range if any, else all."""
-    share = "all" if len(stated) == points else f"{len(stated)} of {points}"
-    opening = f"({share} points)" if stated else "no point inside its stated range"
-    words = (opening, *_figures(stated or answered))
-    missing = [part for part in words if part not in said]
-    return Row(said, "; ".join(words), f"without {missing}" if missing else "the same", not missing)
-
-
-def _figures(compared: list[Pair]) -> Iterator[str]:
-    """What a sentence says of laws and holes: how far apart, how settled, how often inside the error bar."""
-    mean = math.fsum((law - hole.value) / hole.value for law, hole in compared) / len(compared)
-    yield f" {of_share(abs(mean))} {'larger' if mean > 0.0 else 'smaller'} than"
-    settled = sum(hole.verdict == "converging" for _, hole in compared)
-    yield (
-        "the converged simulation"
-        if settled == len(compared)
-        else f"(converged at {settled or 'none'} of {len(compared)} points)"
-    )
-    bars = [(law, hole) for law, hole in compared if math.isfinite(hole.mesh)]
-    median = statistics.median(hole.uncertainty / hole.value for _, hole in bars)
-    inside = sum(abs(law - hole.value) <= hole.uncertainty for law, hole in bars)
-    many = "s" if len(bars) > 1 else ""
-    yield f"inside the error bar (median ± {of_share(median)}) at {inside} of {len(bars)} point{many}."
+def _equal(claim: str, expected: int, got: int) -> Row:
+    return Row(claim, expected, got, got == expected)
 
 
 def _same(claim: str, expected: float, got: float) -> Row:
-    return Row(
-        claim,
-        f"{expected:.6g}",
-        f"{got:.6g}",
-        bool(abs(got - expected) <= ROUND_OFF * abs(expected)),
-    )
+    close = bool(abs(got - expected) <= ROUND_OFF * abs(expected))
+    return Row(claim, f"{expected:.6g}", f"{got:.6g}", close)

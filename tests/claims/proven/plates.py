@@ -19,9 +19,10 @@ import numpy as np
 from solver.errors import WhippleError
 from studies import materials
 from studies.convergence.richardson import Convergence, Sample, converge
+from studies.results import ENERGY_DRIFT_LIMIT
 from studies.runs.execution import HOTTEST_SHARE_FLAG, execute
 from studies.runs.run import resolve
-from studies.verification.energy import CELLS_PER_DIAMETER, DRIFT
+from studies.verification.energy import CELLS_PER_DIAMETER
 from tests.claims import Row, at_most, claim, within
 
 MATERIAL, DIAMETER, THICKNESS = "copper-ofhc", 8e-3, 2e-3  # t/d = 0.25
@@ -97,7 +98,7 @@ def _energy(holes: list[Hole]) -> Iterator[Row]:
     where = f"worst of {len(fine)} runs of at least {CELLS_PER_DIAMETER:g} cells per diameter"
     yield at_most(
         f"{where}: largest energy drift (of the initial energy)",
-        limit=DRIFT,
+        limit=ENERGY_DRIFT_LIMIT,
         got=float(np.max([one.energy_drift for one in fine])),
     )
     yield at_most(

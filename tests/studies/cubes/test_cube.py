@@ -1,6 +1,5 @@
-"""The cube: every run in its cell, every variable declared, the file whole, CF content."""
+"""The cube: every run in its cell, every variable as declared, the file whole, CF content."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,8 +8,8 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.cubes.layout import MissingResult
-from studies.cubes.variables import STATES, SchemaError
+from studies.cubes.cells import MissingResult
+from studies.cubes.variables import STATES
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import Axis, Sweep
 
@@ -63,21 +62,12 @@ def test_zip__runs_are_the_dimension_and_axes_lie_along_it() -> None:
     assert "speed" in dataset.coords
 
 
-def test_words__an_axis_of_names_selects_by_name() -> None:
+def test_axis__of_names_selects_by_name_and_of_a_material_constant_has_a_cf_name() -> None:
     dataset = cube.build(WORDS, fakes.results(WORDS), fakes.catalogue())
     assert np.isfinite(dataset.hole_diameter.sel(projectile="lead", speed=3e3))
-
-
-def test_material_path__becomes_a_cf_name() -> None:
     sweep = Sweep((Axis("target.strength.A", "Pa", (9e7, 2e8)),))
     dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
     assert dataset.target_strength_A.attrs["units"] == "Pa"
-
-
-def test_single_value__makes_a_cube_of_one_run(tmp_path: Path) -> None:
-    sweep = Sweep((Axis("speed", "m s-1", (5e3,)),))
-    dataset = written(cube.build(sweep, fakes.results(sweep), fakes.catalogue()), tmp_path)
-    assert dataset.hole_diameter.shape == (1,)
 
 
 def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
@@ -99,7 +89,7 @@ def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouch
     )
 
 
-def test_missing_run__is_said_to_be_missing() -> None:
+def test_missing_run__has_a_state_of_its_own() -> None:
     dataset = cube.build(fakes.holes(), {}, fakes.catalogue())
     assert (dataset.run_state == STATES.index("missing")).all()
     assert dataset.hole_diameter.isnull().all()
@@ -150,12 +140,6 @@ def test_laws__a_variant_that_a_shot_does_not_state_is_nan_with_the_reason() -> 
     assert "fast is not stated" in cell.hole_diameter_by_law_reason.item()
 
 
-def test_laws__a_run_that_is_no_shot_gets_no_answer() -> None:
-    sweep = fakes.holes()
-    dataset = cube.build(sweep, {}, replace(fakes.catalogue(), shot_of=lambda run: None))
-    assert "hole_diameter_law" not in dataset
-
-
 def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
     dataset = holes(observations=fakes.SHOTS)
     assert dataset.sizes["observation"] == len(fakes.SHOTS)
@@ -168,15 +152,20 @@ def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
     assert float(answers[0]) == fakes.HOLE_LAWS[0].evaluate(fakes.SHOTS[0].shot, "").value
 
 
-def test_histories__are_padded_and_keep_both_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("studies.cubes.columns.HISTORY_SAMPLES", 8)
+def test_histories__are_thinned_padded_and_keep_both_ends() -> None:
     sweep = fakes.holes()
     known = fakes.results(sweep)
-    history = known[sweep.runs()[0].run.id].measurements["hole_diameter"].history
+    run = sweep.runs()[0].run.id
+    hole = known[run].measurements["hole_diameter"]
+    values = [0.01 + 1e-5 * time for time in range(400)]
+    long = replace(hole, history={"time": list(range(400)), "value": values})
+    measurements = {"hole_diameter": long}
+    known[run] = replace(known[run], measurements=measurements)
     dataset = cube.build(sweep, known, fakes.catalogue())
     first = dataset.hole_diameter_history.isel(speed=0, plate_thickness=0)
-    assert dataset.sizes["sample"] == 8
-    assert (float(first[0]), float(first[-1])) == (history["value"][0], history["value"][-1])
+    assert dataset.sizes["sample"] == cube.HISTORY_SAMPLES < 400
+    assert (float(first[0]), float(first[-1])) == (values[0], values[-1])
+    assert int(dataset.hole_diameter_history[1, 0].count()) == 21
 
 
 def test_shared_parameter__is_a_scalar_and_ratios_follow() -> None:
@@ -197,27 +186,9 @@ def test_undeclared_number__stays_out_and_is_named() -> None:
     assert dataset.attrs["undeclared_numbers"] == "moon_phase"
 
 
-@pytest.mark.parametrize(
-    ("spoil", "complaint"),
-    [
-        (lambda d: d.assign(moon=1.0), "moon is not declared"),
-        (lambda d: d.assign(hole_diameter=d.hole_diameter.assign_attrs(units="mm")), "'mm'"),
-        (lambda d: d.assign(run_state=d.run_state.isel(speed=0)), "dimensions"),
-        (lambda d: d.assign(run_id=d.run_state), "text"),
-    ],
-    ids=["extra", "unit", "dims", "kind"],
-)
-def test_validate__refuses_what_is_not_as_declared(
-    spoil: Callable[[xr.Dataset], xr.Dataset], complaint: str
-) -> None:
-    with pytest.raises(SchemaError, match=complaint):
-        cube.validate(spoil(holes()))
-
-
 def test_write__opens_as_it_was_built(tmp_path: Path) -> None:
     dataset = holes(observations=fakes.SHOTS)
     read = written(dataset, tmp_path)
-    cube.validate(read)
     assert set(read.variables) == set(dataset.variables)
     for name, array in dataset.variables.items():
         np.testing.assert_array_equal(read[name].values, array.values)
@@ -240,15 +211,18 @@ def test_write__leaves_the_old_file_when_it_breaks_off(
     assert [file.name for file in tmp_path.iterdir()] == ["cube.nc"]
 
 
-@pytest.mark.parametrize("case", ["grid", "zip", "words", "craters", "nothing"])
+@pytest.mark.parametrize("case", ["grid", "zip", "words", "refined", "offsets", "nothing"])
 def test_file__passes_the_cf_checker(tmp_path: Path, case: str) -> None:
-    sweeps = {"zip": ZIP, "words": WORDS, "craters": fakes.craters(), "nothing": fakes.holes()}
-    if case == "grid":
-        dataset = holes(observations=fakes.SHOTS)
-    else:
-        sweep = sweeps[case]
-        known = {} if case == "nothing" else fakes.results(sweep)
-        dataset = cube.build(sweep, known, fakes.catalogue(sweep.scenario))
+    sweeps = {
+        "zip": ZIP,
+        "words": WORDS,
+        "refined": fakes.refined_holes(),
+        "offsets": fakes.refined_holes((16.0,)),
+    }
+    sweep = sweeps.get(case, fakes.holes())
+    known = {} if case == "nothing" else fakes.results(sweep)
+    shots = fakes.SHOTS if case in ("grid", "refined") else ()
+    dataset = cube.build(sweep, known, fakes.catalogue(observations=shots))
     assert compliance.complaints(cube.write(dataset, tmp_path / "cube.nc")) == []
 
 

@@ -1,4 +1,4 @@
-"""Figures of points: the error bar about zero, what captions say of it, and which marks are open."""
+"""Figures: what is drawn of simulation, laws, observations and convergence, and what captions say of it."""
 
 from dataclasses import replace
 from typing import Any
@@ -8,12 +8,10 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.cubes.layout import MissingResult
+from studies.cubes.cells import MissingResult
 from studies.reports.compare import compare
-from studies.reports.figures import Figure, Series
+from studies.reports.figures import ERROR_BAR, Figure, Series, figures
 from studies.reports.plot import plot
-from studies.reports.report_figures import figures
-from studies.reports.residual_figure import BAND
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Sweep
 
@@ -26,74 +24,133 @@ LONELY = (
 )
 
 
-def without_coarse_runs(sweep: Sweep) -> dict[str, Any]:
-    """Results with one resolution at one speed."""
+def built(sweep: Sweep, known: dict[str, Any] | None = None, **catalogue: Any) -> xr.Dataset:
+    return cube.build(sweep, known or fakes.results(sweep), fakes.catalogue(**catalogue))
+
+
+def without_coarse_runs() -> xr.Dataset:
+    """A refined sweep with one resolution at one speed."""
     lost = [
         point.run.id
-        for point in sweep.runs()
+        for point in REFINED.runs()
         if point.coordinates["speed"] == LONELY
-        and point.coordinates["cells_per_diameter"] < max(sweep.refinements[0].values)
+        and point.coordinates["cells_per_diameter"] < fakes.CELLS[-1]
     ]
-    return {**fakes.results(sweep), **dict.fromkeys(lost, MissingResult("crashed", "out of luck"))}
-
-
-def built(sweep: Sweep, known: dict[str, Any] | None = None) -> xr.Dataset:
-    return cube.build(sweep, known or fakes.results(sweep), fakes.catalogue())
+    crashed = dict.fromkeys(lost, MissingResult("crashed", "out of luck"))
+    return built(REFINED, {**fakes.results(REFINED), **crashed})
 
 
 def drawn(dataset: xr.Dataset, ending: str) -> Figure:
     (found,) = [
-        one for one in figures(dataset, compare(dataset)) if one.name == f"hole_diameter_{ending}"
+        figure
+        for figure in figures(dataset, compare(dataset))
+        if figure.name == f"hole_diameter_{ending}"
     ]
     return found
 
 
+def series_of(figure: Figure, panel: int = 0, **wanted: str) -> list[Series]:
+    return [
+        series
+        for series in figure.panels[panel].series
+        if all(getattr(series, key) == value for key, value in wanted.items())
+    ]
+
+
 def bands(figure: Figure) -> list[Series]:
-    return [one for panel in figure.panels for one in panel.series if one.label == BAND]
+    return series_of(figure, label=ERROR_BAR)
 
 
 def open_speeds(dataset: xr.Dataset) -> list[Any]:
     """Where marks of the simulation are open."""
-    (simulation,) = [
-        one for one in drawn(dataset, "laws").panels[0].series if one.kind == "simulation"
-    ]
+    (simulation,) = series_of(drawn(dataset, "laws"), kind="simulation")
     return [x for x, is_open in zip(simulation.x, simulation.flagged, strict=True) if is_open]
 
 
-# --- the band ---------------------------------------------------------------------------------------
+# --- simulation, laws and observations ------------------------------------------------------------
+
+
+def test_main_figure__is_redone_from_the_cube_alone() -> None:
+    dataset = built(PLAIN, fakes.with_trouble(PLAIN))
+    ratios = dataset.hole_diameter.where(dataset.run_state == 0) / dataset.equivalent_diameter
+    answers = dataset.hole_diameter_by_law / dataset.equivalent_diameter
+    variants = answers.sel(hole_diameter_law=[f"strength_ln/{name}" for name in fakes.YIELDS])
+    figure = drawn(dataset, "laws")
+    for number, panel in enumerate(figure.panels):
+        (points,) = series_of(figure, number, kind="simulation")
+        assert points.x == fakes.SPEEDS
+        np.testing.assert_array_equal(np.array(points.y, float), ratios.sel(panel.at).values)
+        (band,) = series_of(figure, number, kind="band")
+        mine = variants.sel(panel.at)
+        assert band.low == tuple(mine.min("hole_diameter_law").values)
+        assert band.high == tuple(mine.max("hole_diameter_law").values)
+        (law,) = series_of(figure, number, label="thesis 1-3, aluminium")
+        assert law.in_range == (False, True, True, True, False, False)
+
+
+def test_main_figure__an_observed_shot_stands_in_the_panel_that_it_meets() -> None:
+    figure = drawn(built(PLAIN, observations=fakes.SHOTS), "laws")
+    shots = [series_of(figure, number, kind="observation") for number in range(3)]
+    assert [each[0].x for each in shots] == [(2600.0,), (4000.0, 5930.0), (9000.0,)]
+
+
+@pytest.mark.parametrize(
+    ("sweep", "expected"), [(TWO_GRIDS, fakes.SPEEDS), (OFFSETS_ALONE, ())], ids=["two", "one"]
+)
+def test_mark__is_open_where_resolutions_did_not_settle_the_value(
+    sweep: Sweep, expected: tuple[float, ...]
+) -> None:
+    assert open_speeds(built(sweep)) == list(expected)
+    assert LONELY in open_speeds(without_coarse_runs())
+
+
+@pytest.mark.parametrize(
+    ("sweep", "words"),
+    [
+        (REFINED, "uncertainty: mesh error, scatter over offsets, measurement. Open points"),
+        (TWO_GRIDS, "uncertainty: mesh error, position on the grid, as one offset states it"),
+        (OFFSETS_ALONE, "uncertainty: scatter over offsets, measurement, without the mesh error."),
+        (PLAIN, "that one run states, without the mesh error; open points carry a flag."),
+    ],
+    ids=["refined", "two grids", "offsets", "plain"],
+)
+def test_caption__names_the_parts_that_error_bars_have(sweep: Sweep, words: str) -> None:
+    caption = drawn(built(sweep), "laws").caption
+    assert words in caption
+    assert ("extrapolated where it converges" in caption) == (sweep is REFINED)
+
+
+def test_caption__counts_points_without_a_mesh_error() -> None:
+    dataset = without_coarse_runs()
+    assert "mesh error (unknown at 1 of 6 points), scatter" in drawn(dataset, "laws").caption
+    assert "missing at 1 of 6 points, whose mesh error" in drawn(dataset, "residuals").caption
+
+
+# --- residuals ------------------------------------------------------------------------------------
 
 
 def test_band__is_the_error_bar_over_the_value_about_zero() -> None:
     dataset = built(REFINED)
-    (band,) = bands(drawn(dataset, "residuals"))
+    figure = drawn(dataset, "residuals")
+    (band,) = bands(figure)
     relative = dataset.hole_diameter_converged_uncertainty / dataset.hole_diameter_converged
     assert band.x == fakes.SPEEDS
     np.testing.assert_allclose(np.array(band.high, float), relative.values)
     np.testing.assert_allclose(np.array(band.low, float), -relative.values)
-
-
-def test_band__holds_a_law_where_the_comparison_says_that_it_does() -> None:
-    dataset = built(REFINED)
-    (panel,) = drawn(dataset, "residuals").panels
-    (law,) = [one for one in panel.series if one.label == "general form with the sound speed"]
-    (band,) = [one for one in panel.series if one.label == BAND]
+    (law,) = series_of(figure, label="general form with the sound speed")
     inside = np.abs(np.array(law.y, float)) <= np.array(band.high, float)
-    (found,) = [one for one in compare(dataset).residuals if one.subject == "maiden_c"]
+    (found,) = [each for each in compare(dataset).residuals if each.subject == "maiden_c"]
     assert 0 < found.everywhere.within == inside.sum() < found.everywhere.judged == len(inside)
 
 
 def test_band__does_not_reach_over_a_point_whose_mesh_error_is_unknown() -> None:
-    figure = drawn(built(REFINED, without_coarse_runs(REFINED)), "residuals")
+    figure = drawn(without_coarse_runs(), "residuals")
     assert [band.x for band in bands(figure)] == [(2e3, 3e3), (5e3, 6e3, 7e3)]
-    assert "missing at 1 of 6 points, whose mesh error is unknown" in figure.caption
 
 
 @pytest.mark.parametrize(
     ("sweep", "reason"),
-    [
-        (PLAIN, "every point is one run on one mesh"),
-        (OFFSETS_ALONE, "every point has one resolution"),
-    ],
+    [(PLAIN, "every point is one run on one mesh"), (OFFSETS_ALONE, "one resolution")],
     ids=["plain", "offsets"],
 )
 def test_band__is_absent_without_resolutions_and_the_caption_says_why(
@@ -101,92 +158,81 @@ def test_band__is_absent_without_resolutions_and_the_caption_says_why(
 ) -> None:
     figure = drawn(built(sweep), "residuals")
     assert bands(figure) == []
-    assert f"No band about zero shows the error bar of the simulation: {reason}" in figure.caption
-
-
-def test_band__is_explained_where_it_is_drawn() -> None:
-    caption = drawn(built(REFINED), "residuals").caption
-    assert "Grey about zero is the error bar of the simulation over its value" in caption
-    assert "missing" not in caption
+    assert reason in figure.caption
 
 
 def test_band__lies_behind_the_marks_and_enters_the_legend_once() -> None:
     axes = (*REFINED.axes, fakes.Axis("plate_thickness", "m", (2e-3, 3e-3)))
-    figure = drawn(built(Sweep(axes, refinements=REFINED.refinements)), "residuals")
-    traces = plot(figure)["data"]
+    traces = plot(drawn(built(Sweep(axes, refinements=REFINED.refinements)), "residuals"))["data"]
     for axis in ("x", "x2"):
-        labels = list(dict.fromkeys(one["name"] for one in traces if one["xaxis"] == axis))
-        assert labels[0] == BAND
-    assert sum(one["showlegend"] for one in traces if one["name"] == BAND) == 1
+        assert next(trace["name"] for trace in traces if trace["xaxis"] == axis) == ERROR_BAR
+    assert sum(trace["showlegend"] for trace in traces if trace["name"] == ERROR_BAR) == 1
 
 
 def test_residual__of_a_value_of_zero_is_none() -> None:
-    none_through = fakes.measured(0.0)
+    held = replace(fakes.measured(0.0), parts={})
     known = {
-        point.run.id: replace(fakes.result(point.run), measurements={"hole_diameter": none_through})
+        point.run.id: replace(fakes.result(point.run), measurements={"hole_diameter": held})
         if point.coordinates["speed"] == LONELY
         else fakes.result(point.run)
         for point in REFINED.runs()
     }
-    (panel,) = drawn(built(REFINED, known), "residuals").panels
-    for series in panel.series:
-        answers = dict(zip(series.x, series.y or series.high, strict=True))
-        assert answers.get(LONELY) is None
+    for series in drawn(built(REFINED, known), "residuals").panels[0].series:
+        assert dict(zip(series.x, series.y or series.high, strict=True)).get(LONELY) is None
 
 
-# --- captions ---------------------------------------------------------------------------------------
+# --- convergence ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("sweep", "words"),
-    [
-        (REFINED, "uncertainty: mesh, scatter over offsets, measurement. Open points"),
-        (TWO_GRIDS, "uncertainty: mesh, what one offset cannot see, measurement. Open points"),
-        (
-            OFFSETS_ALONE,
-            "uncertainty: scatter over offsets, measurement, without a part for the mesh. Open points carry a flag.",
-        ),
-        (PLAIN, "that one run states, without a part for the mesh; open points carry a flag."),
-    ],
-    ids=["refined", "two grids", "offsets", "plain"],
-)
-def test_caption__names_the_parts_that_error_bars_have(sweep: Sweep, words: str) -> None:
-    assert words in drawn(built(sweep), "laws").caption
+def test_convergence__shows_runs_levels_and_the_value_with_its_error_bar() -> None:
+    dataset = built(REFINED)
+    figure = drawn(dataset, "convergence")
+    assert [panel.at["speed"] for panel in figure.panels] == list(fakes.SPEEDS)
+    for number, panel in enumerate(figure.panels):
+        cell = dataset.sel(panel.at)
+        runs = cell.hole_diameter / fakes.DIAMETER
+        (level,) = series_of(figure, number, kind="level")
+        assert level.x == (1 / 16, 1 / 32, 1 / 64)
+        np.testing.assert_allclose(np.array(level.y, float), runs.mean("offset").values)
+        half = 0.5 * (runs.max("offset") - runs.min("offset")).values
+        np.testing.assert_allclose(np.array(level.uncertainty, float), half)
+        (dots,) = series_of(figure, number, kind="run")
+        assert sorted(np.array(dots.y, float)) == sorted(runs.values.ravel())
+        (band,) = bands(replace(figure, panels=(panel,)))
+        value, bar = cell.hole_diameter_converged, cell.hole_diameter_converged_uncertainty
+        assert band.low[0] == pytest.approx(float(value - bar) / fakes.DIAMETER)
 
 
-def test_caption__counts_points_whose_bar_has_no_part_for_the_mesh() -> None:
-    caption = drawn(built(REFINED, without_coarse_runs(REFINED)), "laws").caption
-    assert "uncertainty: mesh (unknown at 1 of 6 points), scatter over offsets" in caption
+def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() -> None:
+    dataset = built(REFINED)
+    figure = drawn(dataset, "convergence")
+    for number, panel in enumerate(figure.panels):
+        limits = series_of(figure, number, kind="limit")
+        trends = series_of(figure, number, kind="trend")
+        converging = fakes.VERDICTS[float(panel.at["speed"])] == "converging"
+        assert panel.note.startswith(fakes.VERDICTS[float(panel.at["speed"])])
+        assert (len(limits), len(trends)) == (converging, converging)
+        if converging:
+            cell = dataset.sel(panel.at)
+            end = float(cell.hole_diameter_converged_extrapolated) / fakes.DIAMETER
+            assert (limits[0].x, limits[0].y) == ((0.0,), (end,))
+            assert trends[0].y[0] == pytest.approx(end)
 
 
-def test_caption__speaks_of_extrapolation_only_where_something_converges() -> None:
-    assert "extrapolated where it converges" in drawn(built(REFINED), "laws").caption
-    assert "extrapolated" not in drawn(built(TWO_GRIDS), "laws").caption
+def test_convergence__of_offsets_alone_is_not_drawn() -> None:
+    dataset = built(OFFSETS_ALONE)
+    names = [figure.name for figure in figures(dataset, compare(dataset))]
+    assert not [name for name in names if "convergence" in name]
 
 
-def test_caption__of_points_without_any_error_bar_names_none() -> None:
+def test_convergence__has_no_band_where_no_error_bar_is_known() -> None:
     equal = replace(fakes.measured(0.012), parts={}, uncertainty=0.0)
     known = {
-        name: replace(one, measurements=dict.fromkeys(one.measurements, equal))
-        for name, one in fakes.results(TWO_GRIDS).items()
+        name: replace(result, measurements=dict.fromkeys(result.measurements, equal))
+        for name, result in fakes.results(TWO_GRIDS).items()
     }
     dataset = built(TWO_GRIDS, known)
-    assert "no uncertainty of theirs is known" in drawn(dataset, "laws").caption
-    assert "no point has resolutions that tell" in drawn(dataset, "residuals").caption
-
-
-# --- marks ------------------------------------------------------------------------------------------
-
-
-def test_mark__of_a_single_grid_is_open_beside_points_that_converge() -> None:
-    speeds = open_speeds(built(REFINED, without_coarse_runs(REFINED)))
-    assert LONELY in speeds
-    assert 2e3 not in speeds
-
-
-def test_mark__of_two_grids_is_open() -> None:
-    assert open_speeds(built(TWO_GRIDS)) == list(fakes.SPEEDS)
-
-
-def test_mark__is_filled_where_no_resolutions_were_asked_for() -> None:
-    assert open_speeds(built(OFFSETS_ALONE)) == []
+    for panel in drawn(dataset, "convergence").panels:
+        assert {series.kind for series in panel.series} == {"level"}
+    assert "their uncertainty is unknown" in drawn(dataset, "laws").caption
+    assert "no point has resolutions that show" in drawn(dataset, "residuals").caption

@@ -9,8 +9,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from studies.cubes.catalogue import Catalogue, Observed
-from studies.cubes.layout import MissingResult
+from studies.cubes.cells import MissingResult
 from studies.cubes.variables import Quantity
+from studies.laws import LawValue
+from studies.results import Measured, RunResult
+from studies.sweeps.axes import Axis
 from studies.values.parameters import Parameter
 
 DIAMETER = 0.008
@@ -19,13 +22,14 @@ OFFSETS = (0.0, 0.333333333333, 0.666666666667)
 SPEEDS = (2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0)
 THICKNESSES = (0.002, 0.003, 0.004)
 SOUND_SPEED = 3940.0
-
-
-@dataclass(frozen=True)
-class Axis:
-    name: str
-    unit: str | None
-    values: tuple[Any, ...]
+VERDICTS = {  # of refinement, by speed: see mesh_error
+    2e3: "converging",
+    3e3: "converging",
+    4e3: "oscillatory",
+    5e3: "not in the asymptotic range",
+    6e3: "not in the asymptotic range",
+    7e3: "converging",
+}
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,12 @@ class Sweep:
     scenario: str = "thin_plate"
     title: str = "Holes in copper plates"
     refinements: tuple[Axis, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        lengths = tuple(len(axis.values) for axis in self.axes)
+        points = lengths if self.combine == "grid" else lengths[:1]
+        return points + tuple(len(axis.values) for axis in self.refinements)
 
     def document(self) -> dict[str, Any]:
         axes = {axis.name: list(axis.values) for axis in self.axes}
@@ -100,13 +110,6 @@ class Shot:
 class Range:
     words: str
     confidence: str = "memory"
-
-
-@dataclass(frozen=True)
-class LawValue:
-    value: float
-    in_range: bool
-    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -246,43 +249,20 @@ def catalogue(scenario: str = "thin_plate", observations: Sequence[Observed] = (
     )
 
 
-@dataclass(frozen=True)
-class Measured:
-    value: float | None
-    uncertainty: float | None
-    parts: Mapping[str, float]
-    flags: tuple[str, ...]
-    history: Mapping[str, Sequence[float]]
-    version: int = 1
-
-
-@dataclass(frozen=True)
-class Result:
-    run_id: str
-    measurements: Mapping[str, Measured]
-    state: str = "succeeded"
-    reason: str | None = None
-    failure: str | None = None
-    flags: tuple[str, ...] = ()
-    numbers: Mapping[str, float] = field(default_factory=dict)
-    stop: str = "converged"
-    provenance: Mapping[str, Any] = field(
-        default_factory=lambda: {
-            "whipple": "0.1.0",
-            "numba": "0.68.1",
-            "physics_version": 1,
-            "seconds": 4.2,
-        }
-    )
+PROVENANCE: dict[str, str | float] = {
+    "whipple": "0.1.0",
+    "numba": "0.68.1",
+    "physics_version": 1,
+    "seconds": 4.2,
+}
 
 
 def measured(value: float, *flags: str) -> Measured:
-    times = [2e-6 * step for step in range(21)]
-    grown = [value * (1 - math.exp(-time / 6e-6)) for time in times]
+    times: list[float | None] = [2e-6 * step for step in range(21)]
+    grown: list[float | None] = [value * (1 - math.exp(-step / 3.0)) for step in range(21)]
     parts = {"growth": 0.01 * value, "resolution": 0.02 * value}
-    return Measured(
-        value, math.hypot(*parts.values()), parts, flags, {"time": times, "value": grown}
-    )
+    history = {"time": times, "value": grown}
+    return Measured(value, math.hypot(*parts.values()), parts, flags, history, 1)
 
 
 def mesh_error(run: Run) -> float:
@@ -302,7 +282,7 @@ def mesh_error(run: Run) -> float:
     return kinds.get(shot_of(run).speed, 0.08 * h) + 0.004 * h * math.cos(2 * math.pi * offset)
 
 
-def result(run: Run) -> Result:
+def result(run: Run) -> RunResult:
     """A hole a little wider than the law with the sound speed; a crater near a hemisphere."""
     shot = shot_of(run)
     wavy = (1 + 0.02 * math.sin(shot.speed / 700)) * (1 + mesh_error(run))
@@ -316,8 +296,14 @@ def result(run: Run) -> Result:
             "crater_diameter": measured(1.9 * depth),
             "crater_depth_over_diameter": measured(1 / 1.9),
         }
-    return Result(
-        run.id, values, numbers=_numbers(shot, run.parameters.get("cells_per_diameter", 32.0))
+    cells = run.parameters.get("cells_per_diameter", 32.0)
+    return RunResult(
+        run.id,
+        "succeeded",
+        measurements=values,
+        numbers=_numbers(shot, cells),
+        stop="converged",
+        provenance=PROVENANCE,
     )
 
 
@@ -363,7 +349,7 @@ def refined_holes(cells: Sequence[float] = CELLS, offsets: Sequence[float] = OFF
     return Sweep(axes, fixed, refinements=refinements(cells, offsets))
 
 
-def results(sweep: Sweep, **replaced: Any) -> dict[str, Any]:
+def results(sweep: Sweep) -> dict[str, Any]:
     """A result for each run."""
     return {point.run.id: result(point.run) for point in sweep.runs()}
 
@@ -372,13 +358,13 @@ def with_trouble(sweep: Sweep) -> dict[str, Any]:
     """One run failed, one was cancelled, one is coarse and one did not perforate."""
     known = results(sweep)
     first, second, third, fourth = [point.run.id for point in sweep.runs()[:4]]
-    known[first] = Result(
+    known[first] = RunResult(
         first,
-        {},
-        state="failed",
+        "failed",
         failure="UnphysicalState",
         reason="density = 3e4 at particle 17 of 'target', t = 1.2e-06 s, step 88",
         stop="failed",
+        provenance=PROVENANCE,
     )
     known[second] = MissingResult("cancelled", "cancelled by its user")
     known[third] = replace(known[third], flags=("under_resolved",))

@@ -10,7 +10,7 @@ UNSEEN = ("script", "style", "noscript", "title")
 
 @dataclass(frozen=True)
 class Mark:
-    """A piece of the page that carries its place in the JSON twin."""
+    """A piece of the page that carries its place in report.json."""
 
     path: str  # JSON pointer
     value: str | None  # the number in full; None for a text

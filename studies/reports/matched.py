@@ -1,4 +1,4 @@
-"""Observed shots, and what the simulation gives at their parameters."""
+"""Matched observations: observed shots, each with the simulation interpolated to its parameters."""
 
 import json
 import math
@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.reports.places import Place, axes_of, places_of, plain
-from studies.reports.points import comparable, simulated
+from studies.cubes import variables as cubes
+from studies.reports.points import Place, axes_of, comparable, places_of, plain, simulated
 
 ELSEWHERE = "not simulated: another"
 LINEAR = "linear between neighbouring runs"
@@ -18,7 +18,7 @@ SAME = 1e-9  # relative: axis values that differ by less are the same value writ
 
 
 @dataclass(frozen=True)
-class Sighting:
+class MatchedObservation:
     """An observed shot with what the simulation gives for it."""
 
     observation: int
@@ -39,44 +39,42 @@ class Sighting:
         return self.how.startswith(ELSEWHERE)
 
 
-def sightings_of(dataset: xr.Dataset, name: str) -> Iterator[Sighting]:
-    """The observed shots of a measured variable."""
-    if f"{name}_observed" not in dataset:
+def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObservation]:
+    """The observed shots of a measured quantity; ``dataset`` is of points."""
+    if not cubes.OBSERVED.is_in(dataset, name):
         return
     for row in range(dataset.sizes["observation"]):
         shot = dataset.isel(observation=row)
-        value = float(shot[f"{name}_observed"])
+        value = float(cubes.OBSERVED.of(shot, name))
         if math.isfinite(value):
             at = _parameters_of(shot)
-            simulation, uncertainty, how = bring_to(dataset, name, at)
-            yield Sighting(
+            simulation, uncertainty, how = interpolate(dataset, name, at)
+            yield MatchedObservation(
                 observation=row,
                 quantity=name,
                 unit=dataset[name].attrs["units"],
-                source=str(shot.observation_source.item()),
+                source=str(cubes.OBSERVATION_SOURCE.of(shot).item()),
                 at=at,
-                diameter=_none(float(shot.observation_equivalent_diameter)),
+                diameter=_finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
                 value=value,
-                uncertainty=_none(float(shot[f"{name}_observed_uncertainty"])),
-                simulation=_none(simulation),
-                simulation_uncertainty=_none(uncertainty),
+                uncertainty=_finite(float(cubes.OBSERVED_UNCERTAINTY.of(shot, name))),
+                simulation=_finite(simulation),
+                simulation_uncertainty=_finite(uncertainty),
                 how=how,
             )
 
 
 def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:
     """What the shot states of itself, by parameter."""
-    known = json.loads(shot.attrs["vocabulary"])["parameters"]
-    names = {f"observation_{name}".replace(".", "_"): name for name in known}
-    found = {
-        name.removeprefix("observation_"): plain(shot[name].item())
-        for name in names
-        if name in shot
-    }
-    return {name: value for name, value in found.items() if value == value and value != ""}
+    stated = {}
+    for parameter in json.loads(shot.attrs["vocabulary"])["parameters"]:
+        name = cubes.variable_name(parameter)
+        if f"observation_{name}" in shot:
+            stated[name] = plain(shot[f"observation_{name}"].item())
+    return {name: value for name, value in stated.items() if value == value and value != ""}
 
 
-def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, str]:
+def interpolate(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, str]:
     """The simulated value and uncertainty at parameters off the grid, and how it was found.
 
     Linear between the neighbouring runs of a grid; the same axis values, along a zip. Never beyond
@@ -95,16 +93,16 @@ def bring_to(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float, s
     except LookupError as error:
         return math.nan, math.nan, str(error.args[0])
     values = comparable(dataset, name)
-    value = float(_mixed(values, sides))
+    value = float(_weighted(values, sides))
     if math.isnan(value):
         return value, math.nan, "a neighbouring run has no value that may be compared"
-    weighted = float(_mixed(simulated(dataset, f"{name}_uncertainty"), sides))
+    weighted = float(_weighted(simulated(dataset, name, cubes.UNCERTAINTY), sides))
     chords = [axis for axis, around in sides.items() if len(around) > 1]
     if not chords:
         return value, weighted, "computed"
     # Plainly summed: chords err by the curve's bend, and two axes that bend the same way err the same way.
     bent = sum(_chord_error(values, sides, axis, dataset[axis].values) for axis in chords)
-    barred = "" if math.isnan(weighted) else "; the error bar holds the interpolation's part"
+    barred = "" if math.isnan(weighted) else "; the error bar includes the interpolation error"
     return value, math.hypot(weighted, bent), LINEAR + barred
 
 
@@ -119,9 +117,13 @@ Sides = Mapping[str, list[tuple[float, int]]]  # by dimension: weights, and plac
 
 
 def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
-    if "run" in dataset.dims:
-        return {"run": [(1.0, _run_at(dataset, axes, at))]}
-    return {axis: _sides(dataset[axis].values, axis, at[axis]) for axis in axes}
+    """The neighbours of a shot; LookupError where there are none."""
+    if "run" not in dataset.dims:
+        return {axis: _sides(dataset[axis].values, axis, at[axis]) for axis in axes}
+    for run, place in enumerate(places_of(dataset)):
+        if all(_same(place[axis], at[axis]) for axis in axes):
+            return {"run": [(1.0, run)]}
+    raise LookupError("no run has these parameters")
 
 
 def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[float, int]]:
@@ -136,21 +138,14 @@ def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[flo
     return [(1.0 - share, above - 1), (share, above)]
 
 
-def _run_at(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> int:
-    for run, place in enumerate(places_of(dataset)):
-        if all(_same(place[axis], at[axis]) for axis in axes):
-            return run
-    raise LookupError("no run has these parameters")
+def _same(value: Any, other: Any) -> bool:
+    if isinstance(value, str) or isinstance(other, str):
+        return str(value) == str(other)
+    return math.isclose(value, other, rel_tol=SAME)
 
 
-def _same(one: Any, other: Any) -> bool:
-    if isinstance(one, str) or isinstance(other, str):
-        return str(one) == str(other)
-    return math.isclose(one, other, rel_tol=SAME)
-
-
-def _mixed(values: xr.DataArray, sides: Sides) -> xr.DataArray:
-    """Values with each dimension of ``sides`` brought to the shot; NaN where a run has none."""
+def _weighted(values: xr.DataArray, sides: Sides) -> xr.DataArray:
+    """Values with each dimension of ``sides`` interpolated to the shot; NaN where a run has none."""
     for dimension, around in sides.items():
         weights = xr.DataArray([weight for weight, _ in around], dims=dimension)
         values = values.isel({dimension: [place for _, place in around]}).dot(weights)
@@ -166,7 +161,7 @@ def _chord_error(values: xr.DataArray, sides: Sides, axis: str, x: np.ndarray) -
     twice the most that a monotonic quadratic can be off.
     """
     others = {name: around for name, around in sides.items() if name != axis}
-    f = _mixed(values, others).values
+    f = _weighted(values, others).values
     (below, low), (above, high) = sides[axis]
     rise = f[high] - f[low]
     bends = [
@@ -181,5 +176,5 @@ def _chord_error(values: xr.DataArray, sides: Sides, axis: str, x: np.ndarray) -
     return max(abs(float(bend)) for bend in bends) * below * above * float(x[high] - x[low]) ** 2
 
 
-def _none(value: float) -> float | None:
+def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None

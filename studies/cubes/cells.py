@@ -1,0 +1,120 @@
+"""The cells of a cube: each run of a sweep in its place, with what is known of it."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from studies.convergence.richardson import Convergence, Sample, converge
+from studies.cubes.variables import STATES, variable_name
+from studies.sweeps.sweep import RESOLUTION
+
+SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
+
+
+@dataclass(frozen=True)
+class MissingResult:
+    """State and reason of a run that left no result."""
+
+    state: str  # "cancelled", "crashed", "pending", ...
+    reason: str
+
+
+MISSING = MissingResult("missing", "no result was recorded for this run")
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run in its place."""
+
+    coordinates: Mapping[str, Any]  # of the axes, by the names a user writes
+    run: Any  # studies.runs.run.Run
+    shot: Any | None  # studies.laws.Shot: what the laws are asked about
+    result: Any | None  # studies.results.RunResult, when the run left one
+    state: str  # one of STATES
+    reason: str  # why there is no result
+
+    def of_result(self, name: str) -> Any:
+        """A field of the result; None where the run left none."""
+        return getattr(self.result, name, None)
+
+    def measured(self, quantity: str) -> Any | None:
+        """The measurement of a quantity (studies.results.Measured)."""
+        return (self.of_result("measurements") or {}).get(quantity)
+
+    @property
+    def numbers(self) -> Mapping[str, float]:
+        return self.of_result("numbers") or {}
+
+    @property
+    def provenance(self) -> Mapping[str, Any]:
+        return self.of_result("provenance") or {}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The dimensions of a cube, and its cells.
+
+    The last dimensions are the refinements: resolution and offset, where a sweep names several.
+    """
+
+    axes: tuple[Any, ...]  # studies.sweeps.sweep.Axis
+    refinements: tuple[Any, ...]  # studies.sweeps.sweep.Axis
+    dims: tuple[str, ...]
+    cells: np.ndarray  # of Cell, one dimension for each of dims
+
+    @property
+    def grid(self) -> bool:
+        """Whether the axes are the dimensions; otherwise they run along ``run``."""
+        return self.dims[:1] != ("run",)
+
+    @property
+    def point_dims(self) -> tuple[str, ...]:
+        """The dimensions of the points that a user asked for, before they are refined."""
+        return self.dims[: len(self.dims) - len(self.refinements)]
+
+    @property
+    def runs_of_points(self) -> np.ndarray:
+        """The cells as (points..., runs of a point); the first run stands for what no refinement changes."""
+        return self.cells.reshape(*self.cells.shape[: len(self.point_dims)], -1)
+
+
+def lay_out(sweep: Any, results: Mapping[str, Any], shot_of: Callable[[Any], Any | None]) -> Layout:
+    """The runs of a sweep in their places; expands its grid, once."""
+    grid = sweep.combine == "grid"
+    axes = (*(sweep.axes if grid else ()), *sweep.refinements)
+    names = tuple(variable_name(axis.name) for axis in axes)
+    cells = np.full(sweep.shape, None, object)
+    for point in sweep.runs():
+        cells[point.index] = _cell(point, results, shot_of(point.run))
+    return Layout(
+        tuple(sweep.axes), tuple(sweep.refinements), names if grid else ("run", *names), cells
+    )
+
+
+def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
+    result = results.get(point.run.id, MISSING)
+    state, reason = result.state, result.reason or ""
+    if state not in STATES:
+        state, reason = "other", f"{state}: {reason}"
+    left = None if isinstance(result, MissingResult) else result
+    return Cell(point.coordinates, point.run, shot, left, state, reason)
+
+
+def converge_cells(cells: np.ndarray, quantity: str) -> Convergence:
+    """What refinement says of a quantity over the runs of one point."""
+    return converge(_sample(cell, cell.measured(quantity)) for cell in cells)
+
+
+def _sample(cell: Cell, measured: Any | None) -> Sample:
+    """A run as convergence sees it; one that did not succeed has no value."""
+    spacing = 1.0 / cell.coordinates.get(RESOLUTION, 1.0)  # in diameters; one alone has no name
+    if measured is None or cell.result is None or cell.state != "succeeded":
+        return Sample(spacing, np.nan)
+    if measured.value is None:
+        return Sample(spacing, np.nan, nothing=True)
+    rest = math.hypot(*(size for part, size in measured.parts.items() if part != SUB_CELL))
+    flags = (*cell.result.flags, *measured.flags)
+    return Sample(spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, doubts=flags)

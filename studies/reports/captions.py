@@ -1,0 +1,129 @@
+"""Captions of figures: what points, bars, bands and open marks are, and what the error bars include."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from studies.cubes import variables as cubes
+from studies.reports.view import FigureView
+
+NEAR = (
+    0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
+)
+# What a caption says of a kind of series, in this order, where the figure has it.
+OF_KINDS = (
+    (
+        {"law", "band"},
+        "Laws: solid lines and filled marks inside the range that their source states, dotted lines and open marks "
+        "outside.",
+    ),
+    (
+        {"band"},
+        "A shaded band spans the smallest to the largest answer over the constants stated for that law, nothing else.",
+    ),
+    ({"missing"}, "A grey cross on the base line is a run that gave no value."),
+    (
+        {"observation"},
+        f"An observed shot stands in the panel whose other axes it meets within {NEAR:.0%}.",
+    ),
+)
+
+
+def of_laws(view: FigureView, name: str, kinds: set[str]) -> str:
+    """The caption of simulation, laws and observations together."""
+    sentences = [of_points(view, name)]
+    sentences += [text for shown, text in OF_KINDS if kinds & shown]
+    if view.left_out:
+        sentences.append("Not all panels are drawn; the cube has all.")
+    return " ".join(sentences)
+
+
+def of_points(view: FigureView, name: str) -> str:
+    """What the points of a figure are, and their bars and open marks."""
+    quantity = name.replace("_", " ")
+    if not view.refinements:
+        return (
+            f"Points are runs; bars are the uncertainty of {quantity} that one run states, without the mesh error; "
+            "open points carry a flag."
+        )
+    if not view.over_resolutions:
+        bars = _bars(view, name)
+        return f"Points are {quantity}, the mean over offsets; {bars}. Open points carry a flag."
+    several = "resolutions and offsets" if view.over_offsets else "resolutions"
+    converging = cubes.VERDICT_WORDS.index("converging")
+    finest = "of the finest"
+    if (view.flat(cubes.VERDICT, name) == converging).any():
+        finest = "extrapolated where it converges, else of the finest"
+    return (
+        f"Points are {quantity} over all {several}, {finest} resolution; {_bars(view, name)}. Open "
+        "points carry a flag, or are not known to converge and have the value of the finest resolution."
+    )
+
+
+def _bars(view: FigureView, name: str) -> str:
+    """The parts that bars include: "bars are their uncertainty: mesh error, scatter over offsets"."""
+    parts = list(_parts(view, name))
+    if not parts:
+        return "their uncertainty is unknown"
+    text = f"bars are their uncertainty: {', '.join(parts)}"
+    return text if parts[0].startswith("mesh") else f"{text}, without the mesh error"
+
+
+def _parts(view: FigureView, name: str) -> Iterator[str]:
+    """The parts that any bar includes, in words."""
+    valued = np.isfinite(view.succeeded(name))
+    unknown = valued & np.isnan(view.judging_bars(name))
+    if unknown.sum() < valued.sum():
+        note = f" (unknown at {unknown.sum()} of {valued.sum()} points)" if unknown.any() else ""
+        yield f"mesh error{note}"
+    offsets = view.flat(cubes.OFFSETS_PART, name)
+    if view.over_offsets and np.isfinite(offsets).any():
+        yield "scatter over offsets"
+    elif (offsets > 0.0).any():
+        yield "position on the grid, as one offset states it"
+    if (view.flat(cubes.MEASUREMENT_PART, name) > 0.0).any():
+        yield "measurement"
+
+
+def of_residuals(view: FigureView, name: str) -> str:
+    """The caption of residuals: what the band about zero is, and why it is missing where it is."""
+    quantity = name.replace("_", " ")
+    valued = np.isfinite(view.compared(name))
+    unknown = int((valued & np.isnan(view.judging_bars(name))).sum())
+    opening = f"Above zero the law gives more than the simulation. Marks as in the figure of {quantity} and the laws. "
+    if unknown == valued.sum():
+        return f"{opening}No band shows the error bar of the simulation: {_why_unknown(view)}."
+    caption = (
+        f"{opening}The grey band is the error bar of the simulation over its value, mesh error included: a "
+        "law inside it cannot be told from the simulation."
+    )
+    if unknown:
+        caption += (
+            f" It is missing at {unknown} of {valued.sum()} points, whose mesh error is unknown."
+        )
+    return caption
+
+
+def _why_unknown(view: FigureView) -> str:
+    """Why no error bar includes the mesh error."""
+    if not view.refinements:
+        return "every point is one run on one mesh, so the mesh error is unknown"
+    if not view.over_resolutions:
+        return "every point has one resolution, so the mesh error is unknown"
+    return "no point has resolutions that show its mesh error"
+
+
+def of_convergence(*, offsets: bool, extrapolated: bool, left_out: bool) -> str:
+    """The caption of a quantity against the size of a cell."""
+    caption = (
+        "The grey band is the value that laws are compared with, and its error bar. Every panel spans the same "
+        "share of its own middle, so that slopes compare; zero is not in sight."
+    )
+    if offsets:
+        caption = (
+            "Small points are runs, one for each sub-cell offset; large ones their mean, with the scatter over "
+            f"offsets as bar. {caption}"
+        )
+    if extrapolated:
+        caption += " The star is Richardson's value, the dotted line the curve on which it lies."
+    return caption + (" Not all points are drawn; the table has all." if left_out else "")
