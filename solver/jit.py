@@ -1,4 +1,4 @@
-"""How physics becomes machine code; numba is imported here and in ``vectors/`` alone.
+"""How physics becomes machine code; numba is imported here and in ``vectors/`` alone, with the first kernel.
 
 ``device``      a function of scalars and small arrays, callable from kernels and from plain Python alike
 ``generic``     a device function chosen by the *type* of its first argument, a parameter record
@@ -8,6 +8,9 @@
 Choosing by type keeps kernels cacheable: a jitted function handed over as an argument, or a kernel made in a
 factory, would be compiled anew in every process. The cache directory carries a hash of the whole solver text,
 because numba's own cache sees edits in the kernel's file only and would keep returning old physics.
+
+Models define no kernels, so that their parameter records are read without numba: what numba has to know of device
+and generic functions is registered with the first kernel (``when_compiling``).
 
 Kernels are serial and free of the interpreter lock; threads are given to them from outside (``threads.py``). numba's
 own ``prange`` is not used: it loses writes through records (numba#5872), cannot be handed nested records, and took
@@ -22,22 +25,50 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import llvmlite
-import llvmlite.binding
-import numba
-from numba.extending import overload, register_jitable
-
-__all__ = ["Bound", "compiler", "device", "generic", "implements", "kernel", "software"]
+__all__ = [
+    "Bound",
+    "compiler",
+    "device",
+    "generic",
+    "implements",
+    "kernel",
+    "software",
+    "when_compiling",
+]
 
 # Fused multiply-add is allowed; everything that could hide a NaN or reorder a sum is not.
 _FLOATING_POINT = {"contract"}
 _OPTIONS = {"fastmath": _FLOATING_POINT, "error_model": "numpy", "forceinline": True}
 
+_waiting: list[Callable[[], None]] = []  # registrations until the first kernel
+
+
+def when_compiling(register: Callable[[], None]) -> Callable[[], None]:
+    """Call a registration with numba as soon as there is a kernel; at once where there is one."""
+    if _numba.cache_info().currsize:
+        register()
+    else:
+        _waiting.append(register)
+    return register
+
+
+@functools.cache
+def _numba() -> Any:
+    """The compiler, with its cache directory set."""
+    import numba.extending
+
+    numba.config.CACHE_DIR = str(_cache_directory())
+    return numba
+
 
 def device(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function that kernels may call and that stays a plain Python function outside."""
-    decorated: Callable[..., Any] = register_jitable(**_OPTIONS)(function)
-    return decorated
+
+    @when_compiling
+    def register() -> None:
+        _numba().extending.register_jitable(**_OPTIONS)(function)
+
+    return function
 
 
 def generic(declaration: Callable[..., Any]) -> Callable[..., Any]:
@@ -52,7 +83,10 @@ def generic(declaration: Callable[..., Any]) -> Callable[..., Any]:
     def choose(record: Any, *arguments: Any) -> Any:
         return texts.get(getattr(record, "instance_class", type(None)), texts.get(object))
 
-    overload(dispatch, strict=False, jit_options=_OPTIONS)(choose)
+    @when_compiling
+    def register() -> None:
+        _numba().extending.overload(dispatch, strict=False, jit_options=_OPTIONS)(choose)
+
     dispatch.texts = texts  # type: ignore[attr-defined]
     return dispatch
 
@@ -69,6 +103,9 @@ def implements(function: Any, record: type) -> Callable[[Callable[..., Any]], Ca
 
 def kernel(function: Callable[..., Any]) -> Any:
     """A compiled loop: cached on disk, free of the interpreter lock, IEEE division."""
+    numba = _numba()
+    while _waiting:
+        _waiting.pop(0)()
     return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FLOATING_POINT)(
         function
     )
@@ -87,6 +124,7 @@ class Bound:
     def __call__(self, *arguments: Any) -> Any:
         """Call the kernel and return its result."""
         if self._code is None:
+            numba = _numba()
             self._code = self.kernel
             if not numba.config.DISABLE_JIT:
                 self._code = self.kernel.compile(tuple(map(numba.typeof, arguments)))
@@ -95,12 +133,17 @@ class Bound:
 
 def software() -> dict[str, str]:
     """Versions of the compiler and the processor, for provenance."""
+    import llvmlite.binding
+    import numba
+
     return {"numba": numba.__version__, "cpu": llvmlite.binding.get_host_cpu_name()}
 
 
 def compiler() -> dict[str, str]:
     """Everything that decides the bits of a kernel except the system's mathematical library."""
-    config = numba.config
+    import llvmlite.binding
+
+    config = _numba().config
     settings = (config.CPU_NAME, config.CPU_FEATURES, config.DISABLE_JIT, config.OPT)
     return {
         **software(),
@@ -126,6 +169,3 @@ def _text_digest() -> "hashlib._Hash":
         digest.update(file.relative_to(folder).as_posix().encode())
         digest.update(file.read_bytes())
     return digest
-
-
-numba.config.CACHE_DIR = str(_cache_directory())

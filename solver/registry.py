@@ -1,4 +1,4 @@
-"""What a folder holds: each module of a kind's package offers one entry, and there is no list to edit.
+"""Entries of a folder: each module of a kind's package offers one, and there is no list to edit.
 
 A module named ``maiden.py`` in ``studies/laws`` offers its law under the attribute ``LAW``;
 ``entries("studies.laws", "LAW")`` finds it. Another distribution adds an entry through the entry-point group
@@ -9,7 +9,7 @@ import importlib
 import pkgutil
 from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from types import MappingProxyType
 from typing import Any
 
@@ -18,15 +18,32 @@ from solver.errors import RegistryError
 
 @cache
 def entries(package: str, kind: str) -> Mapping[str, Any]:
-    """Entries of one kind by their ``name``, sorted; modules that start with an underscore are passed over."""
+    """Entries of one kind by their ``name``, sorted; a module whose name begins with an underscore offers none."""
     folder = importlib.import_module(package)
-    found: dict[str, Any] = {}
+    members: dict[str, Any] = {}
     for module_name in sorted(module.name for module in pkgutil.iter_modules(folder.__path__)):
         if not module_name.startswith("_"):
-            _add(found, _load(f"{package}.{module_name}", kind), f"{package}.{module_name}")
-    for point in entry_points(group=f"whipple.{package}"):
-        _add(found, point.load(), point.value)
-    return MappingProxyType(dict(sorted(found.items())))
+            _add(members, _load(f"{package}.{module_name}", kind), f"{package}.{module_name}")
+    for point in points(package):
+        _add(members, _loaded(point), point.value)
+    return MappingProxyType(dict(sorted(members.items())))
+
+
+def points(package: str) -> EntryPoints:
+    """Entry points by which other distributions add to a package."""
+    return _all_points().select(group=f"whipple.{package}")
+
+
+@cache
+def _all_points() -> EntryPoints:
+    return entry_points()
+
+
+def _loaded(point: EntryPoint) -> Any:
+    try:
+        return point.load()
+    except Exception as error:
+        raise RegistryError(f"entry point {point.name!r} of {point.group}: {error}") from error
 
 
 def _load(module_name: str, kind: str) -> Any:
@@ -39,7 +56,7 @@ def _load(module_name: str, kind: str) -> Any:
     return getattr(module, kind)
 
 
-def _add(found: dict[str, Any], entry: Any, origin: str) -> None:
-    if entry.name in found:
+def _add(members: dict[str, Any], entry: Any, origin: str) -> None:
+    if entry.name in members:
         raise RegistryError(f"{origin} offers {entry.name!r} a second time")
-    found[entry.name] = entry
+    members[entry.name] = entry

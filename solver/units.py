@@ -1,10 +1,12 @@
-"""Unit aliases for annotations: a float that says what it is measured in.
+"""Annotations of the numbers in a record: unit, meaning, bounds, and where a number comes from.
 
-Inside the solver and the studies every quantity is a plain float in SI; the alias is data that the
+Inside the solver and the studies every quantity is a plain float in SI; an annotation is data that the
 door (unit parsing), the cube (``units`` attribute), the API schema and the tests read.
 """
 
 from dataclasses import dataclass
+from functools import cache
+from types import MappingProxyType
 from typing import Annotated, Any, get_type_hints
 
 
@@ -13,6 +15,31 @@ class Unit:
     """The SI unit of an annotated float, in UDUNITS spelling ("m s-1")."""
 
     symbol: str
+
+
+@dataclass(frozen=True)
+class Described:
+    """A field that a person sets, in a sweep or in a material file; a number has inclusive bounds in SI."""
+
+    meaning: str
+    minimum: float | None = None
+    maximum: float | None = None
+    label: bool = False  # names what other fields hold: no part of a run's identity
+
+
+@dataclass(frozen=True)
+class Below:
+    """A number that makes sense only below (or up to) that of another field of its record."""
+
+    field: str
+    or_equal: bool = False
+
+
+@dataclass(frozen=True)
+class FromMaterial:
+    """A field of a model that takes a number of the material, by its dotted path."""
+
+    path: str
 
 
 Dimensionless = Annotated[float, Unit("1")]
@@ -32,13 +59,24 @@ JoulePerKilogramKelvin = Annotated[float, Unit("J kg-1 K-1")]
 
 def units_of(record: type) -> dict[str, str]:
     """The unit symbol of each field of a record that carries one."""
+    return {name: unit.symbol for name, unit in marked(record, Unit).items()}
+
+
+@cache
+def marked(record: type, kind: type) -> MappingProxyType[str, Any]:
+    """The mark of a kind of each field of a record that carries one, also inside ``Metre | None``."""
     hints: dict[str, Any] = get_type_hints(record, include_extras=True)
-    return {name: mark.symbol for name, hint in hints.items() for mark in _marks(hint)}
+    marks = {
+        name: [mark for mark in marks_of(hint) if isinstance(mark, kind)]
+        for name, hint in hints.items()
+    }
+    return MappingProxyType({name: own[0] for name, own in marks.items() if own})
 
 
-def _marks(hint: Any) -> list[Unit]:
-    """Units found in a hint, also inside ``Metre | None``."""
-    found = [mark for mark in getattr(hint, "__metadata__", ()) if isinstance(mark, Unit)]
-    for argument in getattr(hint, "__args__", ()):
-        found += _marks(argument)
-    return found
+def marks_of(hint: Any) -> list[Any]:
+    """Marks of an annotation and of the types inside it."""
+    marks = list(getattr(hint, "__metadata__", ()))
+    inside = (hint.__origin__,) if marks else getattr(hint, "__args__", ())
+    for part in inside:
+        marks += marks_of(part)
+    return marks

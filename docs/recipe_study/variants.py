@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from studies.values.recipes import RECIPES, Recipe, Shape
+from studies.values.recipes import RECIPES, Recipe
 
 # Both start from the same place; only the shape differs. Constants of viscosity between those of the codes below.
 BASE = Recipe(
@@ -21,7 +21,7 @@ BASE = Recipe(
     damping_order=1,
     tension="recoverable",
 )
-SHAPES: tuple[Shape, ...] = ("linear", "gimp", "quadratic-bspline")
+SHAPES: tuple[str, ...] = ("linear", "gimp", "quadratic-bspline")
 
 # One choice at a time, around a base of each shape.
 CHANGES: dict[str, tuple[dict[str, Any], ...]] = {
@@ -47,7 +47,7 @@ CHANGES: dict[str, tuple[dict[str, Any], ...]] = {
 
 
 # Of the shapes that can hold the shocks, with so many particles along each direction of a cell: every pair of these.
-SCANNED: tuple[Shape, ...] = ("gimp", "quadratic-bspline")
+SCANNED: tuple[str, ...] = ("gimp", "quadratic-bspline")
 PARTICLES = (2, 3)
 LINEAR, QUADRATIC = (0.0, 0.06, 0.1, 0.15, 0.2, 0.3), (1.5, 2.0, 3.0, 4.0, 6.0)
 

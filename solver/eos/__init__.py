@@ -1,7 +1,9 @@
 """Equations of state: pressure as a function of density and internal energy.
 
 A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, and the device
-functions below implemented for its type, without ``if``, so that they act on eight points at a time.
+functions below implemented for its type, without ``if``, so that they act on eight points at a time. A material file
+gives the fields that are ``Described``; ``Density``, ``HeatCapacity`` and ``RoomTemperature`` come from the rest of
+the material; ``make`` computes the others, which have defaults. A form with any other field is for verification alone.
 ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound speed equal to the derivative along the
 isentrope, and for finite answers at the corners.
 
@@ -11,20 +13,27 @@ rule. ``solve_pressure`` does both.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from solver.jit import device, generic
+from solver.units import FromMaterial, JoulePerKilogramKelvin, Kelvin, KilogramPerCubicMetre
 from solver.vectors import maximum
 
 
 class EosEntry(NamedTuple):
     """What a file of this folder offers as ``EOS``."""
 
-    name: str
+    name: str  # as a material file names it
     record: type  # parameter record; the device functions are chosen by it
-    make: Callable[
-        ..., Any
-    ]  # the record from density, heat capacity, temperature and the form's own constants
+    make: Callable[..., Any]  # the complete record, from its fields without default
+    kind: str = ""  # of another form, whose materials can be computed with this one too
+    form: str = ""  # among those of one kind, as ``eos_form`` in a sweep names it
+    boils: bool = False  # its vapour bears no tension: melting has to end tension before
+
+
+Density = Annotated[KilogramPerCubicMetre, FromMaterial("density")]
+HeatCapacity = Annotated[JoulePerKilogramKelvin, FromMaterial("thermal.heat_capacity")]
+RoomTemperature = Annotated[Kelvin, FromMaterial("thermal.room_temperature")]
 
 
 @generic

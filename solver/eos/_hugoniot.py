@@ -1,4 +1,4 @@
-"""What the Mie-Grueneisen forms share: the isentrope, temperature, and the sound speed in compression.
+"""The common part of the Mie-Grueneisen forms: the isentrope, temperature, and the sound speed in compression.
 
 Temperature: T_s(rho) + (e - e_s(rho)) / cv. The energy e_s of the isentrope through the reference state, de_s = -p
 dV, is integrated once and kept as a polynomial, so that a record holds plain numbers only. T_s = T0 exp(gamma0 mu /
@@ -34,10 +34,8 @@ def reference_curve(eos, mu):
     """p_H and dp_H/dmu of a form, Pa."""
 
 
-def with_isentrope(record, density, c0, s, gamma0, heat_capacity, temperature, mu_tangent):
-    """A record of a form with the coefficients of its isentrope."""
-    blank = (1.0,) + (0.0,) * ISENTROPE_DEGREE
-    eos = record(density, c0, s, gamma0, heat_capacity, temperature, mu_tangent, blank)
+def with_isentrope(eos):
+    """The record of a form with the coefficients of its isentrope."""
     mu, energy = isentrope(eos)
     t, hugoniot = mu / (1.0 + mu), _hugoniot_energy(eos, mu)
     fit = Polynomial.fit(t[1:], energy[1:] / hugoniot[1:], ISENTROPE_DEGREE).convert()

@@ -7,7 +7,10 @@ and temperature there say what a fast signal, a thin state and a hot one are.
 from typing import NamedTuple
 
 from solver.eos import (
+    Density,
     EosEntry,
+    HeatCapacity,
+    RoomTemperature,
     below_range,
     linear,
     linearisations,
@@ -19,24 +22,20 @@ from solver.eos import (
     temperature,
 )
 from solver.jit import implements
+from solver.units import Dimensionless, MetrePerSecond
 
 
 class IdealGas(NamedTuple):
-    """Parameters of the gas; made by ``ideal_gas``."""
+    """Parameters of the gas."""
 
-    density: float  # of the reference state, kg/m3
-    sound_speed: float  # of the reference state, m/s; 0 for a cold gas
-    gamma: float  # ratio of heat capacities
-    heat_capacity: float  # cv, J/(kg K)
-    temperature: float  # of the reference state, K
-
-
-def ideal_gas(*, density, sound_speed, gamma, heat_capacity, temperature):
-    """The gas of a ratio of heat capacities."""
-    return IdealGas(density, sound_speed, gamma, heat_capacity, temperature)
+    density: Density  # of the reference state
+    sound_speed: MetrePerSecond  # of the reference state; 0 for a cold gas
+    gamma: Dimensionless  # ratio of heat capacities
+    heat_capacity: HeatCapacity  # cv
+    temperature: RoomTemperature  # of the reference state
 
 
-EOS = EosEntry("ideal_gas", IdealGas, ideal_gas)
+EOS = EosEntry("ideal-gas", IdealGas, IdealGas)
 
 
 @implements(pressure_terms, IdealGas)
@@ -51,9 +50,8 @@ def _(eos, density, energy, pressure):
 
 @implements(temperature, IdealGas)
 def _(eos, density, energy):
-    reference = (
-        eos.sound_speed * eos.sound_speed / (eos.gamma * (eos.gamma - 1.0))
-    )  # c^2 = gamma (gamma - 1) e
+    # c^2 = gamma (gamma - 1) e
+    reference = eos.sound_speed * eos.sound_speed / (eos.gamma * (eos.gamma - 1.0))
     return eos.temperature + (energy - reference) / eos.heat_capacity
 
 

@@ -8,7 +8,10 @@ import math
 from typing import NamedTuple
 
 from solver.eos import (
+    Density,
     EosEntry,
+    HeatCapacity,
+    RoomTemperature,
     below_range,
     linear,
     linearisations,
@@ -20,24 +23,20 @@ from solver.eos import (
     temperature,
 )
 from solver.jit import implements
+from solver.units import Pascal
 from solver.vectors import log
 
 
 class LinearElastic(NamedTuple):
-    """Parameters of the linear law; made by ``linear_elastic``."""
+    """Parameters of the linear law."""
 
-    density: float  # rho0, kg/m3
-    bulk_modulus: float  # K, Pa
-    heat_capacity: float  # cv, J/(kg K); inf: the temperature stays what it is
-    temperature: float  # of the reference state, K
-
-
-def linear_elastic(*, density, bulk_modulus, temperature, heat_capacity=math.inf):
-    """The linear law of a bulk modulus."""
-    return LinearElastic(density, bulk_modulus, heat_capacity, temperature)
+    density: Density  # rho0
+    bulk_modulus: Pascal  # K
+    temperature: RoomTemperature  # of the reference state
+    heat_capacity: HeatCapacity = math.inf  # cv; inf: the temperature stays what it is
 
 
-EOS = EosEntry("linear_elastic", LinearElastic, linear_elastic)
+EOS = EosEntry("linear-elastic", LinearElastic, LinearElastic)
 
 
 @implements(pressure_terms, LinearElastic)

@@ -7,9 +7,17 @@ of 40 at rho = 0.05 rho0 and leave the implicit solve without an answer.
 """
 
 from functools import cache
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-from solver.eos import EosEntry, below_range, pressure_terms, sound_speed_squared
+from solver.eos import (
+    Density,
+    EosEntry,
+    HeatCapacity,
+    RoomTemperature,
+    below_range,
+    pressure_terms,
+    sound_speed_squared,
+)
 from solver.eos._hugoniot import (
     implement_common,
     isentropic_sound_speed_squared,
@@ -17,6 +25,7 @@ from solver.eos._hugoniot import (
     with_isentrope,
 )
 from solver.jit import implements
+from solver.units import Described, Dimensionless, MetrePerSecond
 from solver.vectors import maximum, minimum, where
 
 # Where p_H is continued by its tangent, as a share of the pole. At 0.8 the Hugoniot pressure of copper is 15 TPa,
@@ -28,26 +37,25 @@ STIFF = 4.0  # the same compression for materials with s <= 1, which have no pol
 class MieGrueneisen(NamedTuple):
     """Parameters of the closed form; made by ``mie_grueneisen``."""
 
-    density: float  # rho0, kg/m3
-    c0: float  # m/s
-    s: float  # slope of Us over up
-    gamma0: float
-    heat_capacity: float  # cv, J/(kg K)
-    temperature: float  # of the reference state, K
-    mu_tangent: float  # compression from which p_H follows its tangent
-    isentrope: tuple[float, ...]  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
+    density: Density  # rho0
+    c0: Annotated[MetrePerSecond, Described("bulk sound speed", 100.0, 3e4)]
+    s: Annotated[Dimensionless, Described("slope of the Hugoniot", 0.0, 10.0)]
+    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0)]
+    heat_capacity: HeatCapacity  # cv
+    temperature: RoomTemperature  # of the reference state
+    mu_tangent: Dimensionless = 0.0  # compression from which p_H follows its tangent
+    isentrope: tuple[float, ...] = ()  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
 
 
 @cache
-def mie_grueneisen(*, density, c0, s, gamma0, heat_capacity, temperature):
+def mie_grueneisen(**constants):
     """The closed form with its isentrope."""
-    mu_tangent = min(TANGENT_FROM / (s - 1.0), STIFF) if s > 1.0 else STIFF
-    return with_isentrope(
-        MieGrueneisen, density, c0, s, gamma0, heat_capacity, temperature, mu_tangent
-    )
+    eos = MieGrueneisen(**constants)
+    mu_tangent = min(TANGENT_FROM / (eos.s - 1.0), STIFF) if eos.s > 1.0 else STIFF
+    return with_isentrope(eos._replace(mu_tangent=mu_tangent))
 
 
-EOS = EosEntry("mie_grueneisen", MieGrueneisen, mie_grueneisen)
+EOS = EosEntry("mie-grueneisen", MieGrueneisen, mie_grueneisen, form="hugoniot")
 
 
 @implements(reference_curve, MieGrueneisen)

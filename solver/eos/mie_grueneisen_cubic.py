@@ -7,9 +7,17 @@ thesis' own 6 km/s problem reached 68 km/s.
 """
 
 from functools import cache
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-from solver.eos import EosEntry, below_range, pressure_terms, sound_speed_squared
+from solver.eos import (
+    Density,
+    EosEntry,
+    HeatCapacity,
+    RoomTemperature,
+    below_range,
+    pressure_terms,
+    sound_speed_squared,
+)
 from solver.eos._hugoniot import (
     implement_common,
     isentropic_sound_speed_squared,
@@ -17,6 +25,7 @@ from solver.eos._hugoniot import (
     with_isentrope,
 )
 from solver.jit import implements
+from solver.units import Described, Dimensionless, MetrePerSecond
 from solver.vectors import maximum, minimum, where
 
 THINNEST = -0.5  # Ma (2005), at Eq. 2-25 (printed 0.5)
@@ -26,25 +35,30 @@ RANGE = 4.0  # compression up to which the isentrope is tabulated
 class MieGrueneisenCubic(NamedTuple):
     """Parameters of the cubic form; made by ``mie_grueneisen_cubic``."""
 
-    density: float  # rho0, kg/m3
-    c0: float  # m/s
-    s: float  # slope of Us over up
-    gamma0: float
-    heat_capacity: float  # cv, J/(kg K)
-    temperature: float  # of the reference state, K
-    mu_tangent: float  # largest compression of the isentrope
-    isentrope: tuple[float, ...]  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
+    density: Density  # rho0
+    c0: Annotated[MetrePerSecond, Described("bulk sound speed", 100.0, 3e4)]
+    # The last term of the cubic is negative for 1/3 < s < 1, and its curve turns down in compression.
+    s: Annotated[Dimensionless, Described("slope of the Hugoniot", 1.0, 10.0)]
+    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0)]
+    heat_capacity: HeatCapacity  # cv
+    temperature: RoomTemperature  # of the reference state
+    mu_tangent: Dimensionless = RANGE  # largest compression of the isentrope
+    isentrope: tuple[float, ...] = ()  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
 
 
 @cache
-def mie_grueneisen_cubic(*, density, c0, s, gamma0, heat_capacity, temperature):
+def mie_grueneisen_cubic(**constants):
     """The thesis' cubic form with its isentrope."""
-    return with_isentrope(
-        MieGrueneisenCubic, density, c0, s, gamma0, heat_capacity, temperature, RANGE
-    )
+    return with_isentrope(MieGrueneisenCubic(**constants))
 
 
-EOS = EosEntry("mie_grueneisen_cubic", MieGrueneisenCubic, mie_grueneisen_cubic)
+EOS = EosEntry(
+    "mie-grueneisen-cubic",
+    MieGrueneisenCubic,
+    mie_grueneisen_cubic,
+    kind="mie-grueneisen",
+    form="cubic",
+)
 
 
 @implements(reference_curve, MieGrueneisenCubic)

@@ -20,13 +20,16 @@ Temperature: T_s + (e - e_s) / cv as in ``_hugoniot.py``, with the isentrope e_s
 
 import math
 from functools import cache
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
 
 from solver.eos import (
+    Density,
     EosEntry,
+    HeatCapacity,
+    RoomTemperature,
     below_range,
     linearisations,
     outside_range,
@@ -38,6 +41,7 @@ from solver.eos import (
 )
 from solver.eos._hugoniot import ISENTROPE_DEGREE, horner
 from solver.jit import device, implements
+from solver.units import Below, Described, Dimensionless, JoulePerKilogram, Pascal
 from solver.vectors import absolute, exp, log, maximum, minimum, where
 
 RANGE = 2.0  # compression mu up to which the isentrope is tabulated
@@ -48,38 +52,37 @@ TANGENTS = 6  # steps of Newton's rule; each leaves a tenth or less of the error
 class Tillotson(NamedTuple):
     """Parameters of the form; made by ``tillotson``."""
 
-    density: float  # rho0, kg/m3
-    a: float
-    b: float
-    A: float  # Pa; the bulk modulus
-    B: float  # Pa
-    e0: float  # J/kg
-    e_iv: float  # of incipient vaporisation, J/kg
-    e_cv: float  # of complete vaporisation, J/kg
-    alpha: float
-    beta: float
-    heat_capacity: float  # cv, J/(kg K)
-    temperature: float  # of the reference state, K
-    mu_tangent: float  # largest compression of the isentrope
-    isentrope: tuple[float, ...]  # e_s over A t^2 / (2 rho0), by powers of t = mu / (1 + mu)
-    heating: tuple[float, ...]  # ln(T_s / T0) over ln(1 + mu), by powers of t
+    density: Density  # rho0
+    a: Annotated[Dimensionless, Described("Grueneisen parameter of the vapour", 0.01, 10.0)]
+    b: Annotated[Dimensionless, Described("what the cold solid has more of it", 0.0, 10.0)]
+    A: Annotated[Pascal, Described("bulk modulus", 1e5, 1e13)]
+    B: Annotated[Pascal, Described("stiffening with compression", 0.0, 1e13)]
+    e0: Annotated[JoulePerKilogram, Described("energy that halves b", 1e3, 1e9)]
+    e_iv: Annotated[JoulePerKilogram, Described("incipient vaporisation", 1e3, 1e9), Below("e_cv")]
+    e_cv: Annotated[JoulePerKilogram, Described("complete vaporisation", 1e3, 1e9)]
+    alpha: Annotated[Dimensionless, Described("decay of the solid's part", 0.0, 100.0)]
+    beta: Annotated[Dimensionless, Described("decay of the cold part", 0.0, 100.0)]
+    heat_capacity: HeatCapacity  # cv
+    temperature: RoomTemperature  # of the reference state
+    mu_tangent: Dimensionless = RANGE  # largest compression of the isentrope
+    # e_s over A t^2 / (2 rho0), and ln(T_s / T0) over ln(1 + mu), by powers of t = mu / (1 + mu)
+    isentrope: tuple[float, ...] = ()
+    heating: tuple[float, ...] = ()
 
 
 @cache
-def tillotson(*, density, a, b, A, B, e0, e_iv, e_cv, alpha, beta, heat_capacity, temperature):
+def tillotson(**constants):
     """The form with its isentrope."""
-    blank = (1.0,) + (0.0,) * ISENTROPE_DEGREE
-    constants = (density, a, b, A, B, e0, e_iv, e_cv, alpha, beta, heat_capacity, temperature)
-    eos = Tillotson(*constants, RANGE, blank, blank)
+    eos = Tillotson(**constants)
     mu, energy, heated = _isentrope(eos)
     t = mu / (1.0 + mu)
-    ratios = energy / (0.5 * A * t * t / density), heated / np.log1p(mu)
+    ratios = energy / (0.5 * eos.A * t * t / eos.density), heated / np.log1p(mu)
     fits = (Polynomial.fit(t, ratio, ISENTROPE_DEGREE).convert() for ratio in ratios)
     isentrope, heating = (tuple(float(c) for c in fit.coef) for fit in fits)
     return eos._replace(isentrope=isentrope, heating=heating)
 
 
-EOS = EosEntry("tillotson", Tillotson, tillotson)
+EOS = EosEntry("tillotson", Tillotson, tillotson, boils=True)
 
 
 def _isentrope(eos):

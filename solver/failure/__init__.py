@@ -1,6 +1,8 @@
 """Failure: what breaks matter for good; a failed point bears neither shear nor tension.
 
-A file adds one: a parameter record under ``FAILURE``, and ``grown_damage`` and ``floor_until_failure`` for its type.
+A file adds one: a parameter record under ``FAILURE``, and ``grown_damage`` and ``floor_until_failure`` for its type. A
+sweep chooses it by name in ``failure`` and gives a field x of it that is ``Described`` as ``failure_x``; other fields
+are ``FromMaterial`` or have a default.
 Damage 0 is whole and damage 1 has failed; between them it is a record of what happened and weakens nothing.
 ``tests/contracts/test_failure.py`` asks each member that damage stays within 0..1, never falls, and that what has
 failed carries no shear and no tension.
@@ -14,7 +16,7 @@ from solver.jit import generic
 class FailureEntry(NamedTuple):
     """What a file of this folder offers as ``FAILURE``."""
 
-    name: str
+    name: str  # as ``failure`` in a sweep names it
     record: type
 
 

@@ -13,19 +13,30 @@ tension says so.
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from solver.failure import FailureEntry, floor_until_failure, grown_damage
 from solver.jit import implements
+from solver.units import Described, Dimensionless, FromMaterial, Pascal, Second
 from solver.vectors import maximum, minimum, power, where
 
 
 class Spall(NamedTuple):
     """Parameters of the cumulative criterion."""
 
-    threshold: float  # sigma0, Pa, greater than zero
-    time: float  # K, s: what breaks matter at twice the threshold
-    exponent: float = 2.0  # lambda
+    threshold: Annotated[
+        Pascal, FromMaterial("tension.spall_strength")
+    ]  # sigma0, greater than zero
+    # K
+    time: Annotated[
+        Second,
+        Described(
+            "time at twice the spall strength after which matter fails, without a tensile floor",
+            1e-12,
+            1.0,
+        ),
+    ]
+    exponent: Dimensionless = 2.0  # lambda
 
 
 FAILURE = FailureEntry("spall", Spall)

@@ -1,10 +1,11 @@
 """Shape functions along one axis; the geometry multiplies them together.
 
-A file adds one: a parameter record under ``SHAPE`` and the two functions below for its type. Contract: weights sum to
-one, slopes to zero, and the weighted node coordinates to the particle's own.
+A file adds one: a parameter record under ``SHAPE`` and the two functions below for its type. A sweep chooses it by name
+in ``shape``. Contract: weights sum to one, slopes to zero, and the weighted node coordinates to the particle's own.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from solver.jit import generic
 
@@ -12,8 +13,14 @@ from solver.jit import generic
 class ShapeEntry(NamedTuple):
     """What a file of this folder offers as ``SHAPE``."""
 
-    name: str
+    name: str  # as ``shape`` in a sweep names it
     record: type
+    make: Callable[[int], Any]  # the record for so many particles per cell along each direction
+    flat_cost: float  # s per particle-step in axisymmetry, for estimates
+    box_cost: float  # s per particle-step in three dimensions
+
+    # Costs are processor time on one core of the problems of ``make bench``, copper with Johnson-Cook, 2026-11-22. A
+    # particle in three dimensions reaches 27 nodes with a wide shape, 8 with a linear one.
 
 
 @generic

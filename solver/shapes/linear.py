@@ -17,7 +17,7 @@ class Linear(NamedTuple):
     order: int = 1
 
 
-SHAPE = ShapeEntry("linear", Linear)
+SHAPE = ShapeEntry("linear", Linear, lambda _: Linear(), flat_cost=0.094e-6, box_cost=0.204e-6)
 
 
 @implements(width, Linear)

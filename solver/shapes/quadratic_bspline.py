@@ -16,7 +16,13 @@ class QuadraticBSpline(NamedTuple):
     order: int = 2
 
 
-SHAPE = ShapeEntry("quadratic-bspline", QuadraticBSpline)
+SHAPE = ShapeEntry(
+    "quadratic-bspline",
+    QuadraticBSpline,
+    lambda _: QuadraticBSpline(),
+    flat_cost=0.106e-6,
+    box_cost=0.237e-6,
+)
 
 
 @implements(width, QuadraticBSpline)

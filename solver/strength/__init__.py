@@ -1,6 +1,7 @@
 """Strength: the yield stress as a function of plastic strain, its rate and the homologous temperature.
 
-A file adds one: a parameter record under ``STRENGTH`` and, for its type, the two factors of the yield stress,
+A file adds one: a parameter record under ``STRENGTH``, whose ``Described`` fields a material file gives ("none" becomes
+infinity where a field allows None), and, for its type, the two factors of the yield stress,
 ``hardening`` and ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*, G / G0). Two factors, because
 the return to the yield surface (written once, in ``stress.py``) iterates on the first, with its slope, and needs the
 logarithm and the power of the second only once. A form that knows how the shear modulus and the melting point follow
@@ -17,7 +18,7 @@ from solver.vectors import minimum, where
 class StrengthEntry(NamedTuple):
     """What a file of this folder offers as ``STRENGTH``."""
 
-    name: str
+    name: str  # as a material file names it
     record: type
 
 

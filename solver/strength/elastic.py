@@ -4,12 +4,13 @@ from typing import NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.units import Pascal
 
 
 class Elastic(NamedTuple):
     """Matter that never yields; melting still takes its strength."""
 
-    limit: float = 1e300  # Pa; finite, so that zero times it is zero
+    limit: Pascal = 1e300  # finite, so that zero times it is zero
 
 
 STRENGTH = StrengthEntry("elastic", Elastic)

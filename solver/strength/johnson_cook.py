@@ -4,25 +4,27 @@ sigma_y = (A + B eps^n) (1 + C ln(rate / reference_rate)) (1 - T*^m): Johnson an
 The rate is not taken below the reference rate, where the logarithm was never fitted.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, rate_and_heat
+from solver.units import Described, Dimensionless, Pascal, PerSecond
 from solver.vectors import SMALLEST, log, maximum, power, where
 
 
 class JohnsonCook(NamedTuple):
     """Parameters of the Johnson-Cook yield stress."""
 
-    A: float  # Pa
-    B: float  # Pa
-    n: float
-    C: float
-    m: float
-    reference_rate: float  # 1/s
+    A: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12)]
+    B: Annotated[Pascal, Described("hardening", 0.0, 1e12)]
+    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]
+    C: Annotated[Dimensionless, Described("rate sensitivity", 0.0, 10.0)]
+    # infinite: no softening
+    m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0)]
+    reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9)]
 
 
-STRENGTH = StrengthEntry("johnson_cook", JohnsonCook)
+STRENGTH = StrengthEntry("johnson-cook", JohnsonCook)
 
 
 @implements(hardening, JohnsonCook)

@@ -1,19 +1,20 @@
 """Isotropic linear hardening: a yield stress that grows with plastic strain, until melting."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.units import Described, Pascal
 
 
 class LinearHardening(NamedTuple):
     """Parameters of sigma_y = yield_stress + hardening_modulus eps_p."""
 
-    yield_stress: float  # Pa
-    hardening_modulus: float  # Pa
+    yield_stress: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12)]
+    hardening_modulus: Annotated[Pascal, Described("hardening modulus", 0.0, 1e13)]
 
 
-STRENGTH = StrengthEntry("linear_hardening", LinearHardening)
+STRENGTH = StrengthEntry("linear-hardening", LinearHardening)
 
 
 @implements(hardening, LinearHardening)

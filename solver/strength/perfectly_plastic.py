@@ -1,18 +1,19 @@
 """Elastic, perfectly plastic: a constant yield stress until melting."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.units import Described, Pascal
 
 
 class PerfectlyPlastic(NamedTuple):
     """Parameters of perfect plasticity."""
 
-    yield_stress: float  # Pa
+    yield_stress: Annotated[Pascal, Described("yield stress", 0.0, 1e12)]
 
 
-STRENGTH = StrengthEntry("perfectly_plastic", PerfectlyPlastic)
+STRENGTH = StrengthEntry("perfectly-plastic", PerfectlyPlastic)
 
 
 @implements(hardening, PerfectlyPlastic)

@@ -9,10 +9,11 @@ T_melt0 belongs to the reference density: metal at 1 bar is thinner where it mel
 is a matter of the expansion in the equation of state too.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from solver.jit import implements
 from solver.strength import StrengthEntry, hardening, melting, rate_and_heat, solid, stiffness
+from solver.units import Below, Described, Dimensionless, Pascal, PerKelvin, PerPascal
 from solver.vectors import exp, maximum, minimum, power, where
 
 COLD = 300.0  # K, the temperature of G0
@@ -29,17 +30,19 @@ THINNEST_SOLID = 0.93
 class SteinbergGuinan(NamedTuple):
     """Parameters of the strength and of the melting curve."""
 
-    Y0: float  # Pa
-    Y_max: float  # Pa
-    beta: float
-    n: float
-    A: float  # 1/Pa
-    B: float  # 1/K
-    a: float
-    gamma0: float
+    Y0: Annotated[
+        Pascal, Described("initial yield stress", 0.0, 1e12), Below("Y_max", or_equal=True)
+    ]
+    Y_max: Annotated[Pascal, Described("hardest yield stress", 0.0, 1e12)]
+    beta: Annotated[Dimensionless, Described("hardening", 0.0, 1e5)]
+    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]
+    A: Annotated[PerPascal, Described("rise of the shear modulus with pressure", 0.0, 1e-9)]
+    B: Annotated[PerKelvin, Described("fall of the shear modulus with temperature", 0.0, 0.1)]
+    a: Annotated[Dimensionless, Described("rise of the melting point with density", 0.0, 10.0)]
+    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0)]
 
 
-STRENGTH = StrengthEntry("steinberg_guinan", SteinbergGuinan)
+STRENGTH = StrengthEntry("steinberg-guinan", SteinbergGuinan)
 
 
 @implements(hardening, SteinbergGuinan)

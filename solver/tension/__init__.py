@@ -1,6 +1,8 @@
 """Tension: what whole matter does when it is pulled.
 
-A file adds one: a parameter record under ``TENSION`` and ``pressure_floor`` for its type.
+A file adds one: a parameter record under ``TENSION`` and ``pressure_floor`` for its type. A sweep chooses it by name in
+``tension``; its fields are ``FromMaterial`` or have a default. A material that goes without such a number bears any
+tension.
 """
 
 from typing import NamedTuple
@@ -11,8 +13,9 @@ from solver.jit import generic
 class TensionEntry(NamedTuple):
     """What a file of this folder offers as ``TENSION``."""
 
-    name: str
+    name: str  # as ``tension`` in a sweep names it
     record: type
+    molten: bool = False  # whether molten matter bears tension too
 
 
 @generic

@@ -4,16 +4,17 @@ Nothing is flagged for good: matter that is compressed again carries load again.
 pressure of particles, whose scatter behind a shock is 5 to 30 GPa, would fail most of the material.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from solver.jit import implements
 from solver.tension import TensionEntry, pressure_floor
+from solver.units import FromMaterial, Pascal
 
 
 class RecoverableTension(NamedTuple):
     """A tensile strength that shrinks with temperature."""
 
-    cutoff: float  # p_cut, Pa
+    cutoff: Annotated[Pascal, FromMaterial("tension.spall_strength")]  # p_cut
 
 
 TENSION = TensionEntry("recoverable", RecoverableTension)

@@ -5,15 +5,16 @@ from typing import NamedTuple
 
 from solver.jit import implements
 from solver.tension import TensionEntry, pressure_floor
+from solver.units import Pascal
 
 
 class UnlimitedTension(NamedTuple):
     """Tension without a floor."""
 
-    floor: float = -math.inf  # Pa
+    floor: Pascal = -math.inf
 
 
-TENSION = TensionEntry("unlimited", UnlimitedTension)
+TENSION = TensionEntry("unlimited", UnlimitedTension, molten=True)
 
 
 @implements(pressure_floor, UnlimitedTension)

@@ -16,8 +16,7 @@ A NaN stays visible: comparisons with it are false, and ``minimum`` and ``maximu
 ``memory.py`` are what kernels are made of.
 """
 
-import solver.vectors.compiled
-import solver.vectors.memory  # noqa: F401  registers the code of the functions
+from solver.jit import when_compiling
 from solver.vectors.elementary import SMALLEST, exp, log, power
 from solver.vectors.plain import (
     LANES,
@@ -86,3 +85,10 @@ __all__ = [
     "transposed",
     "where",
 ]
+
+
+@when_compiling
+def _register() -> None:
+    """Import what registers the code of the functions; it takes numba."""
+    import solver.vectors.compiled
+    import solver.vectors.memory  # noqa: F401

@@ -5,7 +5,9 @@ one and change every number together with its source. Each number is ``{value, u
 confidence}``; the words of ``confidence`` are in ``schema.CONFIDENCES``. Where a model goes without
 a number that it could have (no melting, no limit in tension), write ``value = "none"`` and the
 source of that choice. ``yield_stresses`` lists the published values that a law may be evaluated
-with. ``tests/contracts/test_materials.py`` finds the file and asks for a source of every number,
+with. Another distribution adds one through an entry point of the group
+``whipple.studies.materials``, named after the material, whose value is the package that holds the
+file. ``tests/contracts/test_materials.py`` finds the file and asks for a source of every number,
 for plausible elastic constants, and for a bulk modulus near that of the equation of state.
 
 A user's material is the same schema, in a file or inline in a sweep.
@@ -14,45 +16,20 @@ A user's material is the same schema, in a file or inline in a sweep.
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
+from solver.registry import points
 from studies.materials.reader import read_document, read_file, read_toml
-from studies.materials.schema import (
-    CONFIDENCES,
-    Constant,
-    Elastic,
-    JohnsonCook,
-    LinearHardening,
-    Material,
-    MieGrueneisen,
-    NoYield,
-    PerfectlyPlastic,
-    SteinbergGuinan,
-    Tension,
-    Thermal,
-    Tillotson,
-    YieldStress,
-    simulated,
-)
+from studies.materials.schema import CONFIDENCES, Material, Model, simulated
 from studies.values.nearest import nearest_cure
 from studies.values.quantities import refusal
 
 __all__ = [
     "CONFIDENCES",
-    "Constant",
-    "Elastic",
-    "JohnsonCook",
-    "LinearHardening",
     "Material",
-    "MieGrueneisen",
-    "NoYield",
-    "PerfectlyPlastic",
-    "SteinbergGuinan",
-    "Tension",
-    "Thermal",
-    "Tillotson",
-    "YieldStress",
+    "Model",
     "load",
     "names",
     "read_document",
@@ -63,7 +40,7 @@ __all__ = [
 
 def names() -> list[str]:
     """The materials that ship, sorted."""
-    return list(_names())
+    return list(_folders())
 
 
 def load(source: str | Path | Mapping[str, Any]) -> Material:
@@ -75,19 +52,23 @@ def load(source: str | Path | Mapping[str, Any]) -> Material:
         return read_file(source)
     if isinstance(source, Mapping):
         return read_document(source)
-    if source not in _names():
-        raise refusal("material", source, "a material that ships", nearest_cure(source, _names()))
+    if source not in _folders():
+        raise refusal("material", source, "a material that ships", nearest_cure(source, _folders()))
     return _shipped(source)
 
 
 @cache
-def _names() -> tuple[str, ...]:
-    found = (file.name for file in files(__package__).iterdir())
-    return tuple(sorted(name.removesuffix(".toml") for name in found if name.endswith(".toml")))
+def _folders() -> Mapping[str, Traversable]:
+    """The folder of each material that ships, by name."""
+    here = files(__package__)
+    shipped = (file.name for file in here.iterdir())
+    folders = {name.removesuffix(".toml"): here for name in shipped if name.endswith(".toml")}
+    folders |= {point.name: files(point.value) for point in points(__package__)}
+    return dict(sorted(folders.items()))
 
 
 @cache
 def _shipped(name: str) -> Material:
     file = f"{name}.toml"
-    text = files(__package__).joinpath(file).read_text(encoding="utf-8")
+    text = _folders()[name].joinpath(file).read_text(encoding="utf-8")
     return read_document(read_toml(text, file), name=name, path=f"{file}:")

@@ -15,6 +15,7 @@ from studies.materials.schema import (
     Scalars,
     YieldStress,
     record_of,
+    section_of,
 )
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure, shown
@@ -112,16 +113,17 @@ class _MaterialReading:
             cure = f"give {section} with its numbers, each as {NUMBER}"
             self.findings.append(Finding(self._at(section), shown(given), limit, cure))
             return None
+        kind = given.get("kind")
         try:
-            record = record_of(section, given.get("kind"), self._at(section))
+            record = record_of(section, kind, self._at(section))
         except InvalidInput as error:
             self._find(error)
             return None
-        kind = ("kind",) if hasattr(record, "kind") else ()
-        self._refuse_unknown(given, (*kind, *declared(record)), section)
+        keys = () if record is SECTIONS[section] else ("kind",)
+        self._refuse_unknown(given, (*keys, *declared(record)), section)
         before = len(self.findings)
         values = self._record(record, given, section)
-        return record(**values) if len(self.findings) == before else None
+        return section_of(section, kind, values) if len(self.findings) == before else None
 
     def _record(self, record: type, given: Mapping[str, Any], path: str) -> dict[str, float | None]:
         """The numbers of one record by field name; a field with a default may be left out."""

@@ -8,11 +8,13 @@ computes it; this module loads no solver.
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from solver import PHYSICS_VERSION
+from solver.registry import entries
+from solver.units import Described, marked
 from studies import scenarios
 from studies.materials import Material, simulated
 from studies.values.errors import Finding, InvalidInput
@@ -21,12 +23,6 @@ from studies.values.parameters import parse_parameters
 if TYPE_CHECKING:
     from studies.scenarios import Materials
 
-# Cost of a particle-step on one core by geometry and shape, s: processor time of the problems of ``make bench``, copper
-# with Johnson-Cook, 2026-11-22. A particle in three dimensions reaches 27 nodes with a wide shape, 8 with a linear one.
-SECONDS_PER_PARTICLE_STEP = {
-    "axisymmetric": {"linear": 0.094e-6, "gimp": 0.122e-6, "quadratic-bspline": 0.106e-6},
-    "cartesian": {"linear": 0.204e-6, "gimp": 0.269e-6, "quadratic-bspline": 0.237e-6},
-}
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 
 
@@ -68,7 +64,8 @@ class Run:
 
     def _content(self) -> dict[str, Any]:
         chosen = scenarios.load(self.scenario)
-        labels = {one.name for one in fields(chosen.parameters) if one.metadata.get("label")}
+        described = marked(chosen.parameters, Described)
+        labels = {name for name, mark in described.items() if mark.label}
         words = labels.union(chosen.materials)  # what they stand for is here itself
         return {
             "physics": PHYSICS_VERSION,
@@ -105,11 +102,12 @@ def estimate(run: Run) -> Estimate:
     chosen = scenarios.load(run.scenario)
     size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
     flat = run.parameters.get("geometry") == "axisymmetric"
-    rates = SECONDS_PER_PARTICLE_STEP["axisymmetric" if flat else "cartesian"]
+    shape = entries("solver.shapes", "SHAPE")[str(run.parameters["shape"])]
+    cost = shape.flat_cost if flat else shape.box_cost
     return Estimate(
         particles=size.particles,
         steps=size.steps,
-        core_seconds=size.particles * size.steps * rates[str(run.parameters["shape"])],
+        core_seconds=size.particles * size.steps * cost,
         bytes=size.particles * BYTES_PER_PARTICLE,
     )
 

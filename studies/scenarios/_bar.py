@@ -7,10 +7,10 @@ lattice cylinder differs by 1 %.
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+from solver.units import Described
 from studies.scenarios import Setting, Size
-from studies.scenarios._fields import explained
 from studies.scenarios._lattice import body, line, points
 from studies.scenarios._numerics import (
     Numerics,
@@ -33,14 +33,16 @@ SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi}
 class AtWall:
     """How a bar and its wall are modelled."""
 
-    geometry: Literal["axisymmetric", "quarter"] = explained(
-        "body of revolution, or a quarter of a round bar in three dimensions",
-        default="axisymmetric",
-    )
-    wall: Literal["unilateral", "symmetric"] = explained(
-        "frictionless wall that only pushes, or one that holds the normal velocity either way",
-        default="unilateral",
-    )
+    geometry: Annotated[
+        Literal["axisymmetric", "quarter"],
+        Described("body of revolution, or a quarter of a round bar in three dimensions"),
+    ] = "axisymmetric"
+    wall: Annotated[
+        Literal["unilateral", "symmetric"],
+        Described(
+            "frictionless wall that only pushes, or one that holds the normal velocity either way"
+        ),
+    ] = "unilateral"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,13 +8,12 @@ so that lengths are exact; the masses of a body are scaled to the analytic mass,
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
-from solver.units import Dimensionless, Metre, MetrePerSecond, Second
+from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.scenarios import ImpactSetting, Materials, Setting, Size
-from studies.scenarios._fields import described, explained
 from studies.scenarios._lattice import body, line, points
-from studies.scenarios._matter import EosForm, Fracture, failure_of, matter
+from studies.scenarios._matter import Fracture, eos_forms, failure_of, matter
 from studies.scenarios._numerics import (
     BY_RECIPE,
     Numerics,
@@ -26,7 +25,7 @@ from studies.scenarios._numerics import (
     particles_per_cell,
 )
 from studies.values.errors import Finding
-from studies.values.parameters import MaterialName
+from studies.values.parameters import Choice, MaterialName
 from studies.values.quantities import readable, round_quantity
 from studies.values.recipes import IMPACT_RECIPES, DebrisName
 
@@ -60,78 +59,96 @@ class ImpactShot:
 
     cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER  # latest end of a run, s/m
 
-    speed: MetrePerSecond = described("impact speed, normal to the target", 100.0, 2e4)
-    projectile_diameter: Metre = described("diameter of the projectile", 1e-5, 1.0)
-    projectile: MaterialName = explained("material of the projectile")
-    target: MaterialName = explained("material of the target")
-    projectile_shape: Literal["sphere", "cylinder"] = explained(
-        "shape of the projectile; a cylinder flies along its axis", default="sphere"
-    )
-    projectile_length: Metre | None = described(
-        "length of a cylinder; a sphere has none", 1e-5, 1.0, default=None
-    )
-    geometry: Literal["axisymmetric", "quarter", "half"] = explained(
-        "body of revolution, or a quarter or half of a square target in three dimensions",
-        default="axisymmetric",
-    )
-    cells_per_diameter: Dimensionless = described(
-        "grid cells across the projectile's diameter", 2.0, 512.0, default=32.0
-    )
-    edges: Literal["fixed", "free", "absorbing"] = explained(
-        "what holds the target's rim (absorbing: waves leave there, and through the back of a block); debris that "
-        "flies past it leaves the grid",
-        default="fixed",
-    )
-    end_time: Second | None = described(
-        "latest end of the run; by default 7.5 ms per metre of diameter (60 us at 8 mm), 15 for a thick block",
-        1e-9,
-        1.0,
-        default=None,
-    )
-    stop: Literal["settled", "end_time"] = explained(
-        "end once the measurement has settled, or at end_time only", default="settled"
-    )
-    settled_growth: Dimensionless = described(
-        "relative growth within settled_window that counts as settled", 0.0, 0.5, default=0.005
-    )
-    settled_window: Second | None = described(
-        "time over which growth is judged; by default 5 us at 8 mm, in proportion to the diameter; a tenth of that at "
-        "least",
-        1e-9,
-        1.0,
-        default=None,
-    )
-    eos_form: EosForm = explained(
-        "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it; other equations of state have "
-        "one form",
-        default="hugoniot",
-    )
-    thermal_softening: bool = explained(
-        "whether temperature softens and melting takes all strength", default=True
-    )
-    debris: DebrisName | None = explained(
-        "what has come off the target and is on a clear way out of the grid is followed to its edge, or retired: it "
-        f"leaves a record and flies straight from there; {BY_RECIPE}",
-        default=None,
-    )
-    uprange: Dimensionless | None = described(
-        f"grid in front of the target, in projectile diameters; {BY_RECIPE}",
-        0.5,
-        50.0,
-        default=None,
-    )
-    downrange: Dimensionless | None = described(
-        f"grid behind the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0, default=None
-    )
-    beyond_edge: Dimensionless = described(
-        "grid outside a rim that is not fixed, in projectile diameters", 0.1, 50.0, default=0.5
-    )
-    offset: Dimensionless = described(
-        "shift of the grid against the bodies along the line of flight, in cells: it changes the mesh error alone",
-        0.0,
-        1.0,
-        default=0.0,
-    )
+    speed: Annotated[MetrePerSecond, Described("impact speed, normal to the target", 100.0, 2e4)]
+    projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-5, 1.0)]
+    projectile: Annotated[MaterialName, Described("material of the projectile")]
+    target: Annotated[MaterialName, Described("material of the target")]
+    projectile_shape: Annotated[
+        Literal["sphere", "cylinder"],
+        Described("shape of the projectile; a cylinder flies along its axis"),
+    ] = "sphere"
+    projectile_length: Annotated[
+        Metre | None, Described("length of a cylinder; a sphere has none", 1e-5, 1.0)
+    ] = None
+    geometry: Annotated[
+        Literal["axisymmetric", "quarter", "half"],
+        Described(
+            "body of revolution, or a quarter or half of a square target in three dimensions"
+        ),
+    ] = "axisymmetric"
+    cells_per_diameter: Annotated[
+        Dimensionless, Described("grid cells across the projectile's diameter", 2.0, 512.0)
+    ] = 32.0
+    edges: Annotated[
+        Literal["fixed", "free", "absorbing"],
+        Described(
+            "what holds the target's rim (absorbing: waves leave there, and through the back of a block); debris that "
+            "flies past it leaves the grid"
+        ),
+    ] = "fixed"
+    end_time: Annotated[
+        Second | None,
+        Described(
+            "latest end of the run; by default 7.5 ms per metre of diameter (60 us at 8 mm), 15 for a thick block",
+            1e-9,
+            1.0,
+        ),
+    ] = None
+    stop: Annotated[
+        Literal["settled", "end_time"],
+        Described("end once the measurement has settled, or at end_time only"),
+    ] = "settled"
+    settled_growth: Annotated[
+        Dimensionless,
+        Described("relative growth within settled_window that counts as settled", 0.0, 0.5),
+    ] = 0.005
+    settled_window: Annotated[
+        Second | None,
+        Described(
+            "time over which growth is judged; by default 5 us at 8 mm, in proportion to the diameter; a tenth of "
+            "that at least",
+            1e-9,
+            1.0,
+        ),
+    ] = None
+    eos_form: Annotated[
+        str,
+        Choice(eos_forms),
+        Described(
+            "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it; other equations of state "
+            "have one form"
+        ),
+    ] = "hugoniot"
+    thermal_softening: Annotated[
+        bool, Described("whether temperature softens and melting takes all strength")
+    ] = True
+    debris: Annotated[
+        DebrisName | None,
+        Described(
+            "what has come off the target and is on a clear way out of the grid is followed to its edge, or retired: "
+            f"it leaves a record and flies straight from there; {BY_RECIPE}"
+        ),
+    ] = None
+    uprange: Annotated[
+        Dimensionless | None,
+        Described(f"grid in front of the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0),
+    ] = None
+    downrange: Annotated[
+        Dimensionless | None,
+        Described(f"grid behind the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0),
+    ] = None
+    beyond_edge: Annotated[
+        Dimensionless,
+        Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, 50.0),
+    ] = 0.5
+    offset: Annotated[
+        Dimensionless,
+        Described(
+            "shift of the grid against the bodies along the line of flight, in cells: it changes the mesh error alone",
+            0.0,
+            1.0,
+        ),
+    ] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

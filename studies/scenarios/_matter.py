@@ -1,134 +1,161 @@
-"""A material becomes what the solver computes with: one record for each law."""
+"""Models of a material's matter: one record of the solver for each law, with the constants of the material.
+
+The models are those of the folders ``solver/eos``, ``strength``, ``tension`` and ``failure``; which constants they
+take, and from where, stands in their own files.
+"""
 
 import math
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, make_dataclass
+from typing import TYPE_CHECKING, Annotated, Any
 
 from solver.registry import entries
-from solver.units import Dimensionless, Second
-from studies.materials.schema import MieGrueneisen, Tillotson
+from solver.units import Described, FromMaterial, Unit, marked
+from studies.materials.schema import models
 from studies.scenarios import Materials
-from studies.scenarios._fields import described, explained
-from studies.scenarios._numerics import filled_numerics
+from studies.scenarios._numerics import filled_numerics, tensions
 from studies.values.errors import Finding
+from studies.values.parameters import Choice, declared
 from studies.values.quantities import readable
-from studies.values.recipes import Tension
 
 if TYPE_CHECKING:
     from solver.problem import Matter
     from studies.materials import Material
 
-EosForm = Literal["hugoniot", "cubic"]
-Failure = Literal["none", "plastic-strain", "spall"]
+HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
 
-EOS_FORMS = {"hugoniot": "mie_grueneisen", "cubic": "mie_grueneisen_cubic"}  # of mie-grueneisen
 
-# Constants whose first lies below the second, or may equal it, and what to do where it does not.
-ORDERED = (
-    ("eos.e_iv", "eos.e_cv", False, "boiling begins at e_iv and ends at e_cv: correct one of them"),
-    ("strength.Y0", "strength.Y_max", True, "metal hardens from Y0 to Y_max: correct one of them"),
-    (
-        "thermal.room_temperature",
-        "thermal.melt_temperature",
-        False,
-        "a liquid bears no shear and makes no shield: correct one of them",
-    ),
-)
+def failures() -> Mapping[str, Any]:
+    """Failures by name."""
+    return entries("solver.failure", "FAILURE")
+
+
+def eos_forms() -> dict[str, Any]:
+    """The equations of state of a kind that has several forms, by form."""
+    return {eos.form: eos for eos in entries("solver.eos", "EOS").values() if eos.form}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fracture:
-    """Parameters of what breaks matter for good."""
+class ChosenFailure:
+    """The choice of what breaks matter for good."""
 
-    failure: Failure = explained(
-        "what breaks matter for good: nothing, plastic strain, or tension beyond the spall strength for long enough",
-        default="none",
-    )
-    failure_strain: Dimensionless | None = described(
-        "plastic strain at which matter fails; goes with failure plastic-strain",
-        1e-3,
-        100.0,
-        default=None,
-    )
-    failure_time: Second | None = described(
-        "time at twice the spall strength after which matter fails, without a tensile floor; goes with failure spall",
-        1e-12,
-        1.0,
-        default=None,
-    )
+    failure: Annotated[
+        str,
+        Choice(failures),
+        Described(
+            "what breaks matter for good: nothing, plastic strain, or tension beyond the spall strength for long "
+            "enough"
+        ),
+    ] = "none"
+
+
+def _failure_constants() -> Iterator[tuple[str, str, str]]:
+    """Each constant of a failure that a sweep gives: parameter, failure, and field of its record."""
+    for kind, entry in failures().items():
+        for constant in declared(entry.record):
+            yield f"failure_{constant}", kind, constant
+
+
+def _failure_parameter(kind: str, constant: str) -> Any:
+    """The annotation of a parameter: that of the failure's own record, or None."""
+    record = failures()[kind].record
+    about, unit = marked(record, Described)[constant], marked(record, Unit)[constant]
+    meaning = f"{about.meaning}; goes with failure {kind}"
+    return Annotated[float | None, unit, Described(meaning, about.minimum, about.maximum)]
+
+
+# Parameters of what breaks matter for good.
+Fracture: Any = make_dataclass(
+    "Fracture",
+    [
+        (parameter, _failure_parameter(kind, constant), field(default=None))
+        for parameter, kind, constant in _failure_constants()
+    ],
+    bases=(ChosenFailure,),
+    namespace={"__doc__": "Parameters of what breaks matter for good.", "__module__": __name__},
+    frozen=True,
+    kw_only=True,
+)
 
 
 def matter(
     material: "Material",
     *,
-    eos_form: EosForm = "hugoniot",
+    eos_form: str = HUGONIOT,
     thermal_softening: bool = True,
-    tension: Tension = "recoverable",
+    tension: str = "recoverable",
     failure: Any = None,
 ) -> "Matter":
     """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
-    from solver.failure.none import NoFailure
     from solver.problem import Matter
-    from solver.tension.recoverable import RecoverableTension
-    from solver.tension.unlimited import UnlimitedTension
 
-    spall = material.tension.spall_strength if tension == "recoverable" else None
     melt = material.thermal.melt_temperature if thermal_softening else None
+    strength = models("strength")[material.strength.kind].record
     return Matter(
         eos=eos_of(material, eos_form),
-        strength=_strength(material),
-        tension=UnlimitedTension() if spall is None else RecoverableTension(spall),
+        # A constant that the material goes without is infinite.
+        strength=strength(**{k: _or_infinite(v) for k, v in material.fill("strength").items()}),
+        tension=_tension(material, tension),
         shear_modulus=material.elastic.shear_modulus,
         room_temperature=material.thermal.room_temperature,
-        melt_temperature=math.inf if melt is None else melt,
-        failure=failure or NoFailure(),
+        melt_temperature=_or_infinite(melt),
+        failure=failure or failures()["none"].record(),
     )
 
 
-def eos_of(material: "Material", form: EosForm = "hugoniot") -> Any:
-    """The solver's record of a material's equation of state; only Mie and Grueneisen's is written in several forms."""
-    name = material.eos.kind
-    chosen = EOS_FORMS[form] if name == MieGrueneisen.kind else name.replace("-", "_")
-    return entries("solver.eos", "EOS")[chosen].make(
-        density=material.density,
-        heat_capacity=material.thermal.heat_capacity,
-        temperature=material.thermal.room_temperature,
-        **asdict(material.eos),
-    )
+def _or_infinite(value: float | None) -> float:
+    return math.inf if value is None else value
 
 
-def check_eos(form: EosForm, materials: Materials) -> list[Finding]:
+def _tension(material: "Material", name: str) -> Any:
+    record = tensions()[name].record
+    constants = material.taken(record)
+    return tensions()["unlimited"].record() if None in constants.values() else record(**constants)
+
+
+def eos_of(material: "Material", form: str = HUGONIOT) -> Any:
+    """The solver's record of a material's equation of state, in one of the forms of its kind."""
+    eos = _form(material, form)
+    return eos.make(**material.fill("eos", eos.record))
+
+
+def _form(material: "Material", form: str) -> Any:
+    """The entry of a form of a material's equation of state; the only one where there are no others."""
+    own = models("eos")[material.eos.kind]
+    other = eos_forms().get(form)
+    return other if other and other.kind == own.name else own
+
+
+def check_eos(form: str, materials: Materials) -> list[Finding]:
     """A form other than the default needs materials that can be written in it."""
-    if form == "hugoniot":
-        return []
-    one_form = [
-        Finding(
-            "eos_form",
-            form,
-            f"hugoniot: {material.name} ({material.eos.kind}) has one form",
-            "leave eos_form out",
-        )
-        for material in materials.values()
-        if not isinstance(material.eos, MieGrueneisen)
-    ]
-    # The last term of the cubic is negative for 1/3 < s < 1, and its curve turns down in compression.
-    downwards = [
-        Finding(
-            "eos_form",
-            form,
-            f"hugoniot: {material.name} has s = {material.eos.s:g}, and the cubic is for 1 and more",
-            "leave eos_form out",
-        )
-        for material in materials.values()
-        if isinstance(material.eos, MieGrueneisen) and material.eos.s < 1.0
-    ]
-    return one_form + downwards
+    findings = []
+    for material in materials.values():
+        entry = _form(material, form)
+        if form == HUGONIOT:
+            continue
+        limits = []
+        if entry.form != form:
+            limits.append(f"{material.name} ({material.eos.kind}) has one form")
+        for name, parameter in declared(entry.record).items():
+            value = material.eos.constants[name]
+            assert value is not None
+            assert parameter.minimum is not None
+            if entry.form == form and value < parameter.minimum:
+                limits.append(
+                    f"{material.name} has {name} = {value:g}, and the {form} is for {parameter.minimum:g} and more"
+                )
+        findings += [
+            Finding("eos_form", form, f"{HUGONIOT}: {limit}", "leave eos_form out")
+            for limit in limits
+        ]
+    return findings
 
 
 def check_boiling(given: Any, materials: Materials) -> list[Finding]:
-    """A form that follows vapour has no tension from e_iv on, and a step there: melting has to end tension before."""
-    if filled_numerics(given).tension == "unlimited":
-        name, value = "tension", "unlimited"
+    """A form that follows vapour has no tension where it boils, and a step there: melting has to end tension before."""
+    tension = filled_numerics(given).tension
+    if tensions()[tension].molten:
+        name, value = "tension", tension
     elif not given.thermal_softening:
         name, value = "thermal_softening", "false"
     else:
@@ -141,7 +168,7 @@ def check_boiling(given: Any, materials: Materials) -> list[Finding]:
             f"leave {name} out, or choose a {role} with another equation of state",
         )
         for role, material in materials.items()
-        if isinstance(material.eos, Tillotson)
+        if models("eos")[material.eos.kind].boils
     ]
 
 
@@ -150,65 +177,50 @@ def check_constants(materials: Materials) -> list[Finding]:
     findings = []
     for role, material in materials.items():
         parameters = material.parameters()
-        for low, high, may_equal, cure in ORDERED:
-            if not {low, high} <= set(parameters):
-                continue
+        for low, high, may_equal in material.below():
             least, most = material.value_at(low), material.value_at(high)
             if least is None or most is None or least < most or (least == most and may_equal):
                 continue
             unit = parameters[low].unit or "1"
             limit = f"{'at most' if may_equal else 'below'} {role}.{high}, {readable(most, unit)}"
+            cure = f"{parameters[low].meaning} comes before {parameters[high].meaning}: correct one of them"
             findings.append(Finding(f"{role}.{low}", readable(least, unit), limit, cure))
     return findings
 
 
-def failure_of(given: Fracture, material: "Material") -> Any:
+def failure_of(given: Any, material: "Material") -> Any:
     """The solver's record of the failure that the parameters name, with the constants of the material."""
-    from solver.failure.none import NoFailure
-    from solver.failure.plastic_strain import PlasticStrainLimit
-    from solver.failure.spall import Spall
-
-    if given.failure == "plastic-strain":
-        assert given.failure_strain is not None
-        return PlasticStrainLimit(given.failure_strain)
-    if given.failure == "spall":
-        assert given.failure_time is not None
-        assert material.tension.spall_strength is not None
-        return Spall(material.tension.spall_strength, given.failure_time)
-    return NoFailure()
+    record = failures()[given.failure].record
+    constants = {
+        constant: getattr(given, parameter)
+        for parameter, kind, constant in _failure_constants()
+        if kind == given.failure and getattr(given, parameter) is not None
+    }
+    return record(**material.taken(record), **constants)
 
 
-def check_failure(given: Fracture, materials: Materials) -> list[Finding]:
-    """A failure has the number that it needs, no other one, and a spall strength of each material."""
-    needed = {"plastic-strain": "failure_strain", "spall": "failure_time"}
+def check_failure(given: Any, materials: Materials) -> list[Finding]:
+    """A failure has the numbers that it needs, no other ones, and those that it takes from each material."""
     findings = []
-    for kind, name in needed.items():
+    for name, kind, constant in _failure_constants():
         value = getattr(given, name)
-        if given.failure == kind and value is None:
+        needed = declared(failures()[kind].record)[constant].required
+        if given.failure == kind and value is None and needed:
             findings.append(Finding(name, "nothing", f"a value for failure {kind}", f"give {name}"))
         if given.failure != kind and value is not None:
             limit = f"no value without failure {kind}"
             cure = f"leave {name} out, or set failure to {kind}"
             findings.append(Finding(name, f"{value:g}", limit, cure))
-    if given.failure == "spall":
-        findings += [
-            Finding(
-                "failure",
-                "spall",
-                f"a material with a spall strength, which {material.name} has not",
-                f"set {role}.tension.spall_strength, or choose another failure",
-            )
-            for role, material in materials.items()
-            if not material.tension.spall_strength
-        ]
+    for role, material in materials.items():
+        for path in marked(failures()[given.failure].record, FromMaterial).values():
+            if not material.value_at(path.path):
+                meaning = material.parameters()[path.path].meaning
+                findings.append(
+                    Finding(
+                        "failure",
+                        given.failure,
+                        f"a material with a {meaning}, which {material.name} has not",
+                        f"set {role}.{path.path}, or choose another failure",
+                    )
+                )
     return findings
-
-
-def _strength(material: "Material") -> Any:
-    """The solver's record of the same name and fields; a constant that the material goes without is infinite."""
-    name = material.strength.kind.replace("-", "_")
-    constants = {
-        field: math.inf if value is None else value
-        for field, value in asdict(material.strength).items()
-    }
-    return entries("solver.strength", "STRENGTH")[name].record(**constants)

@@ -4,13 +4,15 @@ A scenario's parameters inherit ``Numerics``; its ``fill`` passes through ``fill
 ``check_numerics``, and its ``build`` hands ``**numerics(given)`` to ``Problem``.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from solver.units import Dimensionless, PerSecond, Second
-from studies.scenarios._fields import described, explained, label
+from solver.registry import entries
+from solver.units import Described, Dimensionless, PerSecond, Second
 from studies.values.errors import Finding
-from studies.values.recipes import RECIPES, RecipeName, SchemeName, Shape, StepRuleName, Tension
+from studies.values.parameters import Choice
+from studies.values.recipes import RECIPES, RecipeName, SchemeName, StepRuleName
 
 if TYPE_CHECKING:
     from solver.problem import Contact
@@ -18,66 +20,88 @@ if TYPE_CHECKING:
 BY_RECIPE = "by default that of the recipe"
 
 
+def shapes() -> Mapping[str, Any]:
+    """Shape functions by name."""
+    return entries("solver.shapes", "SHAPE")
+
+
+def tensions() -> Mapping[str, Any]:
+    """Rules of tension by name."""
+    return entries("solver.tension", "TENSION")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Numerics:
     """Numerical parameters of every scenario; what is left out follows from ``recipe``."""
 
-    recipe: RecipeName = label(
-        "preset for the numerical parameters that are left out", default="whipple"
-    )
-    shape: Shape | None = explained(f"shape functions; {BY_RECIPE}", default=None)
-    scheme: SchemeName | None = explained(
-        f"which nodal velocity strains the particles, and when in the step; {BY_RECIPE}",
-        default=None,
-    )
-    particles_per_cell: int | None = described(
-        f"particles per cell along each direction; {BY_RECIPE}", 1, 6, default=None
-    )
-    viscosity_linear: Dimensionless | None = described(
-        f"linear artificial viscosity; {BY_RECIPE}", 0.0, 2.0, default=None
-    )
-    viscosity_quadratic: Dimensionless | None = described(
-        f"quadratic artificial viscosity; {BY_RECIPE}", 0.0, 10.0, default=None
-    )
-    courant: Dimensionless | None = described(
-        f"part of a cell that a signal may cross in a step; {BY_RECIPE}", 0.01, 0.9, default=None
-    )
-    step_rule: StepRuleName | None = explained(
-        "what the Courant number limits: signals through the matter (acoustic; how far matter moves is limited by "
-        f"travel), or through the grid, the speed of the particle on top (convective); {BY_RECIPE}",
-        default=None,
-    )
-    travel: Dimensionless | None = described(
-        f"largest part of a cell that a particle moves in a step; {BY_RECIPE}",
-        0.01,
-        1.0,
-        default=None,
-    )
-    damping_rate: PerSecond | None = described(
-        f"rate at which the part of a velocity that its neighbours do not share decays; {BY_RECIPE}",
-        0.0,
-        1e12,
-        default=None,
-    )
-    damping_order: int | None = described(
-        f"what damping leaves alone: 1 is the particle-in-cell update, 2 is XPIC; {BY_RECIPE}",
-        1,
-        2,
-        default=None,
-    )
-    tension: Tension | None = explained(
-        f"tensile floor at the spall strength, shrinking with temperature, or none; {BY_RECIPE}",
-        default=None,
-    )
-    contact: Literal["none", "bardenhagen"] = explained(
-        "bodies share one velocity field, or have their own and meet on the nodes", default="none"
-    )
-    friction: Dimensionless = described(
-        "Coulomb friction of bodies in contact", 0.0, 10.0, default=0.0
-    )
-    fixed_dt: Second | None = described(
-        "constant time step instead of the stable one, for comparisons", 1e-15, 1e-3, default=None
-    )
+    recipe: Annotated[
+        RecipeName, Described("preset for the numerical parameters that are left out", label=True)
+    ] = "whipple"
+    shape: Annotated[str | None, Choice(shapes), Described(f"shape functions; {BY_RECIPE}")] = None
+    scheme: Annotated[
+        SchemeName | None,
+        Described(f"which nodal velocity strains the particles, and when in the step; {BY_RECIPE}"),
+    ] = None
+    particles_per_cell: Annotated[
+        int | None, Described(f"particles per cell along each direction; {BY_RECIPE}", 1, 6)
+    ] = None
+    viscosity_linear: Annotated[
+        Dimensionless | None, Described(f"linear artificial viscosity; {BY_RECIPE}", 0.0, 2.0)
+    ] = None
+    viscosity_quadratic: Annotated[
+        Dimensionless | None, Described(f"quadratic artificial viscosity; {BY_RECIPE}", 0.0, 10.0)
+    ] = None
+    courant: Annotated[
+        Dimensionless | None,
+        Described(f"part of a cell that a signal may cross in a step; {BY_RECIPE}", 0.01, 0.9),
+    ] = None
+    step_rule: Annotated[
+        StepRuleName | None,
+        Described(
+            "what the Courant number limits: signals through the matter (acoustic; how far matter moves is limited by "
+            f"travel), or through the grid, the speed of the particle on top (convective); {BY_RECIPE}"
+        ),
+    ] = None
+    travel: Annotated[
+        Dimensionless | None,
+        Described(
+            f"largest part of a cell that a particle moves in a step; {BY_RECIPE}", 0.01, 1.0
+        ),
+    ] = None
+    damping_rate: Annotated[
+        PerSecond | None,
+        Described(
+            f"rate at which the part of a velocity that its neighbours do not share decays; {BY_RECIPE}",
+            0.0,
+            1e12,
+        ),
+    ] = None
+    damping_order: Annotated[
+        int | None,
+        Described(
+            f"what damping leaves alone: 1 is the particle-in-cell update, 2 is XPIC; {BY_RECIPE}",
+            1,
+            2,
+        ),
+    ] = None
+    tension: Annotated[
+        str | None,
+        Choice(tensions),
+        Described(
+            f"tensile floor at the spall strength, shrinking with temperature, or none; {BY_RECIPE}"
+        ),
+    ] = None
+    contact: Annotated[
+        Literal["none", "bardenhagen"],
+        Described("bodies share one velocity field, or have their own and meet on the nodes"),
+    ] = "none"
+    friction: Annotated[
+        Dimensionless, Described("Coulomb friction of bodies in contact", 0.0, 10.0)
+    ] = 0.0
+    fixed_dt: Annotated[
+        Second | None,
+        Described("constant time step instead of the stable one, for comparisons", 1e-15, 1e-3),
+    ] = None
 
 
 Given = TypeVar("Given", bound=Numerics)
@@ -133,7 +157,7 @@ def numerics(given: Numerics) -> dict[str, Any]:
     assert given.damping_rate is not None
     assert given.damping_order is not None
     return {
-        "shape": _shape(given),
+        "shape": shapes()[str(given.shape)].make(particles_per_cell(given)),
         "scheme": Scheme[given.scheme.upper()],
         "viscosity": ArtificialViscosity(given.viscosity_linear, given.viscosity_quadratic),
         "courant": given.courant,
@@ -143,20 +167,6 @@ def numerics(given: Numerics) -> dict[str, Any]:
         "contact": _contact(given),
         "fixed_dt": given.fixed_dt,
     }
-
-
-def _shape(given: Numerics) -> Any:
-    if given.shape == "gimp":
-        from solver.shapes.gimp import Gimp
-
-        return Gimp(half=0.5 / particles_per_cell(given))
-    if given.shape == "quadratic-bspline":
-        from solver.shapes.quadratic_bspline import QuadraticBSpline
-
-        return QuadraticBSpline()
-    from solver.shapes.linear import Linear
-
-    return Linear()
 
 
 def _contact(given: Numerics) -> "Contact | None":

@@ -5,13 +5,20 @@ A slender bar whose Poisson's ratio is 0 is one-dimensional: it leaves the wall 
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Second
+from solver.units import (
+    Described,
+    Dimensionless,
+    KilogramPerCubicMetre,
+    Metre,
+    MetrePerSecond,
+    Pascal,
+    Second,
+)
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
-from studies.scenarios._fields import described
 from studies.scenarios._numerics import check_numerics, filled_numerics
 from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
@@ -28,21 +35,27 @@ ROOM = 2.0  # cells of grid beside and behind the bar, besides its flight
 class _ElasticBarShot(AtWall):
     """The bar and its flight."""
 
-    speed: MetrePerSecond = described("impact speed, normal to the wall", 1e-3, 1e3, default=300.0)
-    bar_length: Metre = described("length of the bar", 1e-5, 1.0, default=10e-3)
-    bar_diameter: Metre = described("diameter of the bar", 1e-5, 1.0, default=4e-3)
-    young_modulus: Pascal = described("Young's modulus of the bar", 1e5, 1e13, default=100e9)
-    poisson_ratio: Dimensionless = described("Poisson's ratio of the bar", 0.0, 0.49, default=0.3)
-    density: KilogramPerCubicMetre = described("density of the bar", 1.0, 3e4, default=8900.0)
-    cells_per_diameter: Dimensionless = described(
-        "grid cells across the bar's diameter", 2.0, 512.0, default=4.0
+    speed: Annotated[MetrePerSecond, Described("impact speed, normal to the wall", 1e-3, 1e3)] = (
+        300.0
     )
-    end_time: Second | None = described(
-        "end of the run; by default twice the contact time 2 L / sqrt(E / rho) of a slender bar",
-        1e-12,
-        10.0,
-        default=None,
+    bar_length: Annotated[Metre, Described("length of the bar", 1e-5, 1.0)] = 10e-3
+    bar_diameter: Annotated[Metre, Described("diameter of the bar", 1e-5, 1.0)] = 4e-3
+    young_modulus: Annotated[Pascal, Described("Young's modulus of the bar", 1e5, 1e13)] = 100e9
+    poisson_ratio: Annotated[Dimensionless, Described("Poisson's ratio of the bar", 0.0, 0.49)] = (
+        0.3
     )
+    density: Annotated[KilogramPerCubicMetre, Described("density of the bar", 1.0, 3e4)] = 8900.0
+    cells_per_diameter: Annotated[
+        Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)
+    ] = 4.0
+    end_time: Annotated[
+        Second | None,
+        Described(
+            "end of the run; by default twice the contact time 2 L / sqrt(E / rho) of a slender bar",
+            1e-12,
+            10.0,
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,14 +114,14 @@ def _check(given: ElasticBar, materials: Materials) -> list[Finding]:
 
 
 def _matter(given: ElasticBar) -> "Matter":
-    from solver.eos.linear_elastic import linear_elastic
+    from solver.eos.linear_elastic import LinearElastic
     from solver.problem import Matter
     from solver.strength.elastic import Elastic
     from solver.tension.unlimited import UnlimitedTension
 
     room = 293.0  # K; nothing depends on it
     return Matter(
-        eos=linear_elastic(density=given.density, bulk_modulus=_bulk(given), temperature=room),
+        eos=LinearElastic(density=given.density, bulk_modulus=_bulk(given), temperature=room),
         strength=Elastic(),
         tension=UnlimitedTension(),
         shear_modulus=_shear(given),

@@ -6,14 +6,12 @@ flies towards +z and touches it at z = 0 at time zero.
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from solver.units import Dimensionless, Metre, MetrePerSecond, Second
-from studies.materials.schema import MieGrueneisen
+from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
-from studies.scenarios._fields import described, explained
 from studies.scenarios._lattice import body, line, points
-from studies.scenarios._matter import EosForm, check_constants, matter
+from studies.scenarios._matter import check_constants, eos_forms, matter
 from studies.scenarios._numerics import (
     Numerics,
     check_numerics,
@@ -23,7 +21,7 @@ from studies.scenarios._numerics import (
     particles_per_cell,
 )
 from studies.values.errors import Finding
-from studies.values.parameters import MaterialName
+from studies.values.parameters import Choice, MaterialName
 from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
@@ -44,34 +42,40 @@ HALVINGS = 60  # of the interval in which the interface velocity lies: to round-
 class _PlateImpactShot:
     """The plates and their flight."""
 
-    speed: MetrePerSecond = described("impact speed", 1.0, 2e4, default=2000.0)
-    flyer: MaterialName = explained("material of the flying plate", default="copper-ofhc")
-    target: MaterialName = explained("material of the plate at rest", default="copper-ofhc")
-    flyer_thickness: Metre = described("thickness of the flyer", 1e-6, 1.0, default=10e-3)
-    target_thickness: Metre | None = described(
-        "thickness of the target; by default that of the flyer", 1e-6, 1.0, default=None
-    )
-    geometry: Literal["axisymmetric", "quarter"] = explained(
-        "column of round or of square section, its outside a plane of symmetry", default="quarter"
-    )
-    cells_per_thickness: Dimensionless = described(
-        "grid cells through the flyer", 10.0, 1e4, default=100.0
-    )
-    cells_across: int = described("grid cells across the column", 1, 16, default=1)
-    end_time: Second | None = described(
-        "end of the run; by default when the first shock has crossed 0.9 of its plate",
-        1e-12,
-        1.0,
-        default=None,
-    )
-    strength: Literal["none", "material"] = explained(
-        "fluids, as the Hugoniot has them, or plates with the strength of their materials",
-        default="none",
-    )
-    eos_form: EosForm = explained(
-        "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it",
-        default="hugoniot",
-    )
+    speed: Annotated[MetrePerSecond, Described("impact speed", 1.0, 2e4)] = 2000.0
+    flyer: Annotated[MaterialName, Described("material of the flying plate")] = "copper-ofhc"
+    target: Annotated[MaterialName, Described("material of the plate at rest")] = "copper-ofhc"
+    flyer_thickness: Annotated[Metre, Described("thickness of the flyer", 1e-6, 1.0)] = 10e-3
+    target_thickness: Annotated[
+        Metre | None, Described("thickness of the target; by default that of the flyer", 1e-6, 1.0)
+    ] = None
+    geometry: Annotated[
+        Literal["axisymmetric", "quarter"],
+        Described("column of round or of square section, its outside a plane of symmetry"),
+    ] = "quarter"
+    cells_per_thickness: Annotated[
+        Dimensionless, Described("grid cells through the flyer", 10.0, 1e4)
+    ] = 100.0
+    cells_across: Annotated[int, Described("grid cells across the column", 1, 16)] = 1
+    end_time: Annotated[
+        Second | None,
+        Described(
+            "end of the run; by default when the first shock has crossed 0.9 of its plate",
+            1e-12,
+            1.0,
+        ),
+    ] = None
+    strength: Annotated[
+        Literal["none", "material"],
+        Described(
+            "fluids, as the Hugoniot has them, or plates with the strength of their materials"
+        ),
+    ] = "none"
+    eos_form: Annotated[
+        str,
+        Choice(eos_forms),
+        Described("Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it"),
+    ] = "hugoniot"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,8 +126,10 @@ def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
 
 
 def _shock_speed(material: "Material", jump: float) -> float:
-    assert isinstance(material.eos, MieGrueneisen)
-    return material.eos.c0 + material.eos.s * jump
+    c0, s = material.value_at("eos.c0"), material.value_at("eos.s")
+    assert c0 is not None
+    assert s is not None
+    return c0 + s * jump
 
 
 def _cell(given: PlateImpact) -> float:
@@ -162,7 +168,7 @@ def _fill(given: PlateImpact) -> PlateImpact:
 def _check(given: PlateImpact, materials: Materials) -> list[Finding]:
     findings = check_numerics(given) + check_constants(materials)
     for role in BODIES:
-        if not isinstance(materials[role].eos, MieGrueneisen):
+        if materials[role].eos.kind != "mie-grueneisen":
             limit = "a material whose equation of state is a Hugoniot"
             findings.append(Finding(role, materials[role].name, limit, "use mie-grueneisen"))
     if _thicknesses(given)[1] < 10.0 * _cell(given):

@@ -1,13 +1,12 @@
 """A metal bar flattens against a rigid wall: Taylor (1948), Ma (2005), section 2.3.2."""
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from solver.units import Dimensionless, Metre, MetrePerSecond, Second
+from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
-from studies.scenarios._fields import described, explained
 from studies.scenarios._matter import check_boiling, check_constants, matter
 from studies.scenarios._numerics import check_numerics, filled_numerics
 from studies.values.errors import Finding
@@ -26,40 +25,43 @@ SPREAD = 3.0  # radius of the grid over that of the bar: copper at 190 m/s widen
 class _TaylorBarShot(AtWall):
     """The bar and its flight."""
 
-    bar: MaterialName = explained("material of the bar", default="copper-thesis-taylor")
-    speed: MetrePerSecond = described("impact speed, normal to the wall", 1.0, 1e3, default=190.0)
-    bar_length: Metre = described("length of the bar", 1e-5, 1.0, default=25.4e-3)
-    bar_diameter: Metre = described("diameter of the bar", 1e-5, 1.0, default=7.6e-3)
-    cells_per_diameter: Dimensionless = described(
-        "grid cells across the bar's diameter", 2.0, 512.0, default=10.0
+    bar: Annotated[MaterialName, Described("material of the bar")] = "copper-thesis-taylor"
+    speed: Annotated[MetrePerSecond, Described("impact speed, normal to the wall", 1.0, 1e3)] = (
+        190.0
     )
-    end_time: Second | None = described(
-        "latest end of the run; by default 2.83 ms per metre of length, 72 us at 25.4 mm",
-        1e-9,
-        1.0,
-        default=None,
-    )
-    stop: Literal["settled", "end_time"] = explained(
-        "end once length and mushroom have settled, or at end_time only", default="end_time"
-    )
-    settled_growth: Dimensionless = described(
-        "relative growth within a twelfth of end_time that counts as settled",
-        0.0,
-        0.5,
-        default=0.005,
-    )
-    thermal_softening: bool = explained(
-        "whether temperature softens and melting takes all strength", default=True
-    )
-    reference_length: Metre | None = described(
-        "final length to compare with", 1e-5, 1.0, default=None
-    )
-    reference_diameter: Metre | None = described(
-        "mushroom diameter to compare with", 1e-5, 1.0, default=None
-    )
-    reference_width: Metre | None = described(
-        "width at a fifth of the length to compare with", 1e-5, 1.0, default=None
-    )
+    bar_length: Annotated[Metre, Described("length of the bar", 1e-5, 1.0)] = 25.4e-3
+    bar_diameter: Annotated[Metre, Described("diameter of the bar", 1e-5, 1.0)] = 7.6e-3
+    cells_per_diameter: Annotated[
+        Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)
+    ] = 10.0
+    end_time: Annotated[
+        Second | None,
+        Described(
+            "latest end of the run; by default 2.83 ms per metre of length, 72 us at 25.4 mm",
+            1e-9,
+            1.0,
+        ),
+    ] = None
+    stop: Annotated[
+        Literal["settled", "end_time"],
+        Described("end once length and mushroom have settled, or at end_time only"),
+    ] = "end_time"
+    settled_growth: Annotated[
+        Dimensionless,
+        Described("relative growth within a twelfth of end_time that counts as settled", 0.0, 0.5),
+    ] = 0.005
+    thermal_softening: Annotated[
+        bool, Described("whether temperature softens and melting takes all strength")
+    ] = True
+    reference_length: Annotated[
+        Metre | None, Described("final length to compare with", 1e-5, 1.0)
+    ] = None
+    reference_diameter: Annotated[
+        Metre | None, Described("mushroom diameter to compare with", 1e-5, 1.0)
+    ] = None
+    reference_width: Annotated[
+        Metre | None, Described("width at a fifth of the length to compare with", 1e-5, 1.0)
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,11 +1,10 @@
 """A projectile craters a thick block: Ma (2005), section 3.2."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
-from solver.units import Metre
+from solver.units import Described, Metre
 from studies.scenarios import Materials, Scenario, Setting, Size
-from studies.scenarios._fields import described
 from studies.scenarios._impact import (
     Impact,
     assemble,
@@ -39,15 +38,17 @@ class ThickPlate(Impact):
 
     cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER
 
-    target_depth: Metre | None = described(
-        "thickness of the block; by default 11 diameters", 1e-5, 10.0, default=None
-    )
-    target_radius: Metre | None = described(
-        "radius of a round block, half the width of a square one; by default 10 diameters",
-        1e-5,
-        10.0,
-        default=None,
-    )
+    target_depth: Annotated[
+        Metre | None, Described("thickness of the block; by default 11 diameters", 1e-5, 10.0)
+    ] = None
+    target_radius: Annotated[
+        Metre | None,
+        Described(
+            "radius of a round block, half the width of a square one; by default 10 diameters",
+            1e-5,
+            10.0,
+        ),
+    ] = None
 
 
 def _depth(given: ThickPlate) -> float:

@@ -2,10 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
-from solver.units import Metre, Radian
+from solver.units import Described, Metre, Radian
 from studies.scenarios import Materials, Scenario, Setting, Size
-from studies.scenarios._fields import described
 from studies.scenarios._impact import (
     Impact,
     assemble,
@@ -29,19 +29,21 @@ STEEPEST = math.radians(
 class ThinPlate(Impact):
     """Parameters of a perforation."""
 
-    plate_thickness: Metre = described("thickness of the plate", 1e-6, 1.0)
-    obliquity: Radian = described(
-        "angle between the flight and the plate's normal; needs geometry half",
-        0.0,
-        STEEPEST,
-        default=0.0,
-    )
-    plate_radius: Metre | None = described(
-        "radius of a round plate, half the width of a square one; by default 3.5 diameters",
-        1e-5,
-        10.0,
-        default=None,
-    )
+    plate_thickness: Annotated[Metre, Described("thickness of the plate", 1e-6, 1.0)]
+    obliquity: Annotated[
+        Radian,
+        Described(
+            "angle between the flight and the plate's normal; needs geometry half", 0.0, STEEPEST
+        ),
+    ] = 0.0
+    plate_radius: Annotated[
+        Metre | None,
+        Described(
+            "radius of a round plate, half the width of a square one; by default 3.5 diameters",
+            1e-5,
+            10.0,
+        ),
+    ] = None
 
 
 def _radius(given: ThinPlate) -> float:

@@ -1,9 +1,9 @@
 """Checked parameters: what a person wrote, against a record's own annotations and limits.
 
 A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``,
-``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``; the metadata of a field may
-hold ``meaning``, ``minimum`` and ``maximum`` (SI, inclusive). Scenarios and materials have such
-records.
+``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its
+meaning and bounds; ``Choice`` says of a text which names it allows. Scenarios and materials have such records. A
+model of the solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed.
 """
 
 import dataclasses
@@ -13,7 +13,7 @@ from functools import cache
 from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from solver.units import Unit
+from solver.units import Described, Unit, marked, marks_of
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure
 from studies.values.quantities import (
@@ -37,6 +37,13 @@ class _MaterialMark:
 
 
 MaterialName = Annotated[str, _MaterialMark()]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Marks a text that is one of the names that a function lists, such as the entries of a registry."""
+
+    names: Callable[[], Iterable[str]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,29 +169,40 @@ def _rounded(value: Any) -> Any:
 @cache
 def _declared(record: type) -> Mapping[str, Parameter]:
     hints = get_type_hints(record, include_extras=True)
-    return MappingProxyType(
-        {f.name: _parameter(f, hints[f.name]) for f in dataclasses.fields(record)}
-    )
-
-
-def _parameter(field: "dataclasses.Field[Any]", hint: Any) -> Parameter:
-    inner, optional = _without_none(hint)
-    if get_origin(inner) is Literal:
-        kind: Kind = "choice"
+    if dataclasses.is_dataclass(record):
+        defaults = {f.name: f.default for f in dataclasses.fields(record)}
     else:
-        kind = _kind(inner, field.name)
-    return Parameter(
-        name=field.name,
-        kind=kind,
-        unit=_unit(inner, kind),
-        meaning=field.metadata.get("meaning", ""),
-        minimum=_rounded(field.metadata.get("minimum")),
-        maximum=_rounded(field.metadata.get("maximum")),
-        choices=tuple(get_args(inner)) if kind == "choice" else (),
-        optional=optional,
-        required=field.default is MISSING and field.default_factory is MISSING,
-        default=None if field.default is MISSING else field.default,
+        described = marked(record, Described)
+        defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
+    return MappingProxyType(
+        {name: _parameter(name, hints[name], default) for name, default in defaults.items()}
     )
+
+
+def _parameter(name: str, hint: Any, default: Any) -> Parameter:
+    marks = {type(mark): mark for mark in marks_of(hint)}
+    about = marks.get(Described, Described(""))
+    inner, optional = _without_none(_bare(hint))
+    kind = _kind(_bare(inner), marks, name)
+    unit = marks[Unit].symbol if kind == "quantity" else "1" if kind == "integer" else None
+    choices = marks[Choice].names() if Choice in marks else get_args(inner)
+    return Parameter(
+        name=name,
+        kind=kind,
+        unit=unit,
+        meaning=about.meaning,
+        minimum=_rounded(about.minimum),
+        maximum=_rounded(about.maximum),
+        choices=tuple(choices) if kind == "choice" else (),
+        optional=optional,
+        required=default is MISSING,
+        default=None if default is MISSING else default,
+    )
+
+
+def _bare(hint: Any) -> Any:
+    """A type without its marks."""
+    return hint.__origin__ if hasattr(hint, "__metadata__") else hint
 
 
 def _without_none(hint: Any) -> tuple[Any, bool]:
@@ -194,11 +212,12 @@ def _without_none(hint: Any) -> tuple[Any, bool]:
     return others[0] if len(others) == 1 else hint, NoneType in get_args(hint)
 
 
-def _kind(hint: Any, name: str) -> Kind:
-    marks = getattr(hint, "__metadata__", ())
-    if any(isinstance(mark, _MaterialMark) for mark in marks):
+def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> Kind:
+    if _MaterialMark in marks:
         return "material"
-    if any(isinstance(mark, Unit) for mark in marks):
+    if Choice in marks or get_origin(hint) is Literal:
+        return "choice"
+    if Unit in marks:
         return "quantity"
     plain: dict[Any, Kind] = {int: "integer", bool: "boolean", str: "text"}
     if hint not in plain:
@@ -206,12 +225,6 @@ def _kind(hint: Any, name: str) -> Kind:
             f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName"
         )
     return plain[hint]
-
-
-def _unit(hint: Any, kind: Kind) -> str | None:
-    if kind == "quantity":
-        return next(mark.symbol for mark in hint.__metadata__ if isinstance(mark, Unit))
-    return "1" if kind == "integer" else None
 
 
 def _parse_quantity(parameter: Parameter, given: Any, field: str) -> float:

@@ -12,9 +12,7 @@ from typing import Literal
 from solver.units import Dimensionless, PerSecond
 
 RecipeName = Literal["whipple", "thesis"]
-Shape = Literal["linear", "gimp", "quadratic-bspline"]
 SchemeName = Literal["musl", "usf", "usl"]
-Tension = Literal["recoverable", "unlimited"]
 StepRuleName = Literal["acoustic", "convective"]
 DebrisName = Literal["follow", "retire"]
 
@@ -23,7 +21,7 @@ DebrisName = Literal["follow", "retire"]
 class Recipe:
     """A choice for every numerical parameter; each field is a parameter of the same name."""
 
-    shape: Shape
+    shape: str  # name of an entry of solver.shapes
     scheme: SchemeName
     particles_per_cell: int  # along each direction
     viscosity_linear: Dimensionless
@@ -33,12 +31,12 @@ class Recipe:
     travel: Dimensionless
     damping_rate: PerSecond
     damping_order: int
-    tension: Tension
+    tension: str  # name of an entry of solver.tension
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImpactRecipe:
-    """What a recipe chooses for impacts besides; each field is a parameter of the same name."""
+    """A choice for the numerical parameters of impacts alone; each field is a parameter of the same name."""
 
     debris: DebrisName
     uprange: Dimensionless  # projectile diameters
@@ -81,7 +79,7 @@ RECIPES: Mapping[RecipeName, Recipe] = MappingProxyType(
 
 IMPACT_RECIPES: Mapping[RecipeName, ImpactRecipe] = MappingProxyType(
     {
-        # Of the grids tried, the smallest with the holes, the crater and all flags of the former grid, where debris was
+        # Of the grids tried the smallest with the holes, the crater and all flags of the former grid, where debris was
         # followed: docs/recipe.md.
         "whipple": ImpactRecipe(debris="retire", uprange=2.5, downrange=4.0),
         "thesis": ImpactRecipe(debris="follow", uprange=2.5, downrange=5.0),

@@ -30,9 +30,9 @@ def fluid(solid: Solid) -> "Matter":
 
 def elastic(isotropic: Isotropic) -> "Matter":
     """Linear elastic matter that never yields or parts."""
-    from solver.eos.linear_elastic import linear_elastic
+    from solver.eos.linear_elastic import LinearElastic
 
-    eos = linear_elastic(
+    eos = LinearElastic(
         density=isotropic.density,
         bulk_modulus=isotropic.bulk_modulus,
         heat_capacity=HEAT_CAPACITY,
@@ -43,9 +43,9 @@ def elastic(isotropic: Isotropic) -> "Matter":
 
 def gas(gamma: float, *, densest: float, sound_speed: float) -> "Matter":
     """An ideal gas; its limits of a physical state hang on the largest density (kg/m3) and sound speed (m/s) given."""
-    from solver.eos.ideal_gas import ideal_gas
+    from solver.eos.ideal_gas import IdealGas
 
-    eos = ideal_gas(
+    eos = IdealGas(
         density=densest,
         sound_speed=sound_speed,
         gamma=gamma,

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from studies.values.recipes import Recipe, SchemeName, Shape
+from solver.registry import entries
+from studies.values.recipes import Recipe, SchemeName
 from studies.verification import Case, Row, at_least, at_most
 from studies.verification._impacts import advanced, differing_values, impact_setting
 
@@ -72,7 +73,7 @@ ADDITIONS = {
 
 def _run(recipe: Recipe) -> Iterator[Row]:
     for geometry in CELLS:
-        for shape in get_args(Shape):
+        for shape in entries("solver.shapes", "SHAPE"):
             for scheme in get_args(SchemeName):
                 chosen = replace(recipe, shape=shape, scheme=scheme)
                 where, problem = f"{geometry}, {shape}, {scheme}", impact(geometry, chosen)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from studies.values.recipes import Recipe, Shape
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_least, at_most, reported
 from studies.verification._column import Stretch, column, solver_numerics
 from studies.verification._impacts import impact_setting
@@ -38,7 +38,7 @@ ROUND_OFF = 1e-10
 # splines the tilt reaches further and lets 8 % of the push go into the slide: they are reported, which was decided when
 # that was known.
 SLIDING = 0.05
-SLIDING_GATED: tuple[Shape, ...] = ("linear", "gimp")
+SLIDING_GATED: tuple[str, ...] = ("linear", "gimp")
 FRICTION = 0.3
 UPPER, LOWER = (40, 6), (80, 6)  # cells along and across the surface
 # Friction takes 2 0.3 of the pressing speed from the slide at most, and cannot stop it.

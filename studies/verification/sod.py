@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from studies.values.recipes import Recipe, Shape
+from studies.values.recipes import Recipe
 from studies.verification import Case, Row, observed_order, relative, reported
 from studies.verification._column import (
     INTERFACE_CELLS,
@@ -23,7 +23,7 @@ END_TIME = 0.2
 # Gas of the left chamber thins by a factor of 2.3, and two particles per cell become less than one. Splines still
 # bridge the gaps; particles of a fixed width do not, and linear cells never did: they are reported,
 # which was decided when GIMP had missed the gates by 4 %.
-GATED: Shape = "quadratic-bspline"
+GATED: str = "quadratic-bspline"
 
 # Set before any run, at the finest grid: what the plate impact is held to, and twice that for densities next to the
 # contact, where the particles of both sides share cells.

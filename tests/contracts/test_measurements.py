@@ -13,7 +13,7 @@ from typing import Any, get_type_hints
 import numpy as np
 import pytest
 
-from solver.eos.linear_elastic import linear_elastic
+from solver.eos.linear_elastic import LinearElastic
 from solver.geometry import grid
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
@@ -247,7 +247,7 @@ def bar_of_arrays(kind: str) -> tuple[Any, Particles]:
     particles.mass[:] = seen.mass
     particles.density[:] = DENSITY
     matter = SimpleNamespace(
-        eos=linear_elastic(density=DENSITY, bulk_modulus=BULK, temperature=293.0),
+        eos=LinearElastic(density=DENSITY, bulk_modulus=BULK, temperature=293.0),
         shear_modulus=SHEAR,
     )
     body = SimpleNamespace(

@@ -5,16 +5,16 @@ import copy
 import dataclasses
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.units import Dimensionless, Metre, MetrePerSecond
+from solver.units import Described, Dimensionless, Metre, MetrePerSecond
 from studies import examples, materials
 from studies.scenarios import Size
 from studies.sweeps.axes import AxisReader
@@ -31,16 +31,16 @@ from studies.values.recipes import ACCURACY
 class PlateParameters:
     """A small thin plate, so that these tests do not move when the real one does."""
 
-    speed: MetrePerSecond = field(metadata={"minimum": 100.0, "maximum": 20e3})
-    plate_thickness: Metre = field(metadata={"minimum": 1e-5, "maximum": 1.0})
-    projectile_diameter: Metre = field(metadata={"minimum": 1e-5, "maximum": 1.0})
+    speed: Annotated[MetrePerSecond, Described("", minimum=100.0, maximum=20e3)]
+    plate_thickness: Annotated[Metre, Described("", minimum=1e-5, maximum=1.0)]
+    projectile_diameter: Annotated[Metre, Described("", minimum=1e-5, maximum=1.0)]
     projectile: MaterialName
     target: MaterialName
     shape: Literal["sphere", "cylinder"] = "sphere"
-    cells_per_diameter: Dimensionless = field(metadata={"minimum": 2.0, "maximum": 512.0})
-    offset: Dimensionless = field(default=0.0, metadata={"minimum": 0.0, "maximum": 1.0})
+    cells_per_diameter: Annotated[Dimensionless, Described("", minimum=2.0, maximum=512.0)]
+    offset: Annotated[Dimensionless, Described("", minimum=0.0, maximum=1.0)] = 0.0
     fixed_dt: Metre | None = None
-    threads: int = field(default=1, metadata={"minimum": 1, "maximum": 64})
+    threads: Annotated[int, Described("", minimum=1, maximum=64)] = 1
     heating: bool = True
 
 

@@ -1,12 +1,12 @@
 """Parameters: read off a record's annotations, checked all at once, defaults filled in."""
 
 import math
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
 
 import pytest
 
-from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
+from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Radian
 from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import MaterialName, declared, describe, parse_parameters
 
@@ -15,11 +15,11 @@ from studies.values.parameters import MaterialName, declared, describe, parse_pa
 class Shot:
     """A record with a field of each kind."""
 
-    speed: MetrePerSecond = field(metadata={"meaning": "impact speed", "minimum": 1.0})
+    speed: Annotated[MetrePerSecond, Described("impact speed", minimum=1.0)]
     target: MaterialName
     length: Metre | None = None
     shape: Literal["sphere", "cylinder"] = "sphere"
-    courant: Dimensionless = field(default=0.1 + 0.2, metadata={"maximum": 1.0})
+    courant: Annotated[Dimensionless, Described("", maximum=1.0)] = 0.1 + 0.2
     layers: int = 1
     heating: bool = True
     note: str = "none"
@@ -108,9 +108,9 @@ def test_parse_parameters__knows_the_materials_it_is_given() -> None:
 class Bounded:
     """Fields whose bounds matter: one has more digits than a value keeps."""
 
-    angle: Radian = field(default=0.0, metadata={"minimum": 0.0, "maximum": math.radians(75.0)})
-    share: Dimensionless = field(default=2.0, metadata={"minimum": 2.0, "maximum": 512.0})
-    count: int = field(default=2, metadata={"minimum": 1, "maximum": 6})
+    angle: Annotated[Radian, Described("", minimum=0.0, maximum=math.radians(75.0))] = 0.0
+    share: Annotated[Dimensionless, Described("", minimum=2.0, maximum=512.0)] = 2.0
+    count: Annotated[int, Described("", minimum=1, maximum=6)] = 2
 
 
 def finding_of(name: str, value: Any) -> Finding:
