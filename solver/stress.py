@@ -293,8 +293,8 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     density = old.density / ratio
     per_mass = 1.0 / old.density
     per_time = 1.0 / dt
-    compression = old.density * (1.0 / reference_density(matter.eos))
-    homologous = homologous_temperature(matter, old.temperature, compression)
+    density_ratio = old.density * (1.0 / reference_density(matter.eos))
+    homologous = homologous_temperature(matter, old.temperature, density_ratio)
 
     shape_change = deviator(strain, trace)
     stiff = relative_stiffness(matter, density, old.pressure, old.temperature)
@@ -352,9 +352,9 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
 
 
 @device
-def homologous_temperature(matter, kelvin, compression):
+def homologous_temperature(matter, kelvin, density_ratio):
     """(T - T_room) / (T_melt - T_room) within 0..1; 0 for matter that never melts."""
-    melt = matter.melt_temperature * melting(matter.strength, compression)
+    melt = matter.melt_temperature * melting(matter.strength, density_ratio)
     liquid = melt <= matter.room_temperature
     range_of_solid = where(liquid, 1.0, melt - matter.room_temperature)
     part = (kelvin - matter.room_temperature) * (1.0 / range_of_solid)
@@ -366,8 +366,8 @@ def homologous_temperature(matter, kelvin, compression):
 def relative_stiffness(matter, density, pressure, kelvin):
     """G / G0; without thermal softening the temperature is not needed."""
     kelvin = where(math.isinf(matter.melt_temperature), matter.room_temperature, kelvin)
-    compression = density * (1.0 / reference_density(matter.eos))
-    return stiffness(matter.strength, compression, pressure, kelvin)
+    density_ratio = density * (1.0 / reference_density(matter.eos))
+    return stiffness(matter.strength, density_ratio, pressure, kelvin)
 
 
 @device

@@ -34,28 +34,28 @@ def hardening(strength, plastic_strain):
 def rate_and_heat(strength, strain_rate, homologous, stiff):
     """Factor of the yield stress; rate in 1/s, homologous = (T - T_room) / (T_melt - T_room) within 0..1.
 
-    ``stiff`` is what ``stiffness`` answered for the same state.
+    ``stiff`` is the ``stiffness`` of the same state.
     """
 
 
 @generic
-def stiffness(strength, compression, pressure, kelvin):
-    """Shear modulus over that at rest, above 0; compression = rho / rho0, pressure in Pa, temperature in K."""
+def stiffness(strength, density_ratio, pressure, kelvin):
+    """Shear modulus over that at rest, above 0; density_ratio = rho / rho0, pressure in Pa, temperature in K."""
 
 
 @implements(stiffness, object)
-def _(strength, compression, pressure, kelvin):
+def _(strength, density_ratio, pressure, kelvin):
     """By default constant, and less where matter is thin."""
-    return minimum(compression, 1.0)
+    return minimum(density_ratio, 1.0)
 
 
 @generic
-def melting(strength, compression):
-    """Melting temperature at a compression rho / rho0, over that at the reference density."""
+def melting(strength, density_ratio):
+    """Melting temperature over that at the reference density; density_ratio = rho / rho0."""
 
 
 @implements(melting, object)
-def _(strength, compression):
+def _(strength, density_ratio):
     """By default constant."""
     return 1.0
 

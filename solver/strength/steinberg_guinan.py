@@ -59,15 +59,15 @@ def _(strength, strain_rate, homologous, stiff):
 
 
 @implements(stiffness, SteinbergGuinan)
-def _(strength, compression, pressure, kelvin):
-    pressed = strength.A * pressure / power(compression, 1.0 / 3.0)
+def _(strength, density_ratio, pressure, kelvin):
+    pressed = strength.A * pressure / power(density_ratio, 1.0 / 3.0)
     law = 1.0 + pressed - strength.B * (kelvin - COLD)
-    return maximum(law, SOFTEST) * minimum(compression / THINNEST_SOLID, 1.0)
+    return maximum(law, SOFTEST) * minimum(density_ratio / THINNEST_SOLID, 1.0)
 
 
 @implements(melting, SteinbergGuinan)
-def _(strength, compression):
+def _(strength, density_ratio):
     exponent = 2.0 * (strength.gamma0 - strength.a - 1.0 / 3.0)
-    solid_compression = maximum(compression, THINNEST_SOLID)
-    growth = exp(2.0 * strength.a * (1.0 - 1.0 / solid_compression))
-    return growth * power(solid_compression, exponent)
+    solid_ratio = maximum(density_ratio, THINNEST_SOLID)
+    growth = exp(2.0 * strength.a * (1.0 - 1.0 / solid_ratio))
+    return growth * power(solid_ratio, exponent)

@@ -24,7 +24,7 @@ from studies.values.quantities import convert, exact_number, refusal, round_quan
 
 NUMBER = "{value = ..., unit = ..., source = ..., confidence = ...}"
 NUMBER_KEYS = ("value", "unit", "source", "confidence")
-WORDS = ("name", "title", "family")
+TEXTS = ("name", "title", "family")
 LONGEST_TEXT = 200  # characters of a title
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
@@ -57,7 +57,7 @@ def read_document(document: Any, *, name: str | None = None, path: str = "") -> 
 
 
 class _MaterialReading:
-    """One document being read: what was found right, and what was found wrong."""
+    """A document being read: the numbers with their sources, and the findings."""
 
     def __init__(self, document: Mapping[str, Any], name: str | None, path: str):
         self.document = dict(document) if name is None else {"name": name, **document}
@@ -69,15 +69,15 @@ class _MaterialReading:
     def material(self) -> Material:
         """The whole document."""
         self._refuse_unknown(
-            self.document, (*WORDS, *declared(Scalars), *SECTIONS, "yield_stresses"), ""
+            self.document, (*TEXTS, *declared(Scalars), *SECTIONS, "yield_stresses"), ""
         )
-        words: dict[str, Any] = {word: self._word(word) for word in WORDS}
+        texts: dict[str, Any] = {text: self._text(text) for text in TEXTS}
         scalars: dict[str, Any] = self._record(Scalars, self.document, "")
         sections: dict[str, Any] = {section: self._section(section) for section in SECTIONS}
         yields = self._yield_stresses()
         if self.findings:
             raise InvalidInput(self.findings)
-        return Material(**words, **scalars, **sections, yield_stresses=yields, sources=self.sources)
+        return Material(**texts, **scalars, **sections, yield_stresses=yields, sources=self.sources)
 
     def _at(self, key: str) -> str:
         return f"{self.path} {key}" if self.path.endswith(":") else join(self.path, key)
@@ -85,60 +85,60 @@ class _MaterialReading:
     def _find(self, error: InvalidInput) -> None:
         self.findings.extend(error.findings)
 
-    def _refuse_unknown(self, given: Mapping[str, Any], known: tuple[str, ...], path: str) -> None:
-        for key in given:
-            if key not in known:
+    def _refuse_unknown(self, raw: Mapping[str, Any], keys: tuple[str, ...], path: str) -> None:
+        for key in raw:
+            if key not in keys:
                 where = self._at(join(path, key))
-                cure = nearest_cure(key, known)
+                cure = nearest_cure(key, keys)
                 self.findings.append(Finding(where, shown(key), "a key of a material", cure))
 
-    def _word(self, word: str) -> str:
-        given = self.document.get(word)
-        limit = "a name of letters, digits, - and _" if word == "name" else "a text"
-        right = isinstance(given, str) and 0 < len(given.strip()) <= LONGEST_TEXT
-        if right and word == "name":
-            right = _NAME.fullmatch(str(given)) is not None
-            if self.name not in (None, given):
+    def _text(self, key: str) -> str:
+        raw = self.document.get(key)
+        limit = "a name of letters, digits, - and _" if key == "name" else "a text"
+        right = isinstance(raw, str) and 0 < len(raw.strip()) <= LONGEST_TEXT
+        if right and key == "name":
+            right = _NAME.fullmatch(str(raw)) is not None
+            if self.name not in (None, raw):
                 right, limit = False, f"{self.name}, under which it stands"
         if not right:
-            cure = f"give the material a {word}"
-            self.findings.append(Finding(self._at(word), shown(given), limit, cure))
-        return str(given).strip()
+            cure = f"give the material a {key}"
+            self.findings.append(Finding(self._at(key), shown(raw), limit, cure))
+        return str(raw).strip()
 
     def _section(self, section: str) -> Any:
         """One section's record; None where it was refused."""
-        given = self.document.get(section)
-        if not isinstance(given, Mapping):
+        raw = self.document.get(section)
+        if not isinstance(raw, Mapping):
             limit = f"the section {section!r}"
             cure = f"give {section} with its numbers, each as {NUMBER}"
-            self.findings.append(Finding(self._at(section), shown(given), limit, cure))
+            self.findings.append(Finding(self._at(section), shown(raw), limit, cure))
             return None
-        kind = given.get("kind")
+        kind = raw.get("kind")
         try:
             record = record_of(section, kind, self._at(section))
         except InvalidInput as error:
             self._find(error)
             return None
         keys = () if record is SECTIONS[section] else ("kind",)
-        self._refuse_unknown(given, (*keys, *declared(record)), section)
+        self._refuse_unknown(raw, (*keys, *declared(record)), section)
         before = len(self.findings)
-        values = self._record(record, given, section)
+        values = self._record(record, raw, section)
         return section_of(section, kind, values) if len(self.findings) == before else None
 
-    def _record(self, record: type, given: Mapping[str, Any], path: str) -> dict[str, float | None]:
+    def _record(self, record: type, raw: Mapping[str, Any], path: str) -> dict[str, float | None]:
         """The numbers of one record by field name; a field with a default may be left out."""
         values: dict[str, float | None] = {}
         for parameter in declared(record).values():
-            if parameter.name in given:
-                values[parameter.name] = self._number(parameter, given, join(path, parameter.name))
+            if parameter.name in raw:
+                values[parameter.name] = self._number(parameter, raw, join(path, parameter.name))
             elif parameter.required:
                 self.findings.append(missing(parameter, self._at(path) if path else self.path))
         return values
 
-    def _number(self, parameter: Parameter, given: Mapping[str, Any], path: str) -> float | None:
+    def _number(self, parameter: Parameter, raw: Mapping[str, Any], path: str) -> float | None:
         """One number with its source, noted; None where it was refused, or where it is "none"."""
         try:
-            quantity = _quantity(parameter, given[parameter.name], self._at(path))
+            quantity = _quantity(parameter, raw[parameter.name], self._at(path))
         except InvalidInput as error:
             self._find(error)
             return None
@@ -146,24 +146,24 @@ class _MaterialReading:
         return quantity.value
 
     def _yield_stresses(self) -> tuple[YieldStress, ...]:
-        given = self.document.get("yield_stresses", [])
-        if not isinstance(given, list):
+        raw = self.document.get("yield_stresses", [])
+        if not isinstance(raw, list):
             limit, cure = (
                 "a list of yield stresses",
                 f"write [[yield_stresses]] with label and {NUMBER}",
             )
-            self.findings.append(Finding(self._at("yield_stresses"), shown(given), limit, cure))
+            self.findings.append(Finding(self._at("yield_stresses"), shown(raw), limit, cure))
             return ()
-        read = [self._yield_stress(one, index) for index, one in enumerate(given)]
-        return tuple(one for one in read if one is not None)
+        read = [self._yield_stress(stress, index) for index, stress in enumerate(raw)]
+        return tuple(stress for stress in read if stress is not None)
 
-    def _yield_stress(self, given: Any, index: int) -> YieldStress | None:
+    def _yield_stress(self, raw: Any, index: int) -> YieldStress | None:
         where = self._at(f"yield_stresses[{index}]")
         try:
-            label = _label(given, where)
+            label = _label(raw, where)
             if f"yield_stresses.{label}" in self.sources:
                 raise refusal(f"{where}.label", label, "each label once", "give it another label")
-            numbers = {key: value for key, value in given.items() if key != "label"}
+            numbers = {key: value for key, value in raw.items() if key != "label"}
             quantity = _quantity(declared(YieldStress)["value"], numbers, where)
         except InvalidInput as error:
             self._find(error)
@@ -173,23 +173,23 @@ class _MaterialReading:
         return YieldStress(label, quantity.value)
 
 
-def _label(given: Any, where: str) -> str:
-    label = given.get("label") if isinstance(given, Mapping) else None
+def _label(raw: Any, where: str) -> str:
+    label = raw.get("label") if isinstance(raw, Mapping) else None
     if not isinstance(label, str) or not label.strip():
         raise refusal(f"{where}.label", label, "a short label", "write label = 'Y = 240 MPa'")
     return label.strip()
 
 
-def _quantity(parameter: Parameter, given: Any, where: str) -> Constant:
+def _quantity(parameter: Parameter, raw: Any, where: str) -> Constant:
     """A number of a material file, checked, in SI; raises InvalidInput with every finding."""
-    if not isinstance(given, Mapping):
-        raise refusal(where, given, "a number with unit and source", f"write {NUMBER}")
+    if not isinstance(raw, Mapping):
+        raise refusal(where, raw, "a number with unit and source", f"write {NUMBER}")
     findings = Findings()
-    for key in given:
+    for key in raw:
         if key not in NUMBER_KEYS:
             cure = nearest_cure(key, NUMBER_KEYS)
             findings.append(Finding(join(where, key), shown(key), "a key of a number", cure))
-    source, confidence = given.get("source"), given.get("confidence", "user")
+    source, confidence = raw.get("source"), raw.get("confidence", "user")
     if not isinstance(source, str) or not source.strip():
         findings.append(
             Finding(f"{where}.source", shown(source), "a citation", "say where it comes from")
@@ -199,7 +199,7 @@ def _quantity(parameter: Parameter, given: Any, where: str) -> Constant:
         findings.append(Finding(f"{where}.confidence", shown(confidence), limit, cure))
     value = None
     try:
-        value = _value(parameter, given, where)
+        value = _value(parameter, raw, where)
     except InvalidInput as error:
         findings.extend(error.findings)
     if findings:
@@ -207,11 +207,11 @@ def _quantity(parameter: Parameter, given: Any, where: str) -> Constant:
     return Constant(value, parameter.unit or "1", str(source).strip(), str(confidence))
 
 
-def _value(parameter: Parameter, given: Mapping[str, Any], where: str) -> float | None:
-    if given.get("value") == "none" and parameter.optional:
+def _value(parameter: Parameter, raw: Mapping[str, Any], where: str) -> float | None:
+    if raw.get("value") == "none" and parameter.optional:
         return None
-    number = exact_number(given.get("value"), f"{where}.value")
-    unit = given.get("unit", "1")
+    number = exact_number(raw.get("value"), f"{where}.value")
+    unit = raw.get("unit", "1")
     if unit != parameter.unit:
         if not isinstance(unit, str) or unit in ("", "1") or parameter.unit == "1":
             limit = f"a unit of {parameter.meaning}: {parameter.unit}"

@@ -135,7 +135,7 @@ def section_of(section: str, kind: object, constants: Mapping[str, float | None]
 
 @dataclass(frozen=True)
 class YieldStress:
-    """A published yield stress: what a law that asks for one is evaluated with."""
+    """A published yield stress, with which laws are evaluated."""
 
     label: str  # short, unique within the material: "Y = 240 MPa"
     value: Annotated[Pascal, Described("yield stress", 1e3, 1e12)]
@@ -196,7 +196,7 @@ class Material:
         for section in SECTIONS:
             for name, parameter in declared(self._record(section)).items():
                 parameters[f"{section}.{name}"] = parameter
-        return {path: one for path, one in parameters.items() if path not in NOT_SET}
+        return {path: parameter for path, parameter in parameters.items() if path not in NOT_SET}
 
     def paths(self) -> dict[str, str]:
         """The SI unit of every constant that can be set, by dotted path."""
@@ -231,7 +231,7 @@ class Material:
                 yield f"{section}.{name}", f"{section}.{mark.field}", mark.or_equal
 
     def resolved(self) -> dict[str, Any]:
-        """The material as plain nested values: what a run stores. Sources stay behind."""
+        """The material as plain nested values, as a run stores it. Sources stay behind."""
         plain = {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
         del plain["sources"]
         for section in SECTIONS:

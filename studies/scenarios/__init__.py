@@ -42,7 +42,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class ImpactSetting(Setting):
-    """What an observer needs to know about an impact."""
+    """An impact as its observer needs to know it."""
 
     target: str  # name of the body that is measured
     projectile_diameter: float  # m
@@ -60,7 +60,7 @@ class Pace:
     early: bool = False  # whether the run ends once all that must settle has settled
 
 
-def _no_numbers(seen: Any) -> dict[str, float]:
+def _no_numbers(view: Any) -> dict[str, float]:
     return {}
 
 
@@ -91,7 +91,7 @@ class Scenario:
     measurements: tuple[str, ...]  # quantities read off its runs
     settles: tuple[str, ...]  # the measurements that should have stopped growing at the end
     fill: Callable[[Any], Any]  # the same parameters with the defaults that follow from others
-    check: Callable[[Any, Materials], list[Finding]]  # what no single field can tell
+    check: Callable[[Any, Materials], list[Finding]]  # of several fields together
     build: Callable[[Any, Materials], Setting]
     estimate: Callable[[Any, Materials], Size]
     cells: Callable[[Any], dict[str, float]]  # across the diameter, through the thickness
@@ -105,7 +105,7 @@ def names() -> list[str]:
 
 def load(name: object) -> Scenario:
     """The scenario of a name; raises InvalidInput with the nearest one."""
-    known: Mapping[str, Scenario] = entries(__name__, "SCENARIO")
-    if not isinstance(name, str) or name not in known:
-        raise refusal("scenario", name, "one of " + ", ".join(known), nearest_cure(name, known))
-    return known[name]
+    members: Mapping[str, Scenario] = entries(__name__, "SCENARIO")
+    if not isinstance(name, str) or name not in members:
+        raise refusal("scenario", name, "one of " + ", ".join(members), nearest_cure(name, members))
+    return members[name]

@@ -1,4 +1,4 @@
-"""What the scenarios of a bar that hits a wall share: parameters, lattice, faces, the size of the work.
+"""Common part of the scenarios of a bar that hits a wall: parameters, lattice, faces, the size of the work.
 
 The wall is the face z = 0; the bar stands on it at z > 0 and flies towards -z. The lattice is stretched by a few per
 cent where needed so that length and diameter are exact; the masses are scaled to the analytic mass, from which a
@@ -65,7 +65,7 @@ class Extent:
 
 @dataclass(frozen=True, kw_only=True)
 class BarSetting(Setting):
-    """What an observer needs to know about a bar."""
+    """A bar as its observer needs to know it."""
 
     length: float  # m
     diameter: float  # m
@@ -76,7 +76,7 @@ class BarSetting(Setting):
 
 
 def assemble(
-    given: Bar,
+    parameters: Bar,
     extent: Extent,
     matter: "Matter",
     density: float,
@@ -85,17 +85,17 @@ def assemble(
     """The problem of a bar at the moment when it touches the wall."""
     from solver.problem import Problem
 
-    geometry, faces = _grid(given, extent)
-    made, place = _bar(given, extent, matter, density, geometry)
+    geometry, faces = _grid(parameters, extent)
+    made, place = _bar(parameters, extent, matter, density, geometry)
     return BarSetting(
         problem=Problem(
             geometry=geometry,
             bodies=(made,),
             faces=faces,
             end_time=extent.end_time,
-            **numerics(given),
+            **numerics(parameters),
         ),
-        sector=SECTORS[given.geometry],
+        sector=SECTORS[parameters.geometry],
         length=extent.length,
         diameter=extent.diameter,
         speed=extent.speed,
@@ -104,15 +104,15 @@ def assemble(
     )
 
 
-def size(given: Bar, extent: Extent, sound_speed: float) -> Size:
+def size(parameters: Bar, extent: Extent, sound_speed: float) -> Size:
     """Particles from the volume, and steps from the stable step of the undisturbed state."""
-    given = filled_numerics(given)
-    step = extent.cell / particles_per_cell(given)
-    if given.geometry == "axisymmetric":
+    parameters = filled_numerics(parameters)
+    step = extent.cell / particles_per_cell(parameters)
+    if parameters.geometry == "axisymmetric":
         particles = 0.5 * extent.diameter * extent.length / step**2
     else:
         particles = math.pi / 16.0 * extent.diameter**2 * extent.length / step**3
-    dt = mean_step(given, extent.cell, sound=sound_speed, speed=extent.speed)
+    dt = mean_step(parameters, extent.cell, sound=sound_speed, speed=extent.speed)
     return Size(particles=round(particles), steps=math.ceil(extent.end_time / dt))
 
 
@@ -137,7 +137,7 @@ def view(setting: Any, snapshot: Any) -> Any:
     return _bar.view(setting, snapshot)
 
 
-def _grid(given: Bar, extent: Extent) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+def _grid(parameters: Bar, extent: Extent) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
     from solver.geometry import grid
     from solver.geometry.axisymmetric import Axisymmetric
     from solver.geometry.cartesian3d import Cartesian3D
@@ -145,10 +145,10 @@ def _grid(given: Bar, extent: Extent) -> tuple[Any, tuple[tuple["Face", "Face"],
 
     across = math.ceil(extent.radius / extent.cell - 1e-9)
     along = math.ceil(extent.height / extent.cell - 1e-9)
-    wall = Face.WALL if given.wall == "unilateral" else Face.SYMMETRIC
+    wall = Face.WALL if parameters.wall == "unilateral" else Face.SYMMETRIC
     side, flight = (Face.SYMMETRIC, Face.FREE), (wall, Face.FREE)
     corner = (0.0, 0.0, 0.0)
-    if given.geometry == "axisymmetric":
+    if parameters.geometry == "axisymmetric":
         flat = grid(Axisymmetric, lower=corner, cells=(across, along, 0), spacing=extent.cell)
         return flat, (side, flight, (Face.FREE, Face.FREE))
     box = grid(Cartesian3D, lower=corner, cells=(across, across, along), spacing=extent.cell)
@@ -156,16 +156,16 @@ def _grid(given: Bar, extent: Extent) -> tuple[Any, tuple[tuple["Face", "Face"],
 
 
 def _bar(
-    given: Bar, extent: Extent, matter: "Matter", density: float, geometry: Any
+    parameters: Bar, extent: Extent, matter: "Matter", density: float, geometry: Any
 ) -> tuple["Body", "np.ndarray"]:
     """The bar, and the place of each of its particles in the lattice."""
     import numpy as np
 
-    step = extent.cell / particles_per_cell(given)
+    step = extent.cell / particles_per_cell(parameters)
     radius = 0.5 * extent.diameter
     across, wide = line(0.0, radius, step)
     along, high = line(0.0, extent.length, step)
-    flat = given.geometry == "axisymmetric"
+    flat = parameters.geometry == "axisymmetric"
     columns = (across, np.zeros(1), along) if flat else (across, across, along)
     where = points(*columns)
     inside = np.hypot(where[:, 0], where[:, 1]) < radius

@@ -1,4 +1,4 @@
-"""What the impact scenarios share: parameters, matter, lattices, faces and the size of the work.
+"""Common part of the impact scenarios: parameters, matter, lattices, faces and the size of the work.
 
 The original surface of the target is z = 0, its body stands at z > 0, and the projectile flies towards +z and touches
 it at time zero. Lattices have the recipe's particles per cell and direction, stretched by a few per cent where needed
@@ -13,7 +13,16 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.scenarios import ImpactSetting, Materials, Setting, Size
 from studies.scenarios._lattice import body, line, points
-from studies.scenarios._matter import Fracture, eos_forms, failure_of, matter
+from studies.scenarios._matter import (
+    Fracture,
+    check_boiling,
+    check_constants,
+    check_eos,
+    check_failure,
+    eos_forms,
+    failure_of,
+    matter,
+)
 from studies.scenarios._numerics import (
     BY_RECIPE,
     Numerics,
@@ -23,6 +32,7 @@ from studies.scenarios._numerics import (
     mean_step,
     numerics,
     particles_per_cell,
+    recipe_of,
 )
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, MaterialName
@@ -35,9 +45,9 @@ if TYPE_CHECKING:
     from solver.problem import Absorber, Body, Clamp, Face, Matter, Retirement
     from studies.materials import Material
 
-SOUND = 5000.0  # m/s, in the estimate of the number of steps
+SOUND_SPEED = 5000.0  # m/s, in the estimate of the number of steps
 
-# From when on debris may be retired, in times in which the projectile flies its own length. Matter moves at half of the
+# Debris may be retired from here on, in times in which the projectile flies its own length. Matter moves at half of the
 # impact speed or more while it is thrown out of a plate no thicker than the projectile, which takes four of them.
 CLEAR = 5.0
 
@@ -55,7 +65,7 @@ SECTORS = {"axisymmetric": 1.0, "quarter": math.pi / 2.0, "half": math.pi}
 
 @dataclass(frozen=True, kw_only=True)
 class ImpactShot:
-    """What flies against what, and how long it is watched."""
+    """Projectile, target and speed, and how long the impact is observed."""
 
     cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER  # latest end of a run, s/m
 
@@ -156,48 +166,60 @@ class Impact(Numerics, Fracture, ImpactShot):
     """Parameters of every normal impact: the shot, what breaks, and then its numerics."""
 
 
-Given = TypeVar("Given", bound=Impact)
+Parameters = TypeVar("Given", bound=Impact)
 
 
-def filled(given: Given, **derived: float) -> Given:
+def filled(parameters: Parameters, **derived: float) -> Parameters:
     """The parameters with every default that follows from others, at 12 significant digits."""
-    derived = {"end_time": end_time(given), "settled_window": settled_window(given), **derived}
+    derived = {
+        "end_time": end_time(parameters),
+        "settled_window": settled_window(parameters),
+        **derived,
+    }
     changes: dict[str, Any] = {name: round_quantity(value) for name, value in derived.items()}
-    return replace(filled_choices(given), **changes)
+    return replace(filled_choices(parameters), **changes)
 
 
-def filled_choices(given: Given) -> Given:
+def filled_choices(parameters: Parameters) -> Parameters:
     """The parameters with all that their recipe chooses."""
-    return filled_from(filled_numerics(given), IMPACT_RECIPES[given.recipe])
+    return filled_from(filled_numerics(parameters), IMPACT_RECIPES[parameters.recipe])
 
 
-def spacing(given: Impact) -> float:
+def spacing(parameters: Impact) -> float:
     """Size of a cell, m."""
-    return given.projectile_diameter / given.cells_per_diameter
+    return parameters.projectile_diameter / parameters.cells_per_diameter
 
 
-def end_time(given: Impact) -> float:
+def end_time(parameters: Impact) -> float:
     """Latest end of a run, s."""
-    return given.end_time or given.cap_per_diameter * given.projectile_diameter
+    return parameters.end_time or parameters.cap_per_diameter * parameters.projectile_diameter
 
 
-def settled_window(given: Impact) -> float:
+def settled_window(parameters: Impact) -> float:
     """Time over which growth is judged, s."""
-    return given.settled_window or _default_window(given)
+    return parameters.settled_window or _default_window(parameters)
 
 
-def check_shot(given: Impact) -> list[Finding]:
-    """What every impact has to answer for."""
-    return _check_projectile(given) + _check_window(given) + check_numerics(given)
+def check_shot(parameters: Impact, materials: Materials) -> list[Finding]:
+    """Findings that any impact may have."""
+    return [
+        *_check_projectile(parameters),
+        *_check_window(parameters),
+        *check_numerics(parameters),
+        *check_failure(parameters, materials),
+        *check_eos(parameters.eos_form, materials),
+        *check_constants(materials),
+        *check_boiling(parameters, materials),
+    ]
 
 
-def _default_window(given: Impact) -> float:
-    return WINDOW_PER_DIAMETER * given.projectile_diameter
+def _default_window(parameters: Impact) -> float:
+    return WINDOW_PER_DIAMETER * parameters.projectile_diameter
 
 
-def _check_window(given: Impact) -> list[Finding]:
+def _check_window(parameters: Impact) -> list[Finding]:
     """Growth is judged over long enough a time to be seen."""
-    window, default = settled_window(given), round_quantity(_default_window(given))
+    window, default = settled_window(parameters), round_quantity(_default_window(parameters))
     least = round_quantity(LEAST_WINDOW * default)
     if window >= least:
         return []
@@ -206,50 +228,40 @@ def _check_window(given: Impact) -> list[Finding]:
     return [Finding("settled_window", readable(window, "s"), limit, cure)]
 
 
-def _check_projectile(given: Impact) -> list[Finding]:
+def _check_projectile(parameters: Impact) -> list[Finding]:
     """A cylinder has a length and a sphere has none."""
-    if given.projectile_shape == "cylinder" and given.projectile_length is None:
-        return [
-            Finding(
-                "projectile_length",
-                "nothing",
-                "the length of the cylinder",
-                "give projectile_length",
-            )
-        ]
-    if given.projectile_shape == "sphere" and given.projectile_length is not None:
-        return [
-            Finding(
-                "projectile_length",
-                f"{given.projectile_length:g} m",
-                "no length for a sphere",
-                "leave projectile_length out, or set projectile_shape to cylinder",
-            )
-        ]
+    name, length = "projectile_length", parameters.projectile_length
+    if parameters.projectile_shape == "cylinder" and length is None:
+        return [Finding(name, "nothing", "the length of the cylinder", f"give {name}")]
+    if parameters.projectile_shape == "sphere" and length is not None:
+        cure = f"leave {name} out, or set projectile_shape to cylinder"
+        return [Finding(name, f"{length:g} m", "no length for a sphere", cure)]
     return []
 
 
-def size(given: Impact, *, thickness: float, radius: float) -> Size:
+def size(parameters: Impact, *, thickness: float, radius: float) -> Size:
     """Particles from volumes, and steps from the stable step of the undisturbed state."""
-    given = filled_numerics(given)
-    lattice = spacing(given) / particles_per_cell(given)
-    length = given.projectile_length or 2.0 / 3.0 * given.projectile_diameter
-    round_area = math.pi / 4.0 * given.projectile_diameter**2
-    if given.geometry == "axisymmetric":
-        half_plane = math.pi / 8.0 * given.projectile_diameter**2  # of a sphere
-        if given.projectile_length:
-            half_plane = 0.5 * given.projectile_diameter * given.projectile_length
+    parameters = filled_numerics(parameters)
+    lattice = spacing(parameters) / particles_per_cell(parameters)
+    length = parameters.projectile_length or 2.0 / 3.0 * parameters.projectile_diameter
+    round_area = math.pi / 4.0 * parameters.projectile_diameter**2
+    if parameters.geometry == "axisymmetric":
+        half_plane = math.pi / 8.0 * parameters.projectile_diameter**2  # of a sphere
+        if parameters.projectile_length:
+            half_plane = 0.5 * parameters.projectile_diameter * parameters.projectile_length
         particles = (radius * thickness + half_plane) / lattice**2
     else:
-        parts = 4 if given.geometry == "quarter" else 2
+        parts = 4 if parameters.geometry == "quarter" else 2
         particles = ((2.0 * radius) ** 2 * thickness + round_area * length) / parts / lattice**3
     # Half of the impact speed on top of 5 km/s of sound: the mean over runs of copper at 2 to 7 km/s.
-    step = mean_step(given, spacing(given), sound=SOUND, speed=0.5 * given.speed)
-    return Size(particles=round(particles), steps=round(end_time(given) / step))
+    step = mean_step(
+        parameters, spacing(parameters), sound=SOUND_SPEED, speed=0.5 * parameters.speed
+    )
+    return Size(particles=round(particles), steps=round(end_time(parameters) / step))
 
 
 def assemble(
-    given: Impact,
+    parameters: Impact,
     materials: Materials,
     *,
     thickness: float,
@@ -265,28 +277,28 @@ def assemble(
 
     from solver.problem import Problem
 
-    given = filled_choices(given)
-    geometry, faces = _grid(given, thickness, radius)
-    axis = _flight_axis(given)
+    parameters = filled_choices(parameters)
+    geometry, faces = _grid(parameters, thickness, radius)
+    axis = _flight_axis(parameters)
     velocity = np.zeros(3)
-    velocity[axis] = given.speed * math.cos(obliquity)
-    velocity[0] = given.speed * math.sin(obliquity)
-    lattice = np.full(3, spacing(given) / particles_per_cell(given))
+    velocity[axis] = parameters.speed * math.cos(obliquity)
+    velocity[0] = parameters.speed * math.sin(obliquity)
+    lattice = np.full(3, spacing(parameters) / particles_per_cell(parameters))
     bodies = (
         _body(
             "projectile",
-            given,
+            parameters,
             materials["projectile"],
             geometry,
-            _projectile(given, lattice),
+            _projectile(parameters, lattice),
             velocity,
         ),
         _body(
             "target",
-            given,
+            parameters,
             materials["target"],
             geometry,
-            _target(given, lattice, thickness, radius),
+            _target(parameters, lattice, thickness, radius),
             np.zeros(3),
         ),
     )
@@ -294,19 +306,19 @@ def assemble(
         geometry=geometry,
         bodies=bodies,
         faces=faces,
-        clamp=_clamp(given, thickness),
-        absorbers=_absorbers(given, bodies[1].matter, thickness, radius, deep=deep),
-        end_time=end_time(given),
-        retirement=_retirement(given),
-        **numerics(given),
+        clamp=_clamp(parameters, thickness),
+        absorbers=_absorbers(parameters, bodies[1].matter, thickness, radius, deep=deep),
+        end_time=end_time(parameters),
+        retirement=_retirement(parameters),
+        **numerics(parameters),
     )
     return ImpactSetting(
         problem=problem,
         target="target",
-        projectile_diameter=given.projectile_diameter,
+        projectile_diameter=parameters.projectile_diameter,
         thickness=thickness,
         radius=radius,
-        sector=SECTORS[given.geometry],
+        sector=SECTORS[parameters.geometry],
     )
 
 
@@ -319,40 +331,44 @@ class _Lattice:
     volume: float  # analytic volume of the modelled part, m3 (m3 per radian in axisymmetry)
 
 
-def _retirement(given: Impact) -> "Retirement | None":
+def _retirement(parameters: Impact) -> "Retirement | None":
     from solver.problem import Retirement
 
-    if given.debris == "follow":
+    if parameters.debris == "follow":
         return None
-    longest = max(given.projectile_diameter, _length(given))
-    return Retirement(body=1, after=CLEAR * longest / given.speed)
+    longest = max(parameters.projectile_diameter, _length(parameters))
+    return Retirement(body=1, after=CLEAR * longest / parameters.speed)
 
 
-def _flight_axis(given: Impact) -> int:
-    return 1 if given.geometry == "axisymmetric" else 2
+def _flight_axis(parameters: Impact) -> int:
+    return 1 if parameters.geometry == "axisymmetric" else 2
 
 
 def _grid(
-    given: Impact, thickness: float, radius: float
+    parameters: Impact, thickness: float, radius: float
 ) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
     from solver.geometry import grid
     from solver.geometry.axisymmetric import Axisymmetric
     from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face
 
-    assert given.uprange is not None
-    assert given.downrange is not None
-    cell = spacing(given)
-    beyond = 0.0 if given.edges == "fixed" else given.beyond_edge * given.projectile_diameter
+    assert parameters.uprange is not None
+    assert parameters.downrange is not None
+    cell = spacing(parameters)
+    beyond = (
+        0.0
+        if parameters.edges == "fixed"
+        else parameters.beyond_edge * parameters.projectile_diameter
+    )
     across = math.ceil((radius + beyond) / cell - 1e-9)
-    before = math.ceil(given.uprange * given.projectile_diameter / cell)
-    before = max(before, math.ceil((_length(given) + 2.0 * cell) / cell))
-    behind = math.ceil((thickness + given.downrange * given.projectile_diameter) / cell)
-    rim = Face.FIXED if given.edges == "fixed" else Face.FREE
+    before = math.ceil(parameters.uprange * parameters.projectile_diameter / cell)
+    before = max(before, math.ceil((_length(parameters) + 2.0 * cell) / cell))
+    behind = math.ceil((thickness + parameters.downrange * parameters.projectile_diameter) / cell)
+    rim = Face.FIXED if parameters.edges == "fixed" else Face.FREE
     free = (Face.FREE, Face.FREE)
     inner_to_rim = (Face.SYMMETRIC, rim)
-    front = -(before + given.offset) * cell
-    if given.geometry == "axisymmetric":
+    front = -(before + parameters.offset) * cell
+    if parameters.geometry == "axisymmetric":
         geometry = grid(
             Axisymmetric,
             lower=(0.0, front, 0.0),
@@ -360,7 +376,7 @@ def _grid(
             spacing=cell,
         )
         return geometry, (inner_to_rim, free, free)
-    whole = given.geometry == "half"
+    whole = parameters.geometry == "half"
     geometry = grid(
         Cartesian3D,
         lower=(-across * cell if whole else 0.0, 0.0, front),
@@ -370,101 +386,102 @@ def _grid(
     return geometry, ((rim, rim) if whole else inner_to_rim, inner_to_rim, free)
 
 
-def _clamp(given: Impact, thickness: float) -> "Clamp":
+def _clamp(parameters: Impact, thickness: float) -> "Clamp":
     """The rim of the target, and the cell on either side that its particles reach; debris beyond it flies on."""
     import numpy as np
 
     from solver.problem import clamp
 
-    reach = (1.0 + 1e-6) * spacing(given)  # nodes a cell away belong to it whatever the round-off
+    reach = (1.0 + 1e-6) * spacing(
+        parameters
+    )  # nodes a cell away belong to it whatever the round-off
     lower, upper = np.full(3, -np.inf), np.full(3, np.inf)
-    axis = _flight_axis(given)
+    axis = _flight_axis(parameters)
     lower[axis], upper[axis] = -reach, thickness + reach
     return clamp(lower=lower, upper=upper)
 
 
 def _absorbers(
-    given: Impact, target: "Matter", thickness: float, radius: float, *, deep: bool
+    parameters: Impact, target: "Matter", thickness: float, radius: float, *, deep: bool
 ) -> "tuple[Absorber, ...]":
     """The rim of the target where edges absorb, and the back of a deep one."""
     from solver.absorb import absorber
 
-    if given.edges != "absorbing":
+    if parameters.edges != "absorbing":
         return ()
     rims = {
         "axisymmetric": [(0, 1)],
         "quarter": [(0, 1), (1, 1)],
         "half": [(0, 0), (0, 1), (1, 1)],
-    }[given.geometry]
+    }[parameters.geometry]
     surfaces = [(axis, side, radius if side else -radius) for axis, side in rims]
     if deep:
-        surfaces.append((_flight_axis(given), 1, thickness))
+        surfaces.append((_flight_axis(parameters), 1, thickness))
     return tuple(
         absorber(target, body=1, axis=axis, side=side, place=place)
         for axis, side, place in surfaces
     )
 
 
-def _length(given: Impact) -> float:
-    return given.projectile_length or given.projectile_diameter
+def _length(parameters: Impact) -> float:
+    return parameters.projectile_length or parameters.projectile_diameter
 
 
-def _target(given: Impact, lattice: "np.ndarray", thickness: float, radius: float) -> _Lattice:
+def _target(parameters: Impact, lattice: "np.ndarray", thickness: float, radius: float) -> _Lattice:
     import numpy as np
 
     across, step = line(0.0, radius, float(lattice[0]))
     along, layer = line(0.0, thickness, float(lattice[0]))
-    if given.geometry == "axisymmetric":
+    if parameters.geometry == "axisymmetric":
         position = points(across, along, np.zeros(1))
         return _Lattice(position, (step, layer, 0.0), 0.5 * radius**2 * thickness)
-    wide = np.concatenate([-across[::-1], across]) if given.geometry == "half" else across
-    parts = 2 if given.geometry == "half" else 1
+    wide = np.concatenate([-across[::-1], across]) if parameters.geometry == "half" else across
+    parts = 2 if parameters.geometry == "half" else 1
     return _Lattice(points(wide, across, along), (step, step, layer), parts * radius**2 * thickness)
 
 
-def _projectile(given: Impact, lattice: "np.ndarray") -> _Lattice:
+def _projectile(parameters: Impact, lattice: "np.ndarray") -> _Lattice:
     """Points around the projectile's own centre, so that a sphere is symmetric on any grid."""
     import numpy as np
 
-    radius, length = 0.5 * given.projectile_diameter, _length(given)
+    radius, length = 0.5 * parameters.projectile_diameter, _length(parameters)
     across, step = line(0.0, radius, float(lattice[0]))
     along, layer = line(-length, 0.0, float(lattice[0]))
     whole = np.concatenate([-across[::-1], across])
-    if given.geometry == "axisymmetric":
+    if parameters.geometry == "axisymmetric":
         position = points(across, along, np.zeros(1))
         from_axis, along_flight, spacings = position[:, 0], position[:, 1], (step, layer, 0.0)
     else:
-        position = points(whole if given.geometry == "half" else across, across, along)
+        position = points(whole if parameters.geometry == "half" else across, across, along)
         from_axis, along_flight = np.hypot(position[:, 0], position[:, 1]), position[:, 2]
         spacings = (step, step, layer)
-    if given.projectile_shape == "sphere":
+    if parameters.projectile_shape == "sphere":
         inside = from_axis**2 + (along_flight + radius) ** 2 < radius**2
         volume = 4.0 / 3.0 * math.pi * radius**3
     else:
         inside = from_axis < radius
         volume = math.pi * radius**2 * length
-    part = 1.0 if given.geometry == "axisymmetric" else SECTORS[given.geometry]
+    part = 1.0 if parameters.geometry == "axisymmetric" else SECTORS[parameters.geometry]
     return _Lattice(position[inside], spacings, volume * part / (2.0 * math.pi))
 
 
 def _body(
     name: str,
-    given: Impact,
+    parameters: Impact,
     material: "Material",
     geometry: Any,
     lattice: _Lattice,
     velocity: "np.ndarray",
 ) -> "Body":
-    tension = filled_numerics(given).tension
-    assert tension is not None
+    tension = recipe_of(parameters).tension
     return body(
         name,
         matter(
             material,
-            eos_form=given.eos_form,
-            thermal_softening=given.thermal_softening,
+            eos_form=parameters.eos_form,
+            thermal_softening=parameters.thermal_softening,
             tension=tension,
-            failure=failure_of(given, material),
+            failure=failure_of(parameters, material),
         ),
         geometry,
         position=lattice.position,

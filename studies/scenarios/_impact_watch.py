@@ -12,13 +12,13 @@ OBSERVATIONS_PER_WINDOW = 5  # of the time over which growth is judged
 FAST = 300.0
 
 
-def _pace(given: Any, setting: Any) -> Pace:
-    window = settled_window(given)
+def _pace(parameters: Any, setting: Any) -> Pace:
+    window = settled_window(parameters)
     return Pace(
         interval=window / OBSERVATIONS_PER_WINDOW,
         window=window,
-        growth=given.settled_growth,
-        early=given.stop == "settled",
+        growth=parameters.settled_growth,
+        early=parameters.stop == "settled",
     )
 
 
@@ -28,17 +28,17 @@ def _view(setting: ImpactSetting, snapshot: Any) -> Any:
     return view(setting, snapshot)
 
 
-def _numbers(seen: Any) -> dict[str, float]:
-    fast = seen.attached_target & (seen.speed > FAST)
+def _numbers(view: Any) -> dict[str, float]:
+    fast = view.attached_target & (view.speed > FAST)
     return {
-        "separated_mass_fraction": 1.0 - _share(seen, seen.attached_target),
-        "fast_mass_fraction": _share(seen, fast),
+        "separated_mass_fraction": 1.0 - _share(view, view.attached_target),
+        "fast_mass_fraction": _share(view, fast),
     }
 
 
-def _share(seen: Any, keep: Any) -> float:
+def _share(view: Any, keep: Any) -> float:
     """Mass of some particles over that of the whole target."""
-    return float(seen.mass[keep].sum()) / seen.target_mass
+    return float(view.mass[keep].sum()) / view.target_mass
 
 
 IMPACT = Watch(

@@ -13,7 +13,7 @@ from solver.registry import entries
 from solver.units import Described, FromMaterial, Unit, marked
 from studies.materials.schema import models
 from studies.scenarios import Materials
-from studies.scenarios._numerics import filled_numerics, tensions
+from studies.scenarios._numerics import recipe_of, tensions
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, declared
 from studies.values.quantities import readable
@@ -151,12 +151,12 @@ def check_eos(form: str, materials: Materials) -> list[Finding]:
     return findings
 
 
-def check_boiling(given: Any, materials: Materials) -> list[Finding]:
+def check_boiling(parameters: Any, materials: Materials) -> list[Finding]:
     """A form that follows vapour has no tension where it boils, and a step there: melting has to end tension before."""
-    tension = filled_numerics(given).tension
+    tension = recipe_of(parameters).tension
     if tensions()[tension].molten:
         name, value = "tension", tension
-    elif not given.thermal_softening:
+    elif not parameters.thermal_softening:
         name, value = "thermal_softening", "false"
     else:
         return []
@@ -188,37 +188,37 @@ def check_constants(materials: Materials) -> list[Finding]:
     return findings
 
 
-def failure_of(given: Any, material: "Material") -> Any:
+def failure_of(parameters: Any, material: "Material") -> Any:
     """The solver's record of the failure that the parameters name, with the constants of the material."""
-    record = failures()[given.failure].record
+    record = failures()[parameters.failure].record
     constants = {
-        constant: getattr(given, parameter)
+        constant: getattr(parameters, parameter)
         for parameter, kind, constant in _failure_constants()
-        if kind == given.failure and getattr(given, parameter) is not None
+        if kind == parameters.failure and getattr(parameters, parameter) is not None
     }
     return record(**material.taken(record), **constants)
 
 
-def check_failure(given: Any, materials: Materials) -> list[Finding]:
+def check_failure(parameters: Any, materials: Materials) -> list[Finding]:
     """A failure has the numbers that it needs, no other ones, and those that it takes from each material."""
     findings = []
     for name, kind, constant in _failure_constants():
-        value = getattr(given, name)
+        value = getattr(parameters, name)
         needed = declared(failures()[kind].record)[constant].required
-        if given.failure == kind and value is None and needed:
+        if parameters.failure == kind and value is None and needed:
             findings.append(Finding(name, "nothing", f"a value for failure {kind}", f"give {name}"))
-        if given.failure != kind and value is not None:
+        if parameters.failure != kind and value is not None:
             limit = f"no value without failure {kind}"
             cure = f"leave {name} out, or set failure to {kind}"
             findings.append(Finding(name, f"{value:g}", limit, cure))
     for role, material in materials.items():
-        for path in marked(failures()[given.failure].record, FromMaterial).values():
+        for path in marked(failures()[parameters.failure].record, FromMaterial).values():
             if not material.value_at(path.path):
                 meaning = material.parameters()[path.path].meaning
                 findings.append(
                     Finding(
                         "failure",
-                        given.failure,
+                        parameters.failure,
                         f"a material with a {meaning}, which {material.name} has not",
                         f"set {role}.{path.path}, or choose another failure",
                     )

@@ -1,21 +1,18 @@
-"""The numerics that every scenario shares: the parameters, what a recipe fills in, and what the solver gets.
+"""The numerics that every scenario shares: the parameters, the choices of a recipe, and the arguments of the solver.
 
 A scenario's parameters inherit ``Numerics``; its ``fill`` passes through ``filled_numerics``, its ``check`` adds
-``check_numerics``, and its ``build`` hands ``**numerics(given)`` to ``Problem``.
+``check_numerics``, and its ``build`` hands ``**numerics(parameters)`` to ``Problem``.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, PerSecond, Second
 from studies.values.errors import Finding
 from studies.values.parameters import Choice
-from studies.values.recipes import RECIPES, RecipeName, SchemeName, StepRuleName
-
-if TYPE_CHECKING:
-    from solver.problem import Contact
+from studies.values.recipes import RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
 
 BY_RECIPE = "by default that of the recipe"
 
@@ -104,72 +101,66 @@ class Numerics:
     ] = None
 
 
-Given = TypeVar("Given", bound=Numerics)
+Parameters = TypeVar("Given", bound=Numerics)
 
 
-def filled_numerics(given: Given) -> Given:
+def filled_numerics(parameters: Parameters) -> Parameters:
     """The parameters with every numerical one that was left out taken from the recipe."""
-    return filled_from(given, RECIPES[given.recipe])
+    return filled_from(parameters, RECIPES[parameters.recipe])
 
 
-def filled_from(given: Given, preset: Any) -> Given:
+def filled_from(parameters: Parameters, preset: Any) -> Parameters:
     """The parameters with those that were left out taken from a record of some of them."""
-    absent = {name: value for name, value in vars(preset).items() if getattr(given, name) is None}
-    return replace(given, **absent) if absent else given
+    absent = {
+        name: value for name, value in vars(preset).items() if getattr(parameters, name) is None
+    }
+    return replace(parameters, **absent) if absent else parameters
 
 
-def check_numerics(given: Numerics) -> list[Finding]:
+def check_numerics(parameters: Numerics) -> list[Finding]:
     """Friction belongs to contact."""
-    if given.friction > 0.0 and given.contact == "none":
+    if parameters.friction > 0.0 and parameters.contact == "none":
         limit = "0 for bodies that share one velocity field"
-        return [Finding("friction", f"{given.friction:g}", limit, "set contact to bardenhagen")]
+        return [
+            Finding("friction", f"{parameters.friction:g}", limit, "set contact to bardenhagen")
+        ]
     return []
 
 
-def particles_per_cell(given: Numerics) -> int:
+def recipe_of(parameters: Numerics) -> Recipe:
+    """The numerical parameters as a recipe: none of them is left out."""
+    filled = filled_numerics(parameters)
+    return Recipe(**{name: getattr(filled, name) for name in vars(RECIPES[parameters.recipe])})
+
+
+def particles_per_cell(parameters: Numerics) -> int:
     """Particles per cell along each direction."""
-    count = filled_numerics(given).particles_per_cell
-    assert count is not None
-    return count
+    return recipe_of(parameters).particles_per_cell
 
 
-def mean_step(given: Numerics, cell: float, *, sound: float, speed: float) -> float:
+def mean_step(parameters: Numerics, cell: float, *, sound: float, speed: float) -> float:
     """A run's time step, about, for cells of a size (m), from its mean signal speed and that of its particles, s."""
-    given = filled_numerics(given)
-    assert given.courant is not None
-    assert given.travel is not None
-    if given.fixed_dt:
-        return given.fixed_dt
-    if given.step_rule == "convective":
-        return given.courant * cell / (sound + speed)
-    return cell * min(given.courant / sound, given.travel / speed)
+    recipe = recipe_of(parameters)
+    if parameters.fixed_dt:
+        return parameters.fixed_dt
+    if recipe.step_rule == "convective":
+        return recipe.courant * cell / (sound + speed)
+    return cell * min(recipe.courant / sound, recipe.travel / speed)
 
 
-def numerics(given: Numerics) -> dict[str, Any]:
-    """What ``Problem`` takes besides geometry, bodies, faces and time."""
-    from solver.problem import ArtificialViscosity, Damping, Scheme, StepRule
+def numerics(parameters: Numerics) -> dict[str, Any]:
+    """The arguments of ``Problem`` besides geometry, bodies, faces and time."""
+    from solver.problem import ArtificialViscosity, Contact, Damping, Scheme, StepRule
 
-    given = filled_numerics(given)
-    assert given.scheme is not None
-    assert given.viscosity_linear is not None
-    assert given.viscosity_quadratic is not None
-    assert given.step_rule is not None
-    assert given.damping_rate is not None
-    assert given.damping_order is not None
+    recipe = recipe_of(parameters)
     return {
-        "shape": shapes()[str(given.shape)].make(particles_per_cell(given)),
-        "scheme": Scheme[given.scheme.upper()],
-        "viscosity": ArtificialViscosity(given.viscosity_linear, given.viscosity_quadratic),
-        "courant": given.courant,
-        "step_rule": StepRule[given.step_rule.upper()],
-        "travel": given.travel,
-        "damping": Damping(given.damping_rate, given.damping_order),
-        "contact": _contact(given),
-        "fixed_dt": given.fixed_dt,
+        "shape": shapes()[recipe.shape].make(recipe.particles_per_cell),
+        "scheme": Scheme[recipe.scheme.upper()],
+        "viscosity": ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic),
+        "courant": recipe.courant,
+        "step_rule": StepRule[recipe.step_rule.upper()],
+        "travel": recipe.travel,
+        "damping": Damping(recipe.damping_rate, recipe.damping_order),
+        "contact": None if parameters.contact == "none" else Contact(parameters.friction),
+        "fixed_dt": parameters.fixed_dt,
     }
-
-
-def _contact(given: Numerics) -> "Contact | None":
-    from solver.problem import Contact
-
-    return Contact(given.friction) if given.contact == "bardenhagen" else None

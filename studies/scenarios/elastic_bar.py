@@ -63,57 +63,59 @@ class ElasticBar(Bar, _ElasticBarShot):
     """Parameters of an elastic bar."""
 
 
-def transit(given: ElasticBar) -> float:
+def transit(parameters: ElasticBar) -> float:
     """Contact time of a slender bar, 2 L / c with c = sqrt(E / rho), s."""
-    return 2.0 * given.bar_length / math.sqrt(given.young_modulus / given.density)
+    return 2.0 * parameters.bar_length / math.sqrt(parameters.young_modulus / parameters.density)
 
 
-def _end_time(given: ElasticBar) -> float:
-    return given.end_time or TRANSITS * transit(given)
+def _end_time(parameters: ElasticBar) -> float:
+    return parameters.end_time or TRANSITS * transit(parameters)
 
 
-def _cell(given: ElasticBar) -> float:
-    return given.bar_diameter / given.cells_per_diameter
+def _cell(parameters: ElasticBar) -> float:
+    return parameters.bar_diameter / parameters.cells_per_diameter
 
 
-def _shear(given: ElasticBar) -> float:
-    return given.young_modulus / (2.0 * (1.0 + given.poisson_ratio))
+def _shear(parameters: ElasticBar) -> float:
+    return parameters.young_modulus / (2.0 * (1.0 + parameters.poisson_ratio))
 
 
-def _bulk(given: ElasticBar) -> float:
-    return given.young_modulus / (3.0 * (1.0 - 2.0 * given.poisson_ratio))
+def _bulk(parameters: ElasticBar) -> float:
+    return parameters.young_modulus / (3.0 * (1.0 - 2.0 * parameters.poisson_ratio))
 
 
-def _extent(given: ElasticBar) -> Extent:
-    room = ROOM * _cell(given)
+def _extent(parameters: ElasticBar) -> Extent:
+    room = ROOM * _cell(parameters)
     # A bar that is stopped at once widens by the strain v / c at most.
-    strain = given.speed / math.sqrt(given.young_modulus / given.density)
+    strain = parameters.speed / math.sqrt(parameters.young_modulus / parameters.density)
     return Extent(
-        length=given.bar_length,
-        diameter=given.bar_diameter,
-        speed=given.speed,
-        cell=_cell(given),
-        height=given.bar_length + given.speed * _end_time(given) + room,
-        radius=0.5 * given.bar_diameter * (1.0 + strain) + room,
-        end_time=_end_time(given),
+        length=parameters.bar_length,
+        diameter=parameters.bar_diameter,
+        speed=parameters.speed,
+        cell=_cell(parameters),
+        height=parameters.bar_length + parameters.speed * _end_time(parameters) + room,
+        radius=0.5 * parameters.bar_diameter * (1.0 + strain) + room,
+        end_time=_end_time(parameters),
     )
 
 
-def _fill(given: ElasticBar) -> ElasticBar:
-    return replace(filled_numerics(given), end_time=round_quantity(_end_time(given)))
+def _fill(parameters: ElasticBar) -> ElasticBar:
+    return replace(filled_numerics(parameters), end_time=round_quantity(_end_time(parameters)))
 
 
-def _check(given: ElasticBar, materials: Materials) -> list[Finding]:
-    findings = check_numerics(given) + bars.check_extent(given.bar_length, _cell(given))
-    fastest = 0.3 * math.sqrt(given.young_modulus / given.density)
-    if given.speed > fastest:
+def _check(parameters: ElasticBar, materials: Materials) -> list[Finding]:
+    findings = check_numerics(parameters) + bars.check_extent(
+        parameters.bar_length, _cell(parameters)
+    )
+    fastest = 0.3 * math.sqrt(parameters.young_modulus / parameters.density)
+    if parameters.speed > fastest:
         limit = f"at most {fastest:g} m/s, 0.3 of the wave speed"
         cure = "fly slower: linear elasticity ends far below"
-        findings.append(Finding("speed", f"{given.speed:g} m/s", limit, cure))
+        findings.append(Finding("speed", f"{parameters.speed:g} m/s", limit, cure))
     return findings
 
 
-def _matter(given: ElasticBar) -> "Matter":
+def _matter(parameters: ElasticBar) -> "Matter":
     from solver.eos.linear_elastic import LinearElastic
     from solver.problem import Matter
     from solver.strength.elastic import Elastic
@@ -121,30 +123,32 @@ def _matter(given: ElasticBar) -> "Matter":
 
     room = 293.0  # K; nothing depends on it
     return Matter(
-        eos=LinearElastic(density=given.density, bulk_modulus=_bulk(given), temperature=room),
+        eos=LinearElastic(
+            density=parameters.density, bulk_modulus=_bulk(parameters), temperature=room
+        ),
         strength=Elastic(),
         tension=UnlimitedTension(),
-        shear_modulus=_shear(given),
+        shear_modulus=_shear(parameters),
         room_temperature=room,
         melt_temperature=math.inf,
     )
 
 
-def _build(given: ElasticBar, materials: Materials) -> Setting:
-    return bars.assemble(given, _extent(given), _matter(given), given.density)
+def _build(parameters: ElasticBar, materials: Materials) -> Setting:
+    return bars.assemble(parameters, _extent(parameters), _matter(parameters), parameters.density)
 
 
-def _size(given: ElasticBar, materials: Materials) -> Size:
-    sound = bars.longitudinal_speed(_bulk(given), _shear(given), given.density)
-    return bars.size(given, _extent(given), sound)
+def _size(parameters: ElasticBar, materials: Materials) -> Size:
+    sound = bars.longitudinal_speed(_bulk(parameters), _shear(parameters), parameters.density)
+    return bars.size(parameters, _extent(parameters), sound)
 
 
-def _cells(given: ElasticBar) -> dict[str, float]:
-    return {"cells_per_diameter": given.cells_per_diameter}
+def _cells(parameters: ElasticBar) -> dict[str, float]:
+    return {"cells_per_diameter": parameters.cells_per_diameter}
 
 
-def _pace(given: Any, setting: Setting) -> Pace:
-    return Pace(interval=transit(given) / OBSERVATIONS_PER_TRANSIT)
+def _pace(parameters: Any, setting: Setting) -> Pace:
+    return Pace(interval=transit(parameters) / OBSERVATIONS_PER_TRANSIT)
 
 
 SCENARIO = Scenario(

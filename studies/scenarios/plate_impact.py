@@ -19,6 +19,7 @@ from studies.scenarios._numerics import (
     mean_step,
     numerics,
     particles_per_cell,
+    recipe_of,
 )
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, MaterialName
@@ -85,7 +86,7 @@ class PlateImpact(Numerics, _PlateImpactShot):
 
 @dataclass(frozen=True, kw_only=True)
 class PlateSetting(Setting):
-    """What an observer needs to know about two plates."""
+    """Two plates as their observer needs to know them."""
 
     speed: float  # m/s
     thicknesses: tuple[float, float]  # flyer, target; m
@@ -132,95 +133,101 @@ def _shock_speed(material: "Material", jump: float) -> float:
     return c0 + s * jump
 
 
-def _cell(given: PlateImpact) -> float:
-    return given.flyer_thickness / given.cells_per_thickness
+def _cell(parameters: PlateImpact) -> float:
+    return parameters.flyer_thickness / parameters.cells_per_thickness
 
 
-def _thicknesses(given: PlateImpact) -> tuple[float, float]:
-    return given.flyer_thickness, given.target_thickness or given.flyer_thickness
+def _thicknesses(parameters: PlateImpact) -> tuple[float, float]:
+    return parameters.flyer_thickness, parameters.target_thickness or parameters.flyer_thickness
 
 
-def _end_time(given: PlateImpact, materials: Materials) -> float:
-    if given.end_time:
-        return given.end_time
+def _end_time(parameters: PlateImpact, materials: Materials) -> float:
+    if parameters.end_time:
+        return parameters.end_time
     flyer, target = materials["flyer"], materials["target"]
     pairs = zip(
-        shocks(flyer, target, given.speed).speeds,
+        shocks(flyer, target, parameters.speed).speeds,
         (flyer, target),
-        _thicknesses(given),
+        _thicknesses(parameters),
         strict=True,
     )
-    return CROSSED * min(thick / max(us, _elastic(given, one)) for us, one, thick in pairs)
+    return CROSSED * min(
+        thick / max(us, _elastic(parameters, material)) for us, material, thick in pairs
+    )
 
 
-def _elastic(given: PlateImpact, material: "Material") -> float:
+def _elastic(parameters: PlateImpact, material: "Material") -> float:
     """Speed of an elastic precursor, m/s; a fluid has none."""
-    if given.strength == "none":
+    if parameters.strength == "none":
         return 0.0
     stiffness = material.elastic.bulk_modulus + 4.0 / 3.0 * material.elastic.shear_modulus
     return math.sqrt(stiffness / material.density)
 
 
-def _fill(given: PlateImpact) -> PlateImpact:
-    return replace(filled_numerics(given), target_thickness=round_quantity(_thicknesses(given)[1]))
+def _fill(parameters: PlateImpact) -> PlateImpact:
+    return replace(
+        filled_numerics(parameters), target_thickness=round_quantity(_thicknesses(parameters)[1])
+    )
 
 
-def _check(given: PlateImpact, materials: Materials) -> list[Finding]:
-    findings = check_numerics(given) + check_constants(materials)
+def _check(parameters: PlateImpact, materials: Materials) -> list[Finding]:
+    findings = check_numerics(parameters) + check_constants(materials)
     for role in BODIES:
         if materials[role].eos.kind != "mie-grueneisen":
             limit = "a material whose equation of state is a Hugoniot"
             findings.append(Finding(role, materials[role].name, limit, "use mie-grueneisen"))
-    if _thicknesses(given)[1] < 10.0 * _cell(given):
-        limit = f"at least ten cells, {10.0 * _cell(given):g} m"
+    if _thicknesses(parameters)[1] < 10.0 * _cell(parameters):
+        limit = f"at least ten cells, {10.0 * _cell(parameters):g} m"
         cure = "raise cells_per_thickness, or thicken the target"
-        findings.append(Finding("target_thickness", f"{_thicknesses(given)[1]:g} m", limit, cure))
+        findings.append(
+            Finding("target_thickness", f"{_thicknesses(parameters)[1]:g} m", limit, cure)
+        )
     return findings
 
 
-def _build(given: PlateImpact, materials: Materials) -> Setting:
+def _build(parameters: PlateImpact, materials: Materials) -> Setting:
     import numpy as np
 
     from solver.problem import Problem
 
-    geometry, faces = _grid(given)
-    flyer, target = _thicknesses(given)
+    geometry, faces = _grid(parameters)
+    flyer, target = _thicknesses(parameters)
     plates = [
-        _plate(given, "flyer", materials, geometry, (-flyer, 0.0)),
-        _plate(given, "target", materials, geometry, (0.0, target)),
+        _plate(parameters, "flyer", materials, geometry, (-flyer, 0.0)),
+        _plate(parameters, "target", materials, geometry, (0.0, target)),
     ]
     return PlateSetting(
         problem=Problem(
             geometry=geometry,
             bodies=tuple(plate for plate, _ in plates),
             faces=faces,
-            end_time=_end_time(given, materials),
-            **numerics(given),
+            end_time=_end_time(parameters, materials),
+            **numerics(parameters),
         ),
-        sector=SECTORS[given.geometry],
-        speed=given.speed,
+        sector=SECTORS[parameters.geometry],
+        speed=parameters.speed,
         thicknesses=(flyer, target),
-        section=_section(given),
+        section=_section(parameters),
         layer=np.concatenate([layer for _, layer in plates]),
     )
 
 
-def _section(given: PlateImpact) -> float:
-    width = given.cells_across * _cell(given)
-    return 0.5 * width**2 if given.geometry == "axisymmetric" else width**2
+def _section(parameters: PlateImpact) -> float:
+    width = parameters.cells_across * _cell(parameters)
+    return 0.5 * width**2 if parameters.geometry == "axisymmetric" else width**2
 
 
-def _grid(given: PlateImpact) -> tuple[Any, tuple[Any, ...]]:
+def _grid(parameters: PlateImpact) -> tuple[Any, tuple[Any, ...]]:
     from solver.geometry import grid
     from solver.geometry.axisymmetric import Axisymmetric
     from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face
 
-    cell, wide = _cell(given), given.cells_across
-    before, behind = (math.ceil(thick / cell - 1e-9) + BEYOND for thick in _thicknesses(given))
+    cell, wide = _cell(parameters), parameters.cells_across
+    before, behind = (math.ceil(thick / cell - 1e-9) + BEYOND for thick in _thicknesses(parameters))
     side, free = (Face.SYMMETRIC, Face.SYMMETRIC), (Face.FREE, Face.FREE)
     front = -before * cell
-    if given.geometry == "axisymmetric":
+    if parameters.geometry == "axisymmetric":
         cells = (wide, before + behind, 0)
         flat = grid(Axisymmetric, lower=(0.0, front, 0.0), cells=cells, spacing=cell)
         return flat, (side, free, free)
@@ -230,7 +237,7 @@ def _grid(given: PlateImpact) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _plate(
-    given: PlateImpact,
+    parameters: PlateImpact,
     name: str,
     materials: Materials,
     geometry: Any,
@@ -240,54 +247,53 @@ def _plate(
     import numpy as np
 
     material = materials[name]
-    step = _cell(given) / particles_per_cell(given)
-    across, wide = line(0.0, given.cells_across * _cell(given), step)
+    step = _cell(parameters) / particles_per_cell(parameters)
+    across, wide = line(0.0, parameters.cells_across * _cell(parameters), step)
     along, high = line(*ends, step)
-    flat = given.geometry == "axisymmetric"
+    flat = parameters.geometry == "axisymmetric"
     columns = (across, along, np.zeros(1)) if flat else (across, across, along)
     position = points(*columns)
     axis = 1 if flat else 2
     velocity = np.zeros(3)
-    velocity[axis] = given.speed if name == "flyer" else 0.0
+    velocity[axis] = parameters.speed if name == "flyer" else 0.0
     made = body(
         name,
-        _matter(given, material),
+        _matter(parameters, material),
         geometry,
         position=position,
         spacing=(wide, high, 0.0) if flat else (wide, wide, high),
         velocity=velocity,
         density=material.density,
-        volume=_section(given) * (ends[1] - ends[0]),
+        volume=_section(parameters) * (ends[1] - ends[0]),
     )
     layer = np.floor(np.abs(position[:, axis]) / high).astype(np.int64)
     return made, layer
 
 
-def _matter(given: PlateImpact, material: "Material") -> "Matter":
-    tension = filled_numerics(given).tension
-    assert tension is not None
-    made = matter(material, eos_form=given.eos_form, tension=tension)
-    return made if given.strength == "material" else made._replace(shear_modulus=0.0)
+def _matter(parameters: PlateImpact, material: "Material") -> "Matter":
+    tension = recipe_of(parameters).tension
+    made = matter(material, eos_form=parameters.eos_form, tension=tension)
+    return made if parameters.strength == "material" else made._replace(shear_modulus=0.0)
 
 
-def _size(given: PlateImpact, materials: Materials) -> Size:
-    given = filled_numerics(given)
-    layers = sum(_thicknesses(given)) / _cell(given) * particles_per_cell(given)
-    across = given.cells_across * particles_per_cell(given)
-    flat = given.geometry == "axisymmetric"
-    behind = max(shocks(materials["flyer"], materials["target"], given.speed).speeds)
-    step = mean_step(given, _cell(given), sound=behind, speed=given.speed)
+def _size(parameters: PlateImpact, materials: Materials) -> Size:
+    parameters = filled_numerics(parameters)
+    layers = sum(_thicknesses(parameters)) / _cell(parameters) * particles_per_cell(parameters)
+    across = parameters.cells_across * particles_per_cell(parameters)
+    flat = parameters.geometry == "axisymmetric"
+    behind = max(shocks(materials["flyer"], materials["target"], parameters.speed).speeds)
+    step = mean_step(parameters, _cell(parameters), sound=behind, speed=parameters.speed)
     return Size(
         particles=round(layers * (across if flat else across**2)),
-        steps=math.ceil(_end_time(given, materials) / step),
+        steps=math.ceil(_end_time(parameters, materials) / step),
     )
 
 
-def _cells(given: PlateImpact) -> dict[str, float]:
-    return {"cells_per_thickness": given.cells_per_thickness}
+def _cells(parameters: PlateImpact) -> dict[str, float]:
+    return {"cells_per_thickness": parameters.cells_per_thickness}
 
 
-def _pace(given: Any, setting: Setting) -> Pace:
+def _pace(parameters: Any, setting: Setting) -> Pace:
     return Pace(interval=setting.problem.end_time / OBSERVATIONS)
 
 

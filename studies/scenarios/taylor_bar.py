@@ -8,7 +8,7 @@ from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._matter import check_boiling, check_constants, matter
-from studies.scenarios._numerics import check_numerics, filled_numerics
+from studies.scenarios._numerics import check_numerics, filled_numerics, recipe_of
 from studies.values.errors import Finding
 from studies.values.parameters import MaterialName
 from studies.values.quantities import round_quantity
@@ -69,61 +69,68 @@ class TaylorBar(Bar, _TaylorBarShot):
     """Parameters of a Taylor bar."""
 
 
-def _end_time(given: TaylorBar) -> float:
-    return given.end_time or END_PER_LENGTH * given.bar_length
+def _end_time(parameters: TaylorBar) -> float:
+    return parameters.end_time or END_PER_LENGTH * parameters.bar_length
 
 
-def _cell(given: TaylorBar) -> float:
-    return given.bar_diameter / given.cells_per_diameter
+def _cell(parameters: TaylorBar) -> float:
+    return parameters.bar_diameter / parameters.cells_per_diameter
 
 
-def _extent(given: TaylorBar) -> Extent:
+def _extent(parameters: TaylorBar) -> Extent:
     return Extent(
-        length=given.bar_length,
-        diameter=given.bar_diameter,
-        speed=given.speed,
-        cell=_cell(given),
-        height=given.bar_length + 2.0 * _cell(given),
-        radius=0.5 * SPREAD * given.bar_diameter,
-        end_time=_end_time(given),
+        length=parameters.bar_length,
+        diameter=parameters.bar_diameter,
+        speed=parameters.speed,
+        cell=_cell(parameters),
+        height=parameters.bar_length + 2.0 * _cell(parameters),
+        radius=0.5 * SPREAD * parameters.bar_diameter,
+        end_time=_end_time(parameters),
     )
 
 
-def _fill(given: TaylorBar) -> TaylorBar:
-    return replace(filled_numerics(given), end_time=round_quantity(_end_time(given)))
+def _fill(parameters: TaylorBar) -> TaylorBar:
+    return replace(filled_numerics(parameters), end_time=round_quantity(_end_time(parameters)))
 
 
-def _check(given: TaylorBar, materials: Materials) -> list[Finding]:
-    findings = check_numerics(given) + check_constants(materials) + check_boiling(given, materials)
-    return findings + bars.check_extent(given.bar_length, _cell(given))
+def _check(parameters: TaylorBar, materials: Materials) -> list[Finding]:
+    findings = (
+        check_numerics(parameters)
+        + check_constants(materials)
+        + check_boiling(parameters, materials)
+    )
+    return findings + bars.check_extent(parameters.bar_length, _cell(parameters))
 
 
-def _build(given: TaylorBar, materials: Materials) -> Setting:
+def _build(parameters: TaylorBar, materials: Materials) -> Setting:
     material = materials["bar"]
-    tension = filled_numerics(given).tension
-    assert tension is not None
-    made = matter(material, thermal_softening=given.thermal_softening, tension=tension)
-    references = (given.reference_length, given.reference_diameter, given.reference_width)
-    return bars.assemble(given, _extent(given), made, material.density, references)
+    tension = recipe_of(parameters).tension
+    made = matter(material, thermal_softening=parameters.thermal_softening, tension=tension)
+    references = (
+        parameters.reference_length,
+        parameters.reference_diameter,
+        parameters.reference_width,
+    )
+    return bars.assemble(parameters, _extent(parameters), made, material.density, references)
 
 
-def _size(given: TaylorBar, materials: Materials) -> Size:
+def _size(parameters: TaylorBar, materials: Materials) -> Size:
     elastic, density = materials["bar"].elastic, materials["bar"].density
     sound = bars.longitudinal_speed(elastic.bulk_modulus, elastic.shear_modulus, density)
-    return bars.size(given, _extent(given), sound)
+    return bars.size(parameters, _extent(parameters), sound)
 
 
-def _cells(given: TaylorBar) -> dict[str, float]:
-    return {"cells_per_diameter": given.cells_per_diameter}
+def _cells(parameters: TaylorBar) -> dict[str, float]:
+    return {"cells_per_diameter": parameters.cells_per_diameter}
 
 
-def _pace(given: Any, setting: Setting) -> Pace:
-    window = WINDOW * _end_time(given)
+def _pace(parameters: Any, setting: Setting) -> Pace:
+    window = WINDOW * _end_time(parameters)
     return Pace(
         interval=window / OBSERVATIONS_PER_WINDOW,
         window=window,
-        growth=given.settled_growth,
-        early=given.stop == "settled",
+        growth=parameters.settled_growth,
+        early=parameters.stop == "settled",
     )
 
 

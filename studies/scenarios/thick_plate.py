@@ -14,7 +14,6 @@ from studies.scenarios._impact import (
     spacing,
 )
 from studies.scenarios._impact_watch import IMPACT
-from studies.scenarios._matter import check_boiling, check_constants, check_eos, check_failure
 from studies.values.errors import Finding
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
@@ -51,44 +50,47 @@ class ThickPlate(Impact):
     ] = None
 
 
-def _depth(given: ThickPlate) -> float:
-    return given.target_depth or DEPTH * given.projectile_diameter
+def _depth(parameters: ThickPlate) -> float:
+    return parameters.target_depth or DEPTH * parameters.projectile_diameter
 
 
-def _radius(given: ThickPlate) -> float:
-    return given.target_radius or RADIUS * given.projectile_diameter
+def _radius(parameters: ThickPlate) -> float:
+    return parameters.target_radius or RADIUS * parameters.projectile_diameter
 
 
-def _fill(given: ThickPlate) -> ThickPlate:
-    return filled(given, target_depth=_depth(given), target_radius=_radius(given))
+def _fill(parameters: ThickPlate) -> ThickPlate:
+    return filled(parameters, target_depth=_depth(parameters), target_radius=_radius(parameters))
 
 
-def _check(given: ThickPlate, materials: Materials) -> list[Finding]:
-    findings = check_shot(given) + check_failure(given, materials)
-    findings += check_eos(given.eos_form, materials) + check_constants(materials)
-    findings += check_boiling(given, materials)
+def _check(parameters: ThickPlate, materials: Materials) -> list[Finding]:
+    findings = check_shot(parameters, materials)
     least, cure = 1.0, "enlarge the block, or use thin_plate"
-    if given.edges == "absorbing":
+    if parameters.edges == "absorbing":
         least, cure = LEAST_ABSORBING, "enlarge the block, or choose other edges"
-    for name, value in (("target_depth", _depth(given)), ("target_radius", _radius(given))):
-        if value < least * given.projectile_diameter:
-            limit = f"at least {least:g} of the projectile's diameter, {least * given.projectile_diameter:g} m"
+    for name, value in (
+        ("target_depth", _depth(parameters)),
+        ("target_radius", _radius(parameters)),
+    ):
+        if value < least * parameters.projectile_diameter:
+            limit = f"at least {least:g} of the projectile's diameter, {least * parameters.projectile_diameter:g} m"
             findings.append(Finding(name, f"{value:g} m", limit, cure))
     return findings
 
 
-def _build(given: ThickPlate, materials: Materials) -> Setting:
-    return assemble(given, materials, thickness=_depth(given), radius=_radius(given), deep=True)
+def _build(parameters: ThickPlate, materials: Materials) -> Setting:
+    return assemble(
+        parameters, materials, thickness=_depth(parameters), radius=_radius(parameters), deep=True
+    )
 
 
-def _size(given: ThickPlate, materials: Materials) -> Size:
-    return size(given, thickness=_depth(given), radius=_radius(given))
+def _size(parameters: ThickPlate, materials: Materials) -> Size:
+    return size(parameters, thickness=_depth(parameters), radius=_radius(parameters))
 
 
-def _cells(given: ThickPlate) -> dict[str, float]:
+def _cells(parameters: ThickPlate) -> dict[str, float]:
     return {
-        "cells_per_diameter": given.cells_per_diameter,
-        "cells_per_thickness": _depth(given) / spacing(given),
+        "cells_per_diameter": parameters.cells_per_diameter,
+        "cells_per_thickness": _depth(parameters) / spacing(parameters),
     }
 
 

@@ -15,7 +15,6 @@ from studies.scenarios._impact import (
     spacing,
 )
 from studies.scenarios._impact_watch import IMPACT
-from studies.scenarios._matter import check_boiling, check_constants, check_eos, check_failure
 from studies.values.errors import Finding
 
 RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
@@ -46,70 +45,60 @@ class ThinPlate(Impact):
     ] = None
 
 
-def _radius(given: ThinPlate) -> float:
-    return given.plate_radius or RADIUS * given.projectile_diameter
+def _radius(parameters: ThinPlate) -> float:
+    return parameters.plate_radius or RADIUS * parameters.projectile_diameter
 
 
-def _fill(given: ThinPlate) -> ThinPlate:
-    return filled(given, plate_radius=_radius(given))
+def _fill(parameters: ThinPlate) -> ThinPlate:
+    return filled(parameters, plate_radius=_radius(parameters))
 
 
-def _check(given: ThinPlate, materials: Materials) -> list[Finding]:
-    findings = check_shot(given) + check_failure(given, materials)
-    findings += check_eos(given.eos_form, materials) + check_constants(materials)
-    findings += check_boiling(given, materials)
-    findings += _check_obliquity(given)
-    if _radius(given) < given.projectile_diameter:
-        findings.append(
-            Finding(
-                "plate_radius",
-                f"{_radius(given):g} m",
-                f"at least the projectile's diameter, {given.projectile_diameter:g} m",
-                "enlarge the plate; 3.5 diameters is the default",
-            )
-        )
-    if given.plate_thickness < 0.5 * spacing(given):
-        findings.append(
-            Finding(
-                "plate_thickness",
-                f"{given.plate_thickness:g} m",
-                f"at least half a cell, {0.5 * spacing(given):g} m",
-                "raise the resolution (cells per diameter)",
-            )
-        )
+def _check(parameters: ThinPlate, materials: Materials) -> list[Finding]:
+    findings = check_shot(parameters, materials)
+    findings += _check_obliquity(parameters)
+    radius, diameter = _radius(parameters), parameters.projectile_diameter
+    if radius < diameter:
+        limit = f"at least the projectile's diameter, {diameter:g} m"
+        cure = "enlarge the plate; 3.5 diameters is the default"
+        findings.append(Finding("plate_radius", f"{radius:g} m", limit, cure))
+    thickness, half_cell = parameters.plate_thickness, 0.5 * spacing(parameters)
+    if thickness < half_cell:
+        limit = f"at least half a cell, {half_cell:g} m"
+        cure = "raise the resolution (cells per diameter)"
+        findings.append(Finding("plate_thickness", f"{thickness:g} m", limit, cure))
     return findings
 
 
-def _check_obliquity(given: ThinPlate) -> list[Finding]:
-    if given.obliquity == 0.0:
+def _check_obliquity(parameters: ThinPlate) -> list[Finding]:
+    if parameters.obliquity == 0.0:
         return []
-    angle = f"{math.degrees(given.obliquity):g} deg"
-    if given.geometry != "half":
+    angle = f"{math.degrees(parameters.obliquity):g} deg"
+    if parameters.geometry != "half":
         limit = "0 deg in a body of revolution or a quarter model"
         return [Finding("obliquity", angle, limit, "set geometry to half")]
-    if given.projectile_shape != "sphere":
+    if parameters.projectile_shape != "sphere":
         return [Finding("obliquity", angle, "0 deg for a cylinder", "use a sphere")]
     return []
 
 
-def _build(given: ThinPlate, materials: Materials) -> Setting:
+def _build(parameters: ThinPlate, materials: Materials) -> Setting:
     return assemble(
-        given,
+        parameters,
         materials,
-        thickness=given.plate_thickness,
-        radius=_radius(given),
-        obliquity=given.obliquity,
+        thickness=parameters.plate_thickness,
+        radius=_radius(parameters),
+        obliquity=parameters.obliquity,
     )
 
 
-def _size(given: ThinPlate, materials: Materials) -> Size:
-    return size(given, thickness=given.plate_thickness, radius=_radius(given))
+def _size(parameters: ThinPlate, materials: Materials) -> Size:
+    return size(parameters, thickness=parameters.plate_thickness, radius=_radius(parameters))
 
 
-def _cells(given: ThinPlate) -> dict[str, float]:
+def _cells(parameters: ThinPlate) -> dict[str, float]:
     return {
-        "cells_per_diameter": given.cells_per_diameter,
-        "cells_per_thickness": given.plate_thickness / spacing(given),
+        "cells_per_diameter": parameters.cells_per_diameter,
+        "cells_per_thickness": parameters.plate_thickness / spacing(parameters),
     }
 
 

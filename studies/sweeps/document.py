@@ -21,7 +21,7 @@ from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sweep import OFFSET, RESOLUTION, Combine, Sweep, SweepLimits, known_words
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure, shown
-from studies.values.parameters import Value, declared, find, missing, parse_given, parse_value
+from studies.values.parameters import Value, declared, find, missing, parse_value, parse_values
 from studies.values.quantities import exact_number, refusal
 from studies.values.recipes import ACCURACY
 
@@ -223,7 +223,7 @@ class _DocumentReading:
         return [name] if isinstance(name, str) else []
 
     def _fixed(self, known: Known) -> dict[str, Value]:
-        values, findings = parse_given(
+        values, findings = parse_values(
             known.parameters, self.given_fixed, "fixed", materials=known.materials
         )
         self.findings.extend(findings)

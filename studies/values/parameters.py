@@ -78,7 +78,7 @@ def declared(record: type) -> Mapping[str, Parameter]:
 
 def parse_parameters(
     record: type,
-    given: Mapping[str, Any],
+    raw: Mapping[str, Any],
     path: str = "",
     *,
     materials: Collection[str] = (),
@@ -90,21 +90,21 @@ def parse_parameters(
     parameter may hold (empty: any); with ``si`` a bare number on a field with a unit is taken as SI
     (a value that went through a door before). Raises InvalidInput with every finding.
     """
-    known = declared(record)
-    values, findings = parse_given(known, given, path, materials=materials, si=si)
-    for parameter in known.values():
-        if parameter.name not in given:
+    parameters = declared(record)
+    values, findings = parse_values(parameters, raw, path, materials=materials, si=si)
+    for parameter in parameters.values():
+        if parameter.name not in raw:
             if parameter.required:
                 findings.append(missing(parameter, path))
             values[parameter.name] = _rounded(parameter.default)
     if findings:
         raise InvalidInput(findings)
-    return {name: values[name] for name in known}
+    return {name: values[name] for name in parameters}
 
 
-def parse_given(
-    known: Mapping[str, Parameter],
-    given: Mapping[str, Any],
+def parse_values(
+    parameters: Mapping[str, Parameter],
+    raw: Mapping[str, Any],
     path: str = "",
     *,
     materials: Collection[str] = (),
@@ -113,9 +113,9 @@ def parse_given(
     """The given values alone, and what was found wrong with the others."""
     values: dict[str, Value] = {}
     findings = Findings()
-    for name, value in given.items():
+    for name, value in raw.items():
         try:
-            parameter = find(known, name, path)
+            parameter = find(parameters, name, path)
             values[name] = parse_value(
                 parameter, value, join(path, name), materials=materials, si=si
             )
@@ -126,29 +126,29 @@ def parse_given(
 
 def parse_value(
     parameter: Parameter,
-    given: Any,
+    raw: Any,
     field: str,
     *,
     materials: Collection[str] = (),
     si: bool = False,
 ) -> Value:
     """One value, checked, in SI, at 12 significant digits; raises InvalidInput."""
-    if given is None:
+    if raw is None:
         if parameter.optional:
             return None
-        raise refusal(field, given, parameter.limit(), "give a value, or leave the field out")
+        raise refusal(field, raw, parameter.limit(), "give a value, or leave the field out")
     if parameter.kind == "material":
-        return _parse_material(given, field, materials)
-    if si and is_number(given) and parameter.kind == "quantity":
-        return _within(round_quantity(exact_number(given, field)), parameter, given, field)
-    return _PARSERS[parameter.kind](parameter, given, field)
+        return _parse_material(raw, field, materials)
+    if si and is_number(raw) and parameter.kind == "quantity":
+        return _within(round_quantity(exact_number(raw, field)), parameter, raw, field)
+    return _PARSERS[parameter.kind](parameter, raw, field)
 
 
-def find(known: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:
+def find(parameters: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:
     """The parameter of a name; raises InvalidInput with the nearest one."""
-    if isinstance(name, str) and name in known:
-        return known[name]
-    raise refusal(join(path, name), name, "a name of a parameter", nearest_cure(name, known))
+    if isinstance(name, str) and name in parameters:
+        return parameters[name]
+    raise refusal(join(path, name), name, "a name of a parameter", nearest_cure(name, parameters))
 
 
 def missing(parameter: Parameter, path: str = "") -> Finding:
@@ -227,60 +227,60 @@ def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> Kind:
     return plain[hint]
 
 
-def _parse_quantity(parameter: Parameter, given: Any, field: str) -> float:
+def _parse_quantity(parameter: Parameter, raw: Any, field: str) -> float:
     assert parameter.unit is not None
     if parameter.unit == "1":
-        exact = exact_number(given, field, readable(_nearest(0.5, parameter), "1"))
+        exact = exact_number(raw, field, readable(_nearest(0.5, parameter), "1"))
     else:
-        exact = parse_quantity(given, parameter.unit, field)
-    return _within(round_quantity(exact), parameter, given, field)
+        exact = parse_quantity(raw, parameter.unit, field)
+    return _within(round_quantity(exact), parameter, raw, field)
 
 
-def _parse_integer(parameter: Parameter, given: Any, field: str) -> int:
-    value = exact_number(given, field, str(_nearest(1, parameter)))
+def _parse_integer(parameter: Parameter, raw: Any, field: str) -> int:
+    value = exact_number(raw, field, str(_nearest(1, parameter)))
     if value != value.to_integral_value():
         cure = f"write {_nearest(round(value), parameter)}"
-        raise refusal(field, given, parameter.limit(), cure)
-    return int(_within(int(value), parameter, given, field))
+        raise refusal(field, raw, parameter.limit(), cure)
+    return int(_within(int(value), parameter, raw, field))
 
 
-def _parse_boolean(parameter: Parameter, given: Any, field: str) -> bool:
-    if not isinstance(given, bool):
-        raise refusal(field, given, _WORDS["boolean"], "write true or false")
-    return given
+def _parse_boolean(parameter: Parameter, raw: Any, field: str) -> bool:
+    if not isinstance(raw, bool):
+        raise refusal(field, raw, _WORDS["boolean"], "write true or false")
+    return raw
 
 
-def _parse_text(parameter: Parameter, given: Any, field: str) -> str:
-    if not isinstance(given, str) or not given.strip() or len(given) > LONGEST_WORD:
-        raise refusal(field, given, _WORDS["text"], "write a text")
-    return given.strip()
+def _parse_text(parameter: Parameter, raw: Any, field: str) -> str:
+    if not isinstance(raw, str) or not raw.strip() or len(raw) > LONGEST_WORD:
+        raise refusal(field, raw, _WORDS["text"], "write a text")
+    return raw.strip()
 
 
-def _parse_choice(parameter: Parameter, given: Any, field: str) -> str:
-    if not isinstance(given, str) or given not in parameter.choices:
-        raise refusal(field, given, parameter.limit(), nearest_cure(given, parameter.choices))
-    return given
+def _parse_choice(parameter: Parameter, raw: Any, field: str) -> str:
+    if not isinstance(raw, str) or raw not in parameter.choices:
+        raise refusal(field, raw, parameter.limit(), nearest_cure(raw, parameter.choices))
+    return raw
 
 
-def _parse_material(given: Any, field: str, materials: Collection[str]) -> str:
-    if not isinstance(given, str) or not given:
-        raise refusal(field, given, _WORDS["material"], nearest_cure(given, materials))
-    if materials and given not in materials:
+def _parse_material(raw: Any, field: str, materials: Collection[str]) -> str:
+    if not isinstance(raw, str) or not raw:
+        raise refusal(field, raw, _WORDS["material"], nearest_cure(raw, materials))
+    if materials and raw not in materials:
         raise refusal(
             field,
-            given,
+            raw,
             "a material that ships or that the sweep brings",
-            nearest_cure(given, materials),
+            nearest_cure(raw, materials),
         )
-    return given
+    return raw
 
 
-def _within(value: Any, parameter: Parameter, given: Any, field: str) -> Any:
+def _within(value: Any, parameter: Parameter, raw: Any, field: str) -> Any:
     nearest = _nearest(value, parameter)
     if nearest != value:
         assert parameter.unit is not None
         cure = f"the nearest allowed value is {readable(nearest, parameter.unit)}"
-        raise refusal(field, given, parameter.limit(), cure)
+        raise refusal(field, raw, parameter.limit(), cure)
     return value
 
 

@@ -31,7 +31,7 @@ class ThermodynamicState:
     """What a point is held at."""
 
     name: str
-    compression: float
+    density_ratio: float
     pressure: float  # Pa
     temperature: float  # K
 
@@ -56,15 +56,15 @@ def shear_modulus(state: ThermodynamicState) -> float:
     >>> round(shear_modulus(ThermodynamicState("", 1.0, 1e9, 300.0)) / 1e9 - 47.7, 2)  # A G0 = 1.35
     1.35
     """
-    pressed = A * state.pressure / math.cbrt(state.compression)
+    pressed = A * state.pressure / math.cbrt(state.density_ratio)
     return (
         SHEAR_MODULUS
         * (1.0 + pressed - B * (state.temperature - 300.0))
-        * min(state.compression / 0.93, 1.0)
+        * min(state.density_ratio / 0.93, 1.0)
     )
 
 
-def melting_temperature(compression: float) -> float:
+def melting_temperature(density_ratio: float) -> float:
     """Lindemann's law, K; a solid is at most as thin as heat makes it.
 
     Copper that melts at 1 bar has been stretched by 7 % by its heat; measured are 1356 K there:
@@ -72,9 +72,9 @@ def melting_temperature(compression: float) -> float:
     >>> melting_temperature(1.0), round(melting_temperature(0.93), -1)
     (1790.0, 1390.0)
     """
-    compression = max(compression, 0.93)
-    growth = math.exp(2.0 * SMALL_A * (1.0 - 1.0 / compression))
-    return MELT * growth * compression ** (2.0 * (GAMMA0 - SMALL_A - 1.0 / 3.0))
+    density_ratio = max(density_ratio, 0.93)
+    growth = math.exp(2.0 * SMALL_A * (1.0 - 1.0 / density_ratio))
+    return MELT * growth * density_ratio ** (2.0 * (GAMMA0 - SMALL_A - 1.0 / 3.0))
 
 
 def yield_stress(strain: float, state: ThermodynamicState) -> float:
@@ -83,7 +83,7 @@ def yield_stress(strain: float, state: ThermodynamicState) -> float:
     >>> yield_stress(0.0, STATES[0]) / 1e6, yield_stress(9.0, STATES[0]) / 1e6
     (120.0, 640.0)
     """
-    if state.temperature >= melting_temperature(state.compression):
+    if state.temperature >= melting_temperature(state.density_ratio):
         return 0.0
     hardened = min(Y0 * (1.0 + BETA * strain) ** N, Y_MAX)
     return hardened * shear_modulus(state) / SHEAR_MODULUS
@@ -121,7 +121,7 @@ def _sheared(state: ThermodynamicState, total: float) -> tuple[float, float]:
     # Stretching along one axis and half as much contraction along the others: the equivalent rate is the axial one.
     dt = total / STEPS
     gradient = np.diag([1.0, -0.5, -0.5])
-    density = state.compression * DENSITY
+    density = state.density_ratio * DENSITY
     point = PointState(density, 0.0, state.pressure, 0.0, (0.0,) * 6, 0.0, state.temperature)
     for _ in range(STEPS):
         point = advance(matter, ArtificialViscosity(), 1.0, dt, gradient, point)[0]

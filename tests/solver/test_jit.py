@@ -44,9 +44,9 @@ def compiled_yield_stress(strength, plastic_strain, rate, homologous):
 
 
 @kernel
-def compiled_stiffness(strength, compression, pressure, kelvin):
+def compiled_stiffness(strength, density_ratio, pressure, kelvin):
     """Generic functions that have a text for all records and one of their own for some."""
-    return stiffness(strength, compression, pressure, kelvin), melting(strength, compression)
+    return stiffness(strength, density_ratio, pressure, kelvin), melting(strength, density_ratio)
 
 
 @kernel

@@ -1,0 +1,75 @@
+"""Murnaghan (1944), Proc. Natl. Acad. Sci. 30, 244: p = K (x^n - 1) / n with x = rho / rho0, whatever the heat."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from solver.eos import (
+    Density,
+    EosEntry,
+    HeatCapacity,
+    RoomTemperature,
+    below_range,
+    linear,
+    linearisations,
+    outside_range,
+    pressure_terms,
+    reference_density,
+    reference_sound_speed,
+    sound_speed_squared,
+    temperature,
+)
+from solver.jit import implements
+from solver.units import Described, Dimensionless, Pascal
+from solver.vectors import power
+
+
+class Murnaghan(NamedTuple):
+    """Parameters of the form."""
+
+    density: Density  # rho0
+    K: Annotated[Pascal, Described("bulk modulus", 1e5, 1e13)]
+    n: Annotated[Dimensionless, Described("slope of the bulk modulus", 1.1, 10.0)]
+    heat_capacity: HeatCapacity
+    temperature: RoomTemperature
+
+
+EOS = EosEntry("murnaghan", Murnaghan, Murnaghan)
+
+implements(linearisations, Murnaghan)(linear)
+
+
+@implements(pressure_terms, Murnaghan)
+def _(eos, density, energy):
+    return eos.K * (power(density / eos.density, eos.n) - 1.0) / eos.n, 0.0
+
+
+@implements(sound_speed_squared, Murnaghan)
+def _(eos, density, energy, pressure):
+    return eos.K / eos.density * power(density / eos.density, eos.n - 1.0)
+
+
+@implements(temperature, Murnaghan)
+def _(eos, density, energy):
+    x, n = density / eos.density, eos.n
+    cold = eos.K / (n * eos.density) * (power(x, n - 1.0) / (n - 1.0) + 1.0 / x - n / (n - 1.0))
+    return eos.temperature + (energy - cold) / eos.heat_capacity
+
+
+@implements(outside_range, Murnaghan)
+def _(eos, density):
+    return False
+
+
+@implements(below_range, Murnaghan)
+def _(eos, density):
+    return False
+
+
+@implements(reference_density, Murnaghan)
+def _(eos):
+    return eos.density
+
+
+@implements(reference_sound_speed, Murnaghan)
+def _(eos):
+    return math.sqrt(eos.K / eos.density)

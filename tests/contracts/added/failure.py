@@ -1,0 +1,27 @@
+"""Failure at the first tension beyond a limit."""
+
+from typing import Annotated, NamedTuple
+
+from solver.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.jit import implements
+from solver.units import Described, Pascal
+from solver.vectors import where
+
+
+class TensionLimit(NamedTuple):
+    """The limit of tension."""
+
+    tension: Annotated[Pascal, Described("tension at which matter fails", 1e6, 1e12)]
+
+
+FAILURE = FailureEntry("tension-limit", TensionLimit)
+
+
+@implements(grown_damage, TensionLimit)
+def _(failure, damage, plastic_strain, pressure, dt):
+    return where(-pressure >= failure.tension, 1.0, damage)
+
+
+@implements(floor_until_failure, TensionLimit)
+def _(failure, floor):
+    return floor

@@ -1,0 +1,33 @@
+"""Tents over two nodes, as another distribution would add them."""
+
+from typing import NamedTuple
+
+from solver.jit import implements
+from solver.shapes import ShapeEntry, weights, width
+from solver.vectors import floor
+
+
+class Tent(NamedTuple):
+    """Tent functions."""
+
+    order: int = 1
+
+
+def tent(particles_per_cell):
+    """The same tents for any number of particles."""
+    return Tent()
+
+
+SHAPE = ShapeEntry("tent", Tent, tent, flat_cost=1e-7, box_cost=2e-7)
+
+
+@implements(width, Tent)
+def _(shape):
+    return 2
+
+
+@implements(weights, Tent)
+def _(shape, place):
+    first = floor(place)
+    part = place - first
+    return first, (1.0 - part, part), (-1.0, 1.0)

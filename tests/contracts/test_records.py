@@ -1,0 +1,56 @@
+"""Every constant of a model has its unit beside it, and comes from somewhere."""
+
+from typing import Any, get_type_hints
+
+import pytest
+
+from solver.registry import entries
+from solver.units import Below, FromMaterial, marked, units_of
+from studies import materials
+from studies.values.parameters import declared
+
+FOLDERS = {
+    "shapes": "SHAPE",
+    "tension": "TENSION",
+    "failure": "FAILURE",
+    "strength": "STRENGTH",
+    "eos": "EOS",
+}
+ENTRIES = [
+    (folder, entry)
+    for folder, kind in FOLDERS.items()
+    for entry in entries(f"solver.{folder}", kind).values()
+]
+VERIFICATION_ONLY = {"ideal-gas", "linear-elastic"}
+models = pytest.mark.parametrize(
+    ("folder", "entry"), ENTRIES, ids=[f"{folder}-{entry.name}" for folder, entry in ENTRIES]
+)
+
+
+@models
+def test_record__has_a_unit_for_every_real_number(folder: str, entry: Any) -> None:
+    hints = get_type_hints(entry.record)
+    numbers = {name for name, hint in hints.items() if hint in (float, float | None)}
+    assert numbers <= set(units_of(entry.record))
+
+
+@models
+def test_record__describes_every_constant_that_a_person_sets(folder: str, entry: Any) -> None:
+    for parameter in declared(entry.record).values():
+        assert parameter.meaning
+        assert parameter.minimum is not None
+        assert parameter.maximum is not None
+        assert parameter.minimum < parameter.maximum
+    for mark in marked(entry.record, Below).values():
+        assert mark.field in declared(entry.record)
+
+
+@models
+def test_record__can_be_filled_by_person_and_material(folder: str, entry: Any) -> None:
+    """A shape function and a rule of tension have no constants of their own in a sweep."""
+    described = set() if folder in ("shapes", "tension") else set(declared(entry.record))
+    taken = marked(entry.record, FromMaterial)
+    filled = described | set(taken) | set(entry.record._field_defaults)
+    assert (filled == set(entry.record._fields)) == (entry.name not in VERIFICATION_ONLY)
+    paths = materials.load("copper-ofhc").parameters()
+    assert {mark.path for mark in taken.values()} <= set(paths)
