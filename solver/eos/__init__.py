@@ -15,7 +15,7 @@ rule. ``solve_pressure`` does both.
 from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
-from solver.jit import device, generic
+from solver.jit import device, generic, implements
 from solver.units import FromMaterial, JoulePerKilogramKelvin, Kelvin, KilogramPerCubicMetre
 from solver.vectors import maximum
 
@@ -43,7 +43,13 @@ def pressure_terms(eos, density, energy):
 
 @generic
 def linearisations(eos):
-    """How many tangents it takes to solve for the energy: 1 where the pressure is linear in it."""
+    """Number of tangents that it takes to solve for the energy."""
+
+
+@implements(linearisations, object)
+def _(eos):
+    """By default the pressure is linear in the energy."""
+    return 1
 
 
 @generic
@@ -61,14 +67,32 @@ def outside_range(eos, density):
     """True where the form is continued beyond the densities it was measured for."""
 
 
+@implements(outside_range, object)
+def _(eos, density):
+    """By default nowhere."""
+    return False
+
+
 @generic
 def below_range(eos, density):
     """True where matter is so thin that the form holds on to a constant."""
 
 
+@implements(below_range, object)
+def _(eos, density):
+    """By default nowhere."""
+    return False
+
+
 @generic
 def reference_density(eos):
     """Density without pressure at zero internal energy, kg/m3."""
+
+
+@implements(reference_density, object)
+def _(eos):
+    """By default the record's own."""
+    return eos.density
 
 
 @generic
@@ -94,9 +118,3 @@ def _by_tangent(eos, density, energy_before, expansion, energy):
     """The pressure with p(e) replaced by its tangent at an energy."""
     a, b = pressure_terms(eos, density, energy)
     return (a + b * energy_before) / (1.0 + 0.5 * b * expansion)
-
-
-@device
-def linear(eos):
-    """The answer of a form whose pressure is linear in the energy, for ``linearisations``."""
-    return 1

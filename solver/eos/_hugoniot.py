@@ -11,11 +11,8 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from solver.eos import (
-    linear,
-    linearisations,
     outside_range,
     pressure_terms,
-    reference_density,
     reference_sound_speed,
     temperature,
 )
@@ -101,19 +98,12 @@ def _outside_range(eos, density):
 
 
 @device
-def _reference_density(eos):
-    return eos.density
-
-
-@device
 def _reference_sound_speed(eos):
     return eos.c0
 
 
 def implement_common(record):
     """Register what does not depend on the form."""
-    implements(linearisations, record)(linear)
     implements(temperature, record)(_temperature)
     implements(outside_range, record)(_outside_range)
-    implements(reference_density, record)(_reference_density)
     implements(reference_sound_speed, record)(_reference_sound_speed)

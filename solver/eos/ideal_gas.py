@@ -11,12 +11,7 @@ from solver.eos import (
     EosEntry,
     HeatCapacity,
     RoomTemperature,
-    below_range,
-    linear,
-    linearisations,
-    outside_range,
     pressure_terms,
-    reference_density,
     reference_sound_speed,
     sound_speed_squared,
     temperature,
@@ -53,24 +48,6 @@ def _(eos, density, energy):
     # c^2 = gamma (gamma - 1) e
     reference = eos.sound_speed * eos.sound_speed / (eos.gamma * (eos.gamma - 1.0))
     return eos.temperature + (energy - reference) / eos.heat_capacity
-
-
-implements(linearisations, IdealGas)(linear)
-
-
-@implements(outside_range, IdealGas)
-def _(eos, density):
-    return False
-
-
-@implements(below_range, IdealGas)
-def _(eos, density):
-    return False
-
-
-@implements(reference_density, IdealGas)
-def _(eos):
-    return eos.density
 
 
 @implements(reference_sound_speed, IdealGas)

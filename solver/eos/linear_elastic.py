@@ -12,12 +12,7 @@ from solver.eos import (
     EosEntry,
     HeatCapacity,
     RoomTemperature,
-    below_range,
-    linear,
-    linearisations,
-    outside_range,
     pressure_terms,
-    reference_density,
     reference_sound_speed,
     sound_speed_squared,
     temperature,
@@ -54,24 +49,6 @@ def _(eos, density, energy):
     x = density / eos.density
     cold = eos.bulk_modulus / eos.density * (log(x) - 1.0 + 1.0 / x)
     return eos.temperature + (energy - cold) / eos.heat_capacity
-
-
-implements(linearisations, LinearElastic)(linear)
-
-
-@implements(outside_range, LinearElastic)
-def _(eos, density):
-    return False
-
-
-@implements(below_range, LinearElastic)
-def _(eos, density):
-    return False
-
-
-@implements(reference_density, LinearElastic)
-def _(eos):
-    return eos.density
 
 
 @implements(reference_sound_speed, LinearElastic)

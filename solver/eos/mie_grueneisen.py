@@ -14,7 +14,6 @@ from solver.eos import (
     EosEntry,
     HeatCapacity,
     RoomTemperature,
-    below_range,
     pressure_terms,
     sound_speed_squared,
 )
@@ -89,11 +88,6 @@ def _(eos, density, energy, pressure):
     expanded = eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure * thinning * (1.0 / eos.density))
     pressed = isentropic_sound_speed_squared(eos, maximum(mu, 0.0), thinning, pressure)
     return where(mu < 0.0, expanded, pressed)
-
-
-@implements(below_range, MieGrueneisen)
-def _(eos, density):
-    return False
 
 
 implement_common(MieGrueneisen)

@@ -30,11 +30,9 @@ from solver.eos import (
     EosEntry,
     HeatCapacity,
     RoomTemperature,
-    below_range,
     linearisations,
     outside_range,
     pressure_terms,
-    reference_density,
     reference_sound_speed,
     sound_speed_squared,
     temperature,
@@ -177,16 +175,6 @@ def _(eos, density, energy):
 @implements(outside_range, Tillotson)
 def _(eos, density):
     return density > eos.density * (1.0 + eos.mu_tangent)
-
-
-@implements(below_range, Tillotson)
-def _(eos, density):
-    return False
-
-
-@implements(reference_density, Tillotson)
-def _(eos):
-    return eos.density
 
 
 @implements(reference_sound_speed, Tillotson)

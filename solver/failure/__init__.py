@@ -10,7 +10,7 @@ failed carries no shear and no tension.
 
 from typing import NamedTuple
 
-from solver.jit import generic
+from solver.jit import generic, implements
 
 
 class FailureEntry(NamedTuple):
@@ -31,3 +31,9 @@ def grown_damage(failure, damage, plastic_strain, pressure, dt):
 @generic
 def floor_until_failure(failure, floor):
     """Lowest pressure in Pa that matter sustains until it fails, where the rule of tension says ``floor``."""
+
+
+@implements(floor_until_failure, object)
+def _(failure, floor):
+    """By default as the rule of tension says."""
+    return floor

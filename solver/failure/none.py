@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from solver.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.failure import FailureEntry, grown_damage
 from solver.jit import implements
 
 
@@ -18,8 +18,3 @@ FAILURE = FailureEntry("none", NoFailure)
 @implements(grown_damage, NoFailure)
 def _(failure, damage, plastic_strain, pressure, dt):
     return 0.0  # a constant, so that the compiler leaves out what a failed point does
-
-
-@implements(floor_until_failure, NoFailure)
-def _(failure, floor):
-    return floor

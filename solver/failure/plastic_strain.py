@@ -5,7 +5,7 @@ The simplest of the erosion criteria of impact codes; the limit depends on the m
 
 from typing import Annotated, NamedTuple
 
-from solver.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.failure import FailureEntry, grown_damage
 from solver.jit import implements
 from solver.units import Described, Dimensionless
 from solver.vectors import maximum, minimum
@@ -23,8 +23,3 @@ FAILURE = FailureEntry("plastic-strain", PlasticStrainLimit)
 @implements(grown_damage, PlasticStrainLimit)
 def _(failure, damage, plastic_strain, pressure, dt):
     return maximum(damage, minimum(plastic_strain / failure.strain, 1.0))
-
-
-@implements(floor_until_failure, PlasticStrainLimit)
-def _(failure, floor):
-    return floor

@@ -85,8 +85,6 @@ class Model:
     constants: Mapping[str, float | None]  # by the described fields of the model's record; SI
 
 
-Section = Stiffness | Thermal | Tension | Model
-
 # The sections of a material: the record of each, or the folder whose models it chooses from.
 SECTIONS: Mapping[str, type | tuple[str, str]] = {
     "elastic": Stiffness,

@@ -157,12 +157,12 @@ def test_points__come_to_every_branch() -> None:
     """Of copper's laws: each safeguard acts on some points and not on others, and some of them yield and fail."""
     matter = real_copper()._replace(failure=test_failure.copper("spall"))
     gradients, states = points(matter)
-    found = dict(zip(NAMES, one_by_one(matter, gradients, states), strict=True))
+    result = dict(zip(NAMES, one_by_one(matter, gradients, states), strict=True))
     cold = dict(zip(NAMES, one_by_one(real_copper(), gradients, states), strict=True))
     for name in ("molten", "unstable", "beyond", "sound floor"):
-        assert 0 < found[name].sum() < POINTS, name
+        assert 0 < result[name].sum() < POINTS, name
     assert 0 < cold["tension floor"].sum() < POINTS
-    slip = found["plastic strain"] > states[10]
+    slip = result["plastic strain"] > states[10]
     assert 0 < slip.sum() < POINTS
-    fails = (found["damage"] >= 1.0) & (states[12] < 1.0)
+    fails = (result["damage"] >= 1.0) & (states[12] < 1.0)
     assert 0 < fails.sum() < POINTS

@@ -163,8 +163,8 @@ def shock(
 
     sound = reference_sound_speed(eos)
     slowest = sound + least_slope * particle_speed
-    found: float = brentq(gap, slowest, 5.0 * sound, xtol=1e-9, rtol=1e-14)
-    return found, *behind(found)
+    result: float = brentq(gap, slowest, 5.0 * sound, xtol=1e-9, rtol=1e-14)
+    return result, *behind(result)
 
 
 def test_eos__brings_an_example() -> None:
@@ -328,6 +328,6 @@ def test_eos__pressure_and_energy_are_solved_for_together(eos: Any, trace: float
         heat = (temperature(eos, density, guess) - eos.temperature) / 1058.0
         floor = pressure_floor(RecoverableTension(1.9e9), min(max(heat, 0.0), 1.0))
         for known in (guess, 0.9 * guess, 1.1 * guess + 1e4):
-            found = max(solve_pressure(eos, after, known, expansion, guess, floor), floor)
-            expected = max(pressure(eos, after, known - 0.5 * found * expansion), floor)
-            assert math.isclose(found, expected, rel_tol=SOLVED, abs_tol=1.0), (share, guess, known)
+            result = max(solve_pressure(eos, after, known, expansion, guess, floor), floor)
+            expected = max(pressure(eos, after, known - 0.5 * result * expansion), floor)
+            assert math.isclose(result, expected, rel_tol=SOLVED, abs_tol=1.0), (share, guess, known)

@@ -1,4 +1,4 @@
-"""What every failure must do: never heal, stay within 0..1, leave no shear and no tension, and cost its work."""
+"""Every failure never heals, stays within 0..1, leaves no shear and no tension, and costs its work."""
 
 import math
 from typing import Any

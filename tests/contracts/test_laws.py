@@ -1,4 +1,4 @@
-"""What every law must do: reproduce a published number, broadcast, say its range."""
+"""Every law reproduces a published number, broadcasts and states its range."""
 
 import doctest
 import importlib
@@ -34,10 +34,10 @@ def module_of(law: Law) -> object:
 
 def formula_of(law: Law) -> Callable[..., np.ndarray]:
     """The bare formula: the public function whose name ends in ratio."""
-    found = inspect.getmembers(module_of(law), inspect.isfunction)
+    result = inspect.getmembers(module_of(law), inspect.isfunction)
     (formula,) = [
         one
-        for name, one in found
+        for name, one in result
         if name.endswith("_ratio")
         and name[0] != "_"
         and one.__module__ == f"studies.laws.{law.name}"

@@ -221,13 +221,13 @@ def test_scenario__is_observed_often_enough_to_be_seen_growing(scenario: Scenari
 def test_scenario__is_measured_at_its_start(scenario: Scenario) -> None:
     """Each measurement has a value or a reason before anything has happened."""
     setting = built(asked(scenario.name))
-    seen = scenario.watch.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenario.watch.view(setting, start(setting.problem, threads=1).snapshot())
     for one in scenario.measurements:
         measurement = measurements.load(one)
         if not measurement.follows:
-            reading = measurement.read(seen)
+            reading = measurement.read(view)
             assert math.isfinite(reading.value) or reading.flags
-    assert all(math.isfinite(number) for number in scenario.watch.numbers(seen).values())
+    assert all(math.isfinite(number) for number in scenario.watch.numbers(view).values())
 
 
 def test_scenario__says_how_well_it_is_resolved(scenario: Scenario) -> None:

@@ -1,4 +1,4 @@
-"""What every strength must do: stay positive, harden, return to its surface, dissipate, not care how it is turned."""
+"""Every strength stays positive, hardens, returns to its surface, dissipates, and is objective under rotation."""
 
 import math
 from typing import Any
@@ -184,23 +184,7 @@ def test_return__ends_on_the_surface_of_the_new_plastic_strain(
     stress, slip = returned(strength, trial, SHEAR_MODULUS, plastic_strain, rate, homologous)
     surface = yield_stress(strength, plastic_strain + slip, rate, homologous)
     assert abs(equivalent_stress(stress) - surface) <= 1.01 * RETURN_TOLERANCE * size
-
-
-@given(yielding, directions(), plastic_strains, rates, solid_temperatures, st.floats(1.0, 1e3))
-def test_return__moves_along_the_elastic_slope(
-    name: str,
-    direction: tuple[float, ...],
-    plastic_strain: float,
-    rate: float,
-    homologous: float,
-    beyond: float,
-) -> None:
-    """trial - 3 G slip is the stress."""
-    strength = copper(name)
-    size = beyond * yield_stress(strength, plastic_strain, rate, homologous)
-    stress, slip = returned(
-        strength, scaled(direction, size), SHEAR_MODULUS, plastic_strain, rate, homologous
-    )
+    # Along the elastic slope: trial - 3 G slip is the stress.
     gap = size - 3.0 * SHEAR_MODULUS * slip - equivalent_stress(stress)
     assert abs(gap) <= ROUND_OFF * size
 

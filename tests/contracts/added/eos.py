@@ -8,12 +8,7 @@ from solver.eos import (
     EosEntry,
     HeatCapacity,
     RoomTemperature,
-    below_range,
-    linear,
-    linearisations,
-    outside_range,
     pressure_terms,
-    reference_density,
     reference_sound_speed,
     sound_speed_squared,
     temperature,
@@ -35,8 +30,6 @@ class Murnaghan(NamedTuple):
 
 EOS = EosEntry("murnaghan", Murnaghan, Murnaghan)
 
-implements(linearisations, Murnaghan)(linear)
-
 
 @implements(pressure_terms, Murnaghan)
 def _(eos, density, energy):
@@ -53,21 +46,6 @@ def _(eos, density, energy):
     x, n = density / eos.density, eos.n
     cold = eos.K / (n * eos.density) * (power(x, n - 1.0) / (n - 1.0) + 1.0 / x - n / (n - 1.0))
     return eos.temperature + (energy - cold) / eos.heat_capacity
-
-
-@implements(outside_range, Murnaghan)
-def _(eos, density):
-    return False
-
-
-@implements(below_range, Murnaghan)
-def _(eos, density):
-    return False
-
-
-@implements(reference_density, Murnaghan)
-def _(eos):
-    return eos.density
 
 
 @implements(reference_sound_speed, Murnaghan)

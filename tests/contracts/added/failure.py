@@ -2,7 +2,7 @@
 
 from typing import Annotated, NamedTuple
 
-from solver.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.failure import FailureEntry, grown_damage
 from solver.jit import implements
 from solver.units import Described, Pascal
 from solver.vectors import where
@@ -20,8 +20,3 @@ FAILURE = FailureEntry("tension-limit", TensionLimit)
 @implements(grown_damage, TensionLimit)
 def _(failure, damage, plastic_strain, pressure, dt):
     return where(-pressure >= failure.tension, 1.0, damage)
-
-
-@implements(floor_until_failure, TensionLimit)
-def _(failure, floor):
-    return floor

@@ -105,13 +105,13 @@ def test_taylor_bar__has_at_the_start_the_size_that_was_asked_for(geometry: str)
     """Exactly, whatever the lattice: it is what the final size is measured against."""
     scenario = scenarios.load("taylor_bar")
     setting = built(asked("taylor_bar", geometry=geometry, bar_length=11.1e-3))
-    seen = scenario.watch.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenario.watch.view(setting, start(setting.problem, threads=1).snapshot())
     for name, size in (
         ("final_length", 11.1e-3),
         ("mushroom_diameter", DIAMETER),
         ("width_at_fifth", DIAMETER),
     ):
-        assert math.isclose(measurements.load(name).read(seen).value, size, rel_tol=1e-9)
+        assert math.isclose(measurements.load(name).read(view).value, size, rel_tol=1e-9)
 
 
 def test_taylor_bar__is_by_default_the_one_of_the_thesis() -> None:
@@ -192,18 +192,18 @@ def test_shocks__of_copper_on_copper_are_those_of_the_jump_conditions(
     speed: float, shock: float, pressure: float, density: float
 ) -> None:
     copper = materials.load("copper-ofhc")
-    found = shocks(copper, copper, speed)
-    assert math.isclose(found.interface, 0.5 * speed, rel_tol=ROUND_OFF)
-    assert math.isclose(found.pressure, pressure, rel_tol=1e-4)
+    result = shocks(copper, copper, speed)
+    assert math.isclose(result.interface, 0.5 * speed, rel_tol=ROUND_OFF)
+    assert math.isclose(result.pressure, pressure, rel_tol=1e-4)
     for side in range(2):
-        assert math.isclose(found.speeds[side], shock, rel_tol=1e-4)
-        assert math.isclose(found.densities[side], density, rel_tol=1e-4)
+        assert math.isclose(result.speeds[side], shock, rel_tol=1e-4)
+        assert math.isclose(result.densities[side], density, rel_tol=1e-4)
 
 
 def test_plates__end_before_any_shock_has_crossed_its_plate() -> None:
     run = asked("plate_impact", flyer="al-2024-t3", target_thickness=3e-3)
     problem = built(run).problem
     used = materials_of(run)
-    found = shocks(used["flyer"], used["target"], 2000.0)
-    crossed = [us * problem.end_time / l for us, l in zip(found.speeds, (4e-3, 3e-3), strict=True)]
+    result = shocks(used["flyer"], used["target"], 2000.0)
+    crossed = [us * problem.end_time / l for us, l in zip(result.speeds, (4e-3, 3e-3), strict=True)]
     assert math.isclose(max(crossed), CROSSED, rel_tol=1e-9)

@@ -67,19 +67,19 @@ def test_cubic__is_refused_where_its_curve_turns_down() -> None:
 def test_boiling__is_refused_without_melting_and_its_tension(
     scenario: str, name: str, value: Any
 ) -> None:
-    found = scenarios.load(scenario)
+    result = scenarios.load(scenario)
     asked = {
         one.name: {"speed": 4e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}.get(
             one.name, "copper-ofhc"
         )
-        for one in dataclasses.fields(found.parameters)
+        for one in dataclasses.fields(result.parameters)
         if one.default is dataclasses.MISSING
     }
     boiling: Materials = {"one": materials.load("copper-ofhc-tillotson")}
-    [finding] = check_boiling(found.parameters(**asked, **{name: value}), boiling)
+    [finding] = check_boiling(result.parameters(**asked, **{name: value}), boiling)
     assert finding.field == name
-    assert check_boiling(found.parameters(**asked, **{name: value}), ROLES) == []
-    assert check_boiling(found.parameters(**asked), boiling) == []
+    assert check_boiling(result.parameters(**asked, **{name: value}), ROLES) == []
+    assert check_boiling(result.parameters(**asked), boiling) == []
 
 
 def test_matter__has_the_strength_of_the_material_whatever_its_kind() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Radian
 from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import MaterialName, declared, describe, parse_parameters
+from studies.values.parameters import MaterialName, declared, parse_parameters
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,12 +98,6 @@ def test_parse_parameters__tells_everything_at_once() -> None:
         assert f"fixed.{name}" in message
 
 
-def test_parse_parameters__knows_the_materials_it_is_given() -> None:
-    assert "did you mean 'copper-ofhc'" in refused(
-        {**GIVEN, "target": "copper"}, materials=["copper-ofhc", "lead"]
-    )
-
-
 @dataclass(frozen=True, kw_only=True)
 class Bounded:
     """Fields whose bounds matter: one has more digits than a value keeps."""
@@ -133,11 +127,6 @@ def test_bound__of_an_angle_is_told_in_degrees(angle: str) -> None:
     assert finding.cure in [f"the nearest allowed value is {end} deg" for end in (0, 75)]
 
 
-@pytest.mark.parametrize("share", ["30 percent", "0.3 mm/mm"])
-def test_angle__is_no_share(share: str) -> None:
-    assert "an angle" in finding_of("angle", share).limit
-
-
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -157,13 +146,3 @@ def test_angle__is_no_share(share: str) -> None:
 def test_cure__of_a_plain_number_is_itself_allowed(name: str, value: Any) -> None:
     offer = finding_of(name, value).cure.split()[-1]
     assert name in parse_parameters(Bounded, {name: offer})
-
-
-def test_limit__of_a_whole_number_has_its_bounds() -> None:
-    assert finding_of("count", 2.5).limit == "a whole number from 1 to 6"
-
-
-def test_describe__is_plain() -> None:
-    (first, *_) = describe(declared(Shot).values())
-    assert first["name"] == "speed"
-    assert first["limit"] == "a speed from 1 m/s"

@@ -97,27 +97,12 @@ def test_filled__keeps_what_was_given() -> None:
     assert given.viscosity_quadratic == RECIPES["thesis"].viscosity_quadratic
 
 
-def test_filled__keeps_a_zero_that_was_given() -> None:
-    given = filled_numerics(Numerics(viscosity_linear=0.0))
-    assert RECIPES["whipple"].viscosity_linear > 0.0
-    assert given.viscosity_linear == 0.0
-
-
-def test_filled__twice_is_filled_once() -> None:
-    once = filled_numerics(Numerics())
-    assert filled_numerics(once) == once
-
-
 # Identity
 
 
 def test_identity__is_of_the_values_and_not_of_the_name() -> None:
     assert asked(recipe="thesis").id == asked(recipe="whipple", **chosen("thesis")).id
     assert asked(recipe="thesis").id != asked(recipe="whipple").id
-
-
-def test_identity__of_the_default_is_that_of_its_name() -> None:
-    assert asked().id == asked(recipe="whipple").id
 
 
 @pytest.mark.parametrize(
@@ -143,12 +128,6 @@ def test_identity__of_the_default_is_that_of_its_name() -> None:
 )
 def test_identity__changes_with_each_numerical_parameter(change: dict[str, Any]) -> None:
     assert asked(**change).id != asked().id
-
-
-def test_run__shows_the_recipe_and_its_values() -> None:
-    parameters = asked(recipe="thesis").parameters
-    assert parameters["recipe"] == "thesis"
-    assert parameters["courant"] == RECIPES["thesis"].courant
 
 
 # What the solver gets
@@ -208,20 +187,6 @@ def test_estimate__knows_the_shape_and_the_recipe() -> None:
 
 
 # Debris and grid
-
-
-@pytest.mark.parametrize(
-    ("change", "field"),
-    [
-        ({"debris": "drop"}, "debris"),
-        ({"uprange": 0.4}, "uprange"),
-        ({"downrange": 51.0}, "downrange"),
-        ({"beyond_edge": 0.0}, "beyond_edge"),
-    ],
-)
-def test_surroundings__out_of_bounds_are_refused(change: dict[str, Any], field: str) -> None:
-    with pytest.raises(InvalidInput, match=field):
-        asked(**change)
 
 
 def test_retirement__waits_longer_for_a_long_projectile() -> None:
@@ -284,26 +249,7 @@ def test_offset__of_a_whole_cell_changes_round_off_only(geometry: str) -> None:
         assert np.abs(one - other).max() < 1e-9 * np.abs(one).max()
 
 
-def test_offset__of_half_a_cell_is_seen(geometry: str) -> None:
-    aligned, shifted = (advanced(asked(geometry=geometry, offset=x), 60) for x in (0.0, 0.5))
-    for one, other in zip(by_number(aligned), by_number(shifted), strict=True):
-        assert np.abs(one - other).max() > 1e-6 * np.abs(one).max()
-
-
 # Accuracy
-
-
-def test_accuracy__presets_grow_and_refine_by_one_ratio() -> None:
-    assert list(ACCURACY) == ["draft", "standard", "fine"]
-    counts = [len(one.resolutions) * one.offsets for one in ACCURACY.values()]
-    assert counts == sorted(counts)
-    for one in ACCURACY.values():
-        pairs = zip(one.resolutions, one.resolutions[1:], strict=False)
-        ratios = {fine / coarse for coarse, fine in pairs}
-        assert len(ratios) <= 1
-        assert all(ratio > 1.3 for ratio in ratios)  # Celik et al. (2008)
-        assert one.offsets >= 1
-        assert one.meaning
 
 
 def test_accuracy__resolves_at_least_what_a_run_is_not_flagged_for() -> None:
