@@ -31,11 +31,12 @@ def entries(package: str, kind: str) -> Mapping[str, Any]:
 
 def points(package: str) -> EntryPoints:
     """Entry points by which other distributions add to a package."""
-    return _all_points().select(group=f"whipple.{package}")
+    group: EntryPoints = _all_points().select(group=f"whipple.{package}")
+    return group
 
 
 @cache
-def _all_points() -> EntryPoints:
+def _all_points() -> Any:
     return entry_points()
 
 

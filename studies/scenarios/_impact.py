@@ -166,7 +166,7 @@ class Impact(Numerics, Fracture, ImpactShot):
     """Parameters of every normal impact: the shot, what breaks, and then its numerics."""
 
 
-Parameters = TypeVar("Given", bound=Impact)
+Parameters = TypeVar("Parameters", bound=Impact)
 
 
 def filled(parameters: Parameters, **derived: float) -> Parameters:

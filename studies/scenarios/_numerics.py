@@ -101,7 +101,7 @@ class Numerics:
     ] = None
 
 
-Parameters = TypeVar("Given", bound=Numerics)
+Parameters = TypeVar("Parameters", bound=Numerics)
 
 
 def filled_numerics(parameters: Parameters) -> Parameters:

@@ -79,7 +79,7 @@ def use(folder: Path) -> dict[str, Any]:
 def table() -> dict[str, tuple[str, str, str]]:
     """Folder, ending and offered name of each kind in CONTRIBUTING's table."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    return {kind: tuple(rest) for kind, *rest in ROW.findall(text)}  # type: ignore[misc]
+    return {kind: tuple(rest) for kind, *rest in ROW.findall(text)}
 
 
 @pytest.fixture(scope="module")
