@@ -330,4 +330,8 @@ def test_eos__pressure_and_energy_are_solved_for_together(eos: Any, trace: float
         for known in (guess, 0.9 * guess, 1.1 * guess + 1e4):
             result = max(solve_pressure(eos, after, known, expansion, guess, floor), floor)
             expected = max(pressure(eos, after, known - 0.5 * result * expansion), floor)
-            assert math.isclose(result, expected, rel_tol=SOLVED, abs_tol=1.0), (share, guess, known)
+            assert math.isclose(result, expected, rel_tol=SOLVED, abs_tol=1.0), (
+                share,
+                guess,
+                known,
+            )
