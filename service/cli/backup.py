@@ -17,7 +17,6 @@ from pathlib import Path
 from service.files.artifacts import Artifacts, digest
 from service.files.data_directory import holding
 from service.queue import data_identity as identity
-from service.queue.orphans import files_from
 from service.records.jobs import Stored
 from service.records.settings import Settings
 from service.store import Store
@@ -26,6 +25,7 @@ from studies.values.errors import Finding, InvalidInput
 
 DATABASE = "whipple.db"
 PART = f".{DATABASE}.part"
+FILES_ON_A_PAGE = 1000
 
 
 @dataclass(frozen=True)
@@ -127,3 +127,12 @@ def _check(settings: Settings, out: Path) -> None:
         raise InvalidInput([Finding("OUT", str(out), "a folder that can be made", cure)]) from None
     if not os.access(out, os.W_OK):
         raise InvalidInput([Finding("OUT", str(out), "a folder to write to", "choose another one")])
+
+
+def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
+    """Every registered file of the jobs from ``id`` on, in their order, page by page."""
+    after = (id, "")
+    while page := store.files(after=after, limit=FILES_ON_A_PAGE):
+        yield from page
+        last, file = page[-1]
+        after = (last, file.name)

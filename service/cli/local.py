@@ -18,6 +18,7 @@ from service.records.fault_points import point
 from service.records.jobs import SWEEP_TERMINAL, Stored, StoreUnavailable, SweepRow, SweepState
 from service.records.settings import Settings
 from service.records.signals import Leaving, heeding
+from service.records.timings import DEFAULT, Timings
 from service.store import Store, digest_of
 from solver.errors import WhippleError
 from studies.sweeps.document import read_sweep_file
@@ -91,7 +92,9 @@ def run_sweep(
 
 
 @contextmanager
-def start_engine(settings: Settings, store: Store) -> "Iterator[Dispatcher]":
+def start_engine(
+    settings: Settings, store: Store, timings: Timings = DEFAULT
+) -> "Iterator[Dispatcher]":
     """Dispatcher and engine, at work on the store's queue until the end of the block; raises InvalidInput.
 
     With SQLite the data directory must be ours (``directory.holding``).
@@ -99,7 +102,7 @@ def start_engine(settings: Settings, store: Store) -> "Iterator[Dispatcher]":
     from service.execution import engine_of
     from service.queue.dispatcher import Dispatcher
 
-    dispatcher = Dispatcher(settings, store, open_engine=engine_of(settings))
+    dispatcher = Dispatcher(settings, store, open_engine=engine_of(settings), timings=timings)
     dispatcher.start()
     try:
         yield dispatcher

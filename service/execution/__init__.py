@@ -1,7 +1,7 @@
-"""What computes attempts: the protocol of an engine, and the engines that follow it.
+"""Engines, which compute attempts: the protocol, and the two that follow it.
 
-``protocol`` says what the dispatcher asks of an engine; ``local`` is the one of this machine, ``dask`` the one of a
-cluster (``dask_worker`` runs there). ``tests/contracts/test_engine.py`` runs over both.
+``protocol`` is what the dispatcher calls; ``local`` is the engine of this machine, ``dask`` that of a cluster
+(``dask_worker`` runs there). ``tests/contracts/test_engine.py`` runs over both. The command line opens an engine.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ CURE = "pip install 'whipple[cluster]', or leave the engine out: runs are then c
 
 
 def engine_of(settings: "Settings") -> "OpenEngine":
-    """What opens the engine that the settings ask for; raises MissingExtra."""
+    """The function that opens the engine of the settings; raises MissingExtra."""
     if settings.engine is None:
         from service.execution.local import LocalEngine
 
@@ -30,14 +30,14 @@ def engine_of(settings: "Settings") -> "OpenEngine":
 
 @dataclass(frozen=True)
 class Cluster:
-    """What answers at an address."""
+    """A scheduler and its workers."""
 
     address: str
     workers: Mapping[str, str]  # by address: why it gets no work; empty if it gets some
 
 
 def probe(settings: "Settings") -> Cluster:
-    """Ask the scheduler of the settings who works for it; raises OSError, MissingExtra."""
+    """Ask the scheduler of the settings for its workers; raises OSError, MissingExtra."""
     cluster: Cluster = _dask_for(settings).probe(settings)
     return cluster
 

@@ -1,8 +1,8 @@
-"""What makes a Dask worker a slot: it says what it computes with, and lets attempts leave when it must.
+"""A slot in a Dask worker: it describes the software that it computes with, and supervises attempts.
 
 A worker loads this module with ``--preload service.execution.dask_worker``. It then offers one unit of the resource
-``OFFER``, a name made of versions, and an attempt asks for one unit of its service's own: so work goes
-to workers that compute the same numbers, one attempt at a time, and to no other worker of the cluster.
+``OFFER``, a name made of versions, and an attempt asks for one unit of its service's own offer: so work goes to workers
+that compute the same numbers, one attempt at a time, and to no other worker of the cluster.
 """
 
 import platform
@@ -11,17 +11,18 @@ from importlib import metadata
 from typing import Any
 
 from service.records.attempt import Attempt, Ending
+from service.records.timings import DEFAULT
 from service.records.version import version
-from service.workers.supervisor import LEAVE_SECONDS, Supervisor
+from service.workers.supervisor import Supervisor
 from service.workers.warm import Slot
 from solver import PHYSICS_VERSION
 
-PROGRESS = "whipple-progress"  # topic under which workers tell the service
-SOFTWARE = "whipple-software"  # where a worker's description says what it computes with
+PROGRESS = "whipple-progress"  # topic of progress messages
+SOFTWARE = "whipple-software"  # entry of a worker's description
 
 
 def software() -> dict[str, str]:
-    """What decides the numbers, and what service and worker must share to understand each other."""
+    """Versions that decide the numbers, and that service and worker must share."""
     return {
         "whipple": version(),
         "physics": str(PHYSICS_VERSION),
@@ -33,62 +34,62 @@ def software() -> dict[str, str]:
 OFFER = "whipple " + " ".join(f"{name}={value}" for name, value in software().items())
 
 
-def differences(found: Mapping[str, str] | None) -> str:
-    """Why a worker that says this of itself gets no work; empty if it gets some."""
-    if found is None:
+def differences(offered: Mapping[str, str] | None) -> str:
+    """Why a worker with these versions gets no work; empty if it gets some."""
+    if offered is None:
         return f"it was started without --preload {__name__}"
     own = software()
-    names = [name for name in {**own, **found} if own.get(name) != found.get(name)]
-    return "; ".join(f"{name} {found.get(name)}, here {own.get(name)}" for name in names)
+    names = [name for name in {**own, **offered} if own.get(name) != offered.get(name)]
+    return "; ".join(f"{name} {offered.get(name)}, here {own.get(name)}" for name in names)
 
 
 _WORKERS: list[Any] = []  # of this process: one, unless a test starts more
 _SLOT = Slot()  # of this worker, which has one thread
-_UNDER_WAY: dict[str, Supervisor] = {}  # by key of the ticket
+_UNDER_WAY: dict[str, Supervisor] = {}  # by key of the attempt
 
 
 def dask_setup(worker: Any) -> None:
-    """Called in a worker before it tells the scheduler of itself."""
+    """Describe a worker before it registers with the scheduler; called by Dask."""
     _WORKERS.append(worker)
     worker.startup_information[SOFTWARE] = _describe
     worker.state.total_resources[OFFER] = worker.state.available_resources[OFFER] = 1.0
 
 
 def dask_teardown(worker: Any) -> None:
-    """Called in a worker that was told to end, or has lost its scheduler; it waits for its thread."""
+    """Let attempts leave a worker that ends or has lost its scheduler; called by Dask, which waits for the thread."""
     leave(list(_UNDER_WAY))
     _SLOT.close()
 
 
-def compute(ticket: Attempt) -> Ending:
-    """The task that an attempt is for Dask: runs in the one thread of a worker."""
+def compute(attempt: Attempt) -> Ending:
+    """Compute an attempt as a Dask task, in the one thread of a worker."""
     worker = _WORKERS[-1]
 
-    def tell(words: Mapping[str, Any]) -> None:
-        worker.log_event(PROGRESS, {"key": ticket.key, **words})
+    def send(progress: Mapping[str, Any]) -> None:
+        worker.log_event(PROGRESS, {"key": attempt.key, **progress})
 
-    supervisor = _UNDER_WAY[ticket.key] = Supervisor(ticket, tell)
+    supervisor = _UNDER_WAY[attempt.key] = Supervisor(attempt, send)
     try:
         return supervisor.run(_SLOT)
     finally:
-        del _UNDER_WAY[ticket.key]
+        del _UNDER_WAY[attempt.key]
 
 
-async def call(message: Callable[[list[str]], None], keys: list[str]) -> None:
-    """Called in the loop of a worker, while its thread supervises."""
-    message(keys)
+async def call(function: Callable[[list[str]], None], keys: list[str]) -> None:
+    """Call ``stop`` or ``leave`` in the loop of a worker, while its thread supervises."""
+    function(keys)
 
 
 def stop(keys: list[str]) -> None:
-    """Stop these attempts, as far as they are under way in this process."""
+    """Stop those of the attempts that are under way in this process."""
     for supervisor in _chosen(keys):
         supervisor.stop()
 
 
 def leave(keys: list[str]) -> None:
-    """Let them write a checkpoint and leave; one that has not left in time is stopped."""
+    """Let attempts write a checkpoint and leave; one that has not left in time is stopped."""
     for supervisor in _chosen(keys):
-        supervisor.leave(LEAVE_SECONDS)
+        supervisor.leave(DEFAULT.leave)
 
 
 def _chosen(keys: list[str]) -> list[Supervisor]:

@@ -9,7 +9,8 @@ from queue import SimpleQueue
 from typing import Any
 
 from service.records.attempt import Attempt, Ended, Ending, Inbox, ProgressMessage
-from service.workers.supervisor import LEAVE_SECONDS, STOP_SECONDS, Supervisor
+from service.records.timings import DEFAULT, Timings
+from service.workers.supervisor import Supervisor
 from service.workers.warm import Slot
 
 log = logging.getLogger(__name__)
@@ -18,8 +19,9 @@ log = logging.getLogger(__name__)
 class LocalEngine:
     """``protocol.Engine`` on this machine; its processes end with this one, however it ends."""
 
-    def __init__(self, workers: int, inbox: Inbox):
+    def __init__(self, workers: int, inbox: Inbox, timings: Timings = DEFAULT):
         self._inbox = inbox
+        self._timings = timings
         self._submitted: SimpleQueue[str | None] = SimpleQueue()  # keys; None ends a thread
         self._under_way: dict[str, Supervisor] = {}  # by key
         self._threads = [
@@ -30,64 +32,61 @@ class LocalEngine:
             thread.start()
 
     def slots(self) -> int:
-        """As many as there are threads."""
+        """The number of threads."""
         return len(self._threads)
 
-    def submit(self, ticket: Attempt) -> None:
+    def submit(self, attempt: Attempt) -> None:
         """Begin an attempt."""
 
-        def tell(progress: Mapping[str, Any]) -> None:
-            self._inbox.put(ProgressMessage(ticket.key, progress))
+        def send(progress: Mapping[str, Any]) -> None:
+            self._inbox.put(ProgressMessage(attempt.key, progress))
 
-        self._under_way[ticket.key] = Supervisor(ticket, tell)
-        self._submitted.put(ticket.key)
+        self._under_way[attempt.key] = Supervisor(attempt, send, self._timings)
+        self._submitted.put(attempt.key)
 
     def stop(self, keys: list[str]) -> None:
-        """Ask for the end of attempts; those that wait for a slot hear it too."""
+        """Ask for the end of attempts, also of those that wait for a slot."""
         under_way = self._under_way.copy()
         for key in keys:
             if key in under_way:
                 under_way[key].stop()
 
     def known(self) -> set[str]:
-        """Keys of the attempts under way; none of an earlier life, which ended with it."""
+        """Keys of the attempts under way; those of an earlier life ended with it."""
         return set(self._under_way.copy())
 
     def follow(self, key: str) -> None:
-        """An attempt that is not under way here is lost."""
+        """Report an attempt that is not under way here as lost."""
         if key not in self._under_way:
-            self._inbox.put(
-                Ended(key, Ending.lost("Gone", "the process that computed it has ended"))
-            )
+            ending = Ending.lost("Gone", "the process that computed it has ended")
+            self._inbox.put(Ended(key, ending))
 
     def forget(self, keys: list[str]) -> None:
-        """Nothing is kept of attempts that have ended."""
+        """Do nothing: ended attempts are forgotten already."""
 
-    def close(self, leave_seconds: float | None = LEAVE_SECONDS) -> None:
+    def close(self, leave_seconds: float | None) -> None:
         """End all processes; also with None, as they cannot outlive this one."""
-        seconds = LEAVE_SECONDS if leave_seconds is None else leave_seconds
-        end = time.monotonic() + seconds + STOP_SECONDS
+        seconds = self._timings.leave if leave_seconds is None else leave_seconds
+        end = time.monotonic() + seconds + self._timings.stop
         for supervisor in self._under_way.copy().values():
             supervisor.leave(seconds)
         for _ in self._threads:
             self._submitted.put(None)
         for thread in self._threads:
             thread.join(max(0.0, end - time.monotonic()))
-        left = sum(thread.is_alive() for thread in self._threads)
-        if left:
-            raise TimeoutError(f"{left} of {len(self._threads)} slots are still busy")
+        busy = sum(thread.is_alive() for thread in self._threads)
+        if busy:
+            raise TimeoutError(f"{busy} of {len(self._threads)} slots are still busy")
 
     def _work(self) -> None:
-        """One slot: attempt after attempt, until the engine closes."""
-        with closing(Slot()) as slot:
+        """Compute attempt after attempt in one slot, until the engine closes."""
+        with closing(Slot(self._timings.kill_wait)) as slot:
             while (key := self._submitted.get()) is not None:
-                ending = self._compute(key, slot)
+                try:
+                    ending = self._under_way[key].run(slot)
+                except Exception as error:  # whatever it is, the slot must serve the next attempt
+                    log.exception("%s could not be supervised", key)
+                    reason = f"it could not be supervised: {error}"
+                    ending = Ending.lost(type(error).__name__, reason)
                 del self._under_way[key]
                 self._inbox.put(Ended(key, ending))
-
-    def _compute(self, key: str, slot: Slot) -> Ending:
-        try:
-            return self._under_way[key].run(slot)
-        except Exception as error:  # whatever it is, the slot must serve the next attempt
-            log.exception("%s could not be supervised", key)
-            return Ending.lost(type(error).__name__, f"it could not be supervised: {error}")

@@ -1,4 +1,4 @@
-"""What the dispatcher asks of an engine."""
+"""The protocol of an engine, which the dispatcher calls."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -9,16 +9,16 @@ from service.records.attempt import Attempt, Inbox
 class Engine(Protocol):
     """Computes attempts in slots, one at a time in each.
 
-    It is opened with an inbox, where it puts ``Told`` (progress), ``Ended`` (exactly one for each attempt that was
+    It is opened with an inbox, where it puts ``ProgressMessage``, ``Ended`` (exactly one for each attempt that was
     submitted or followed, whatever happens), ``Away`` and ``Back``. The database row is the truth: an engine may lose
-    anything at any moment, and retries nothing. Methods that need somebody who is away raise OSError.
+    anything at any moment, and retries nothing. Methods raise OSError while the scheduler they need is away.
     """
 
     def slots(self) -> int:
         """Attempts that can be under way at once; 0 while the engine is away."""
         ...
 
-    def submit(self, ticket: Attempt) -> None:
+    def submit(self, attempt: Attempt) -> None:
         """Begin an attempt; ``Ended`` follows. More of them than slots wait for one another."""
         ...
 
@@ -31,15 +31,15 @@ class Engine(Protocol):
         ...
 
     def follow(self, key: str) -> None:
-        """Hear how an attempt of an earlier life ends; ``Ended`` follows, as lost if the engine does not have it."""
+        """Ask for the ending of an attempt of an earlier life: ``Ended``, as lost if the engine does not have it."""
         ...
 
     def forget(self, keys: list[str]) -> None:
-        """Their rows tell how these attempts ended: nothing more needs to be kept of them."""
+        """Forget attempts whose rows tell how they ended."""
         ...
 
     def close(self, leave_seconds: float | None) -> None:
-        """Let every attempt write a checkpoint and leave, within so many seconds; one that does not is stopped.
+        """Let every attempt write a checkpoint and leave, within so many seconds, and stop the others.
 
         Every process that the engine started has ended then; raises TimeoutError for those that have not. With None
         attempts go on where they can outlive this process: another service, or the next life of this one, finds them.

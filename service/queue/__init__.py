@@ -1,5 +1,5 @@
-"""The queue at work: dispatcher, term of its leader, attempts in flight, their results, and garbage collection.
+"""The queue at work: the dispatcher, its term as leader, verification and registration of results, garbage collection.
 
-The rows of the store are the truth; an engine of ``execution`` is asked to compute. Called by the interface and the
-command line, never by the store.
+The rows of the store are the truth; an engine of ``service.execution`` is asked to compute. The API and the command
+line call this room; the store never does.
 """

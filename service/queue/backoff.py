@@ -1,7 +1,6 @@
-"""Jobs that were lost again and again rest a while, each time longer: a loss costs a run nothing, but
-one that takes its worker along must not keep everybody busy.
+"""Backoff of jobs that are lost again and again: a loss costs a run nothing, but some runs take their worker along.
 
-Kept in memory: another service that takes over, or our next life, begins anew.
+Kept in memory: another leader, or the next life of this one, begins anew.
 """
 
 import time
@@ -9,11 +8,11 @@ from dataclasses import dataclass
 from itertools import islice
 
 from service.records.jobs import Claim
+from service.records.timings import DEFAULT, Timings
 
-FREE = 3  # losses in a row that are followed by no rest: a restart, a worker that was replaced
-FIRST_SECONDS, LONGEST_SECONDS = 10.0, 600.0
-DOUBLINGS = 10  # more than it takes to come from one to the other
-MOST = 500  # that are passed over at once; so many losses are the engine's matter, not the jobs'
+FREE_LOSSES = 3  # in a row: a restart, a worker that was replaced
+MOST_DOUBLINGS = 10  # more than lead from the first backoff to the longest
+MOST_DELAYED = 500  # jobs; that many losses are the engine's fault, not the jobs'
 
 
 @dataclass(frozen=True)
@@ -23,33 +22,36 @@ class _Loss:
     until: float  # monotonic
 
 
-class Rests:
-    """Who was lost how often, and rests until when."""
+class Backoff:
+    """Losses by job, and the time at which each may begin again."""
 
-    def __init__(self) -> None:
+    def __init__(self, timings: Timings = DEFAULT) -> None:
+        self._timings = timings
         self._losses: dict[str, _Loss] = {}
 
-    def lose(self, claim: Claim, step: int | None) -> float:
-        """Note a loss at a checkpoint; the seconds that the job will rest."""
-        before = self._losses.get(claim.id, _Loss(0, 0, 0.0))
+    def lose(self, lease: Claim, step: int | None) -> float:
+        """Note a loss behind the checkpoint of ``step``; the seconds for which the job is delayed."""
+        before = self._losses.get(lease.id, _Loss(0, 0, 0.0))
         furthest = max(step or 0, before.step)
         in_a_row = 1 if furthest > before.step else before.in_a_row + 1
         seconds = 0.0
-        if in_a_row > FREE:
-            seconds = min(LONGEST_SECONDS, FIRST_SECONDS * 2 ** min(in_a_row - FREE - 1, DOUBLINGS))
-        self._losses[claim.id] = _Loss(in_a_row, furthest, time.monotonic() + seconds)
+        if in_a_row > FREE_LOSSES:
+            doublings = min(in_a_row - FREE_LOSSES - 1, MOST_DOUBLINGS)
+            first, longest = self._timings.backoff_first, self._timings.backoff_longest
+            seconds = min(longest, first * 2**doublings)
+        self._losses[lease.id] = _Loss(in_a_row, furthest, time.monotonic() + seconds)
         return seconds
 
-    def rest(self, claim: Claim, seconds: float) -> None:
-        """Let a job rest so many seconds, however often it was lost."""
-        self._losses[claim.id] = _Loss(0, 0, time.monotonic() + seconds)
+    def delay(self, lease: Claim, seconds: float) -> None:
+        """Delay a job, however often it was lost."""
+        self._losses[lease.id] = _Loss(0, 0, time.monotonic() + seconds)
 
-    def end(self, claim: Claim) -> None:
-        """It ended in another way."""
-        self._losses.pop(claim.id, None)
+    def clear(self, lease: Claim) -> None:
+        """Forget the losses of a job that ended in another way."""
+        self._losses.pop(lease.id, None)
 
-    def resting(self) -> tuple[str, ...]:
-        """Jobs that should not be begun now."""
+    def delayed(self) -> tuple[str, ...]:
+        """Ids of the jobs that must not begin now."""
         now = time.monotonic()
-        found = (id for id, loss in self._losses.items() if loss.until > now)
-        return tuple(islice(found, MOST))
+        ids = (id for id, loss in self._losses.items() if loss.until > now)
+        return tuple(islice(ids, MOST_DELAYED))

@@ -1,7 +1,7 @@
 """The identity of the data directory: an id in a file there, and the same id in the database.
 
-Rows are of no use without their files. A service that worked in another directory (an empty folder where
-a disk is not mounted) would take every registered result for lost, so it neither starts nor leads there.
+Rows are of no use without their files. A service in another directory, such as an empty folder where a disk is not
+mounted, would take every registered result for lost, so it neither starts nor leads there.
 """
 
 import uuid
@@ -23,16 +23,16 @@ class WrongDirectory(WhippleError):
 
     def __init__(self, data: Path, what: str, cure: str):
         super().__init__(f"{data.absolute()}: {what}; {cure}")
-        self.what = what  # without the path, which is nobody's business over the network
+        self.what = what  # without the path, which stays inside the machine
         self.cure = cure
 
 
 def settle(settings: Settings, store: Store) -> None:
     """Give directory and database an id where neither has one; raises WrongDirectory where they differ."""
 
-    def choose(known: str | None) -> str | None:
-        if known is not None or read(settings.data) is not None:
-            return known
+    def choose(in_database: str | None) -> str | None:
+        if in_database is not None or read(settings.data) is not None:
+            return in_database
         if store.files(limit=1) and not (settings.data / RUNS).is_dir():
             what = "the data directory has no results, its database has some"
             raise WrongDirectory(settings.data, what, f"mount it, or {ADOPT}")
@@ -57,19 +57,19 @@ def check(settings: Settings, store: Store) -> None:
 
 
 def adopt(settings: Settings, store: Store) -> str:
-    """Let a directory that is there belong to the database; the id of both. The database's own one stays."""
+    """Let an existing directory belong to the database; the id of both, which is the database's if it has one."""
     if not settings.data.is_dir():
         cure = "mount it, or correct the path"
         raise InvalidInput([Finding("--data", str(settings.data), "a folder that is there", cure)])
 
-    def choose(known: str | None) -> str:
-        return write(settings.data, known or read(settings.data) or uuid.uuid4().hex)
+    def choose(in_database: str | None) -> str:
+        return write(settings.data, in_database or read(settings.data) or uuid.uuid4().hex)
 
     return str(store.choose_data_id(choose))
 
 
 def read(data: Path) -> str | None:
-    """The id of a directory; None: it has none, or is not there. Raises WrongDirectory."""
+    """The id of a directory; None: the directory or its id is missing. Raises WrongDirectory."""
     try:
         return (data / FILE).read_text(encoding="utf-8", errors="replace").strip()
     except FileNotFoundError:

@@ -1,107 +1,229 @@
-"""The care of the data directory: what no sweep keeps and what does not count goes, bit by bit.
+"""Garbage collection in the data directory: orphans and files that no sweep retains go, in small steps.
 
-Never what a row points to: a row forgets its file before the file goes. What was left behind by an
-attempt stays for ``retire_seconds``, so that somebody may look at its log, unless the disk is full.
-What needs no row to be written comes first: on a full disk none can be.
+The folder of a job's last attempt counts, and so does whatever a row points to: a row forgets its file before the file
+goes. The folder of a run or sweep that the store does not know stays: the directory may belong to another database, or
+be newer than a restored backup. What an attempt left stays for ``retire_seconds``, so that somebody may read its log,
+unless the disk is full. Orphans come first: on a full disk no row can be written.
 """
 
 import logging
+import re
 import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence, Set
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from enum import StrEnum
 from itertools import cycle, islice
+from pathlib import Path
 
-from service.files.artifacts import Artifacts
+from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
 from service.files.disk_space import Space
-from service.queue.orphans import Leftover, Leftovers, Why
-from service.records.jobs import Stored
+from service.records.jobs import KEPT_BY, TERMINAL, LastAttempt, State, Stored
 from service.records.settings import Settings
+from service.records.timings import DEFAULT, Timings
 from service.store import Store
 
 log = logging.getLogger(__name__)
 
-STEP_SECONDS = 0.04  # after which a step looks no further; whoever leads waits for it
-DROP_SECONDS = 0.01  # besides, for what no sweep keeps
-DRAFT_SECONDS = 600.0  # for which what is half-written stays: somebody may be at it, row or not
+ATTEMPT = re.compile(r"a(\d+)-[0-9a-f]+")
+SHARD = re.compile("[0-9a-f]{2}")
 SHARDS = [f"{number:02x}" for number in range(256)]
-REMOVED = 50  # files or folders that a step removes
-AT_ONCE = frozenset({Why.DELETED, Why.FORGOTTEN, Why.SPENT})
+MOST_REMOVED = 50  # files or folders, in a step
+FOLDERS_AT_ONCE = 50  # for which the store is asked together
+
+
+class Reason(StrEnum):
+    """Why a file or folder is an orphan."""
+
+    ATTEMPT = "an attempt that does not count"
+    TEMPORARY = "a temporary file"
+    TEMPORARY_IN_USE = "a temporary file of a run that is under way"
+    OLD_CHECKPOINT = "a checkpoint of a run that has a result"
+    CHECKPOINT = "a checkpoint of a run that ended without a result"
+    NOT_RETAINED = "no longer retained"
+    DELETED = "of a sweep that was deleted"
+    FORGOTTEN = "of a run that no sweep has had for long"
+
+
+AT_ONCE = frozenset({Reason.DELETED, Reason.FORGOTTEN, Reason.OLD_CHECKPOINT})
+
+
+@dataclass(frozen=True)
+class Orphan:
+    """A file or folder that does not count."""
+
+    path: Path
+    reason: Reason
+
+    def age(self) -> float:
+        """Seconds since something was written there."""
+        try:
+            newest = max(file.stat().st_mtime for file in (self.path, *self.path.glob("*")))
+        except OSError:  # it was removed just now
+            return 0.0
+        return time.time() - newest
+
+    def remove(self) -> None:
+        """Remove the file, or the folder with all it holds."""
+        if self.path.is_dir():
+            shutil.rmtree(self.path, ignore_errors=True)
+        else:
+            self.path.unlink(missing_ok=True)
 
 
 class GarbageCollector:
-    """Goes round the data directory in small steps."""
+    """Goes round the data directory."""
 
-    def __init__(self, settings: Settings, store: Store, artifacts: Artifacts, space: Space):
+    def __init__(
+        self,
+        settings: Settings,
+        store: Store,
+        artifacts: Artifacts,
+        space: Space,
+        timings: Timings = DEFAULT,
+    ):
         self._store = store
         self._artifacts = artifacts
         self._space = space
+        self._timings = timings
         self._retire_seconds = settings.retire_seconds
         self._forget_seconds = settings.forget_seconds
-        self._leftovers = Leftovers(store, artifacts)
-        self._round = self._leftovers.parts()
+        self._round = self._orphans()
         self._may_forget = True
         self._shards = cycle(SHARDS)
         self._shard = next(self._shards)
 
     def step(self) -> None:
-        """A bounded part of the work; called by whoever leads, between two claims."""
-        self._go_on(time.monotonic() + STEP_SECONDS)
-        self._drop(time.monotonic() + DROP_SECONDS)
+        """Do a bounded part of the work; called by the leader at some of its ticks."""
+        self._remove_orphans(time.monotonic() + self._timings.collection_step)
+        self._drop_files(time.monotonic() + self._timings.collection_drop)
         if self._may_forget:
-            self._may_forget = self._forget() == REMOVED
+            before = datetime.now(UTC) - timedelta(seconds=self._forget_seconds)
+            self._may_forget = self._store.forget_runs(before, MOST_REMOVED) == MOST_REMOVED
 
-    def _go_on(self, end: float) -> None:
-        """Remove what is left over, from where the last step ended."""
+    def _remove_orphans(self, end: float) -> None:
+        """Remove orphans, from where the last step ended."""
         removed = 0
         while True:
-            part = next(self._round, None)
-            if part is None:  # once round
-                self._round, self._may_forget = self._leftovers.parts(), True
+            batch = next(self._round, None)
+            if batch is None:  # once round
+                self._round, self._may_forget = self._orphans(), True
                 return
-            removed += self._remove_of(part, REMOVED - removed)
-            if removed == REMOVED or time.monotonic() > end:
+            due = (orphan for orphan in batch if self._is_due(orphan))
+            for orphan in [*islice(due, MOST_REMOVED - removed)]:
+                log.info("removed: %s (%s)", orphan.path, orphan.reason)
+                orphan.remove()
+                removed += 1
+            if removed == MOST_REMOVED or time.monotonic() > end:
                 return
 
-    def _remove_of(self, part: Iterator[Leftover], most: int) -> int:
-        """Remove what is due of it; how many these were."""
-        due = [*islice((one for one in part if self._is_due(one)), most)]
-        for leftover in due:
-            log.info("removed: %s (%s)", leftover.path, leftover.why)
-            _remove(leftover)
-        return len(due)
+    def _is_due(self, orphan: Orphan) -> bool:
+        """Whether an orphan may go now."""
+        if orphan.reason in AT_ONCE:
+            return True
+        if orphan.reason is Reason.TEMPORARY_IN_USE or not self._space.is_short():
+            return orphan.age() > self._retire_seconds
+        is_temporary = orphan.reason is Reason.TEMPORARY
+        return not is_temporary or orphan.age() > self._timings.temporary_file_age
 
-    def _drop(self, end: float) -> None:
-        """Remove registered files that no sweep keeps any more, in one shard after the other."""
+    def _drop_files(self, end: float) -> None:
+        """Remove registered files that no sweep retains, in one shard after the other."""
         files: tuple[tuple[str, Stored], ...] = ()
         while not files:
-            files = self._store.discardable(REMOVED, self._shard)
-            if len(files) < REMOVED:
+            files = self._store.discardable(MOST_REMOVED, self._shard)
+            if len(files) < MOST_REMOVED:
                 self._shard = next(self._shards)
             if time.monotonic() > end:
                 break
         for _, file in self._store.drop(files) if files else ():
             self._artifacts.path(file).unlink(missing_ok=True)
 
-    def _forget(self) -> int:
-        """Forget runs that no sweep has had for long; how many these were. Their files go later."""
-        before = datetime.now(UTC) - timedelta(seconds=self._forget_seconds)
-        return self._store.forget_runs(before, REMOVED)
+    # --- orphans ---------------------------------------------------------------------------------
 
-    def _is_due(self, leftover: Leftover) -> bool:
-        """Whether it may go now."""
-        if leftover.why in AT_ONCE:
-            return True
-        if leftover.why is Why.DRAFT or not self._space.is_short():
-            return leftover.age() > self._retire_seconds
-        return leftover.why is not Why.PART or leftover.age() > DRAFT_SECONDS
+    def _orphans(self) -> Iterator[Iterator[Orphan]]:
+        """All orphans, in batches that take a moment each."""
+        root = self._artifacts.root
+        for folders in _batches(_folders(root / SWEEPS, ID)):
+            yield self._of_sweeps(folders)
+        for shard in _folders(root / RUNS, SHARD):
+            for folders in _batches(_folders(shard, ID)):
+                yield self._of_runs(folders)
+
+    def _of_sweeps(self, folders: Sequence[Path]) -> Iterator[Orphan]:
+        """Deleted sweeps, and replaced publications; the youngest one may be under way."""
+        deleted = self._store.forgotten([folder.name for folder in folders])
+        for folder in folders:
+            if folder.name in deleted:
+                yield Orphan(folder, Reason.DELETED)
+            elif len(attempts := _attempts(folder)) > 1:
+                files = self._store.artifacts(folder.name)
+                counting = {self._artifacts.path(file).parent for file in files}
+                for attempt in attempts[:-1]:
+                    if counting and attempt not in counting:
+                        yield Orphan(attempt, Reason.ATTEMPT)
+
+    def _of_runs(self, folders: Sequence[Path]) -> Iterator[Orphan]:
+        """Orphans of runs that are neighbours in the order of ids: a few statements for all of them."""
+        ids = [folder.name for folder in folders]
+        attempts, registered = self._store.known_attempts(ids), self._registered(ids)
+        forgotten = self._store.forgotten_runs([id for id in ids if id not in attempts])
+        for folder in folders:
+            if folder.name in attempts:
+                yield from _of_run(folder, attempts[folder.name], registered[folder.name])
+            elif folder.name in forgotten:
+                yield Orphan(folder, Reason.FORGOTTEN)
+
+    def _registered(self, ids: Sequence[str]) -> Mapping[str, Set[Path]]:
+        """Files that rows of these runs point to."""
+        by_run: dict[str, set[Path]] = {id: set() for id in ids}
+        for id, file in self._store.files_between(ids[0], ids[-1]):
+            if id in by_run:
+                by_run[id].add(self._artifacts.root / file.path)
+        return by_run
 
 
-def _remove(leftover: Leftover) -> None:
-    if leftover.path.is_dir():
-        shutil.rmtree(leftover.path, ignore_errors=True)
-    else:
-        leftover.path.unlink(missing_ok=True)
+def _of_run(folder: Path, last: LastAttempt, registered: Set[Path]) -> Iterator[Orphan]:
+    """Orphans of one run: of its last attempt once that has ended, and all other attempts without registered files."""
+    last_name = name_of_attempt(last.attempt, last.token) if last.token else ""
+    has_ended = last.state in TERMINAL
+    for attempt in _attempts(folder):
+        if attempt.name != last_name:
+            if not any(file.is_relative_to(attempt) for file in registered):
+                yield Orphan(attempt, Reason.ATTEMPT)
+        elif has_ended:
+            for file in attempt.glob(PART):
+                yield Orphan(file, Reason.TEMPORARY)
+            for file in (attempt / name for name in KEPT_BY):
+                if file not in registered and file.exists():
+                    yield Orphan(file, Reason.NOT_RETAINED)
+    is_under_way = last.state in (State.RUNNING, State.CANCELLING)
+    for file in folder.glob(f".{CHECKPOINT}{PART}"):
+        yield Orphan(file, Reason.TEMPORARY_IN_USE if is_under_way else Reason.TEMPORARY)
+    if has_ended:
+        has_result = last.state is State.SUCCEEDED
+        for file in folder.glob(f"{CHECKPOINT}*"):
+            yield Orphan(file, Reason.OLD_CHECKPOINT if has_result else Reason.CHECKPOINT)
+
+
+def _attempts(folder: Path) -> list[Path]:
+    """The folders of attempts, the youngest last."""
+    matches = ((ATTEMPT.fullmatch(entry.name), entry) for entry in folder.glob("a*"))
+    return [
+        entry for _, entry in sorted((int(match[1]), entry) for match, entry in matches if match)
+    ]
+
+
+def _folders(parent: Path, name: re.Pattern[str]) -> list[Path]:
+    """The entries whose names match, in order."""
+    if not parent.is_dir():
+        return []
+    return sorted(entry for entry in parent.iterdir() if name.fullmatch(entry.name))
+
+
+def _batches(folders: Sequence[Path]) -> Iterator[Sequence[Path]]:
+    """The folders, so many at a time."""
+    return (folders[i : i + FOLDERS_AT_ONCE] for i in range(0, len(folders), FOLDERS_AT_ONCE))
 
 
 def forget_lost_states(store: Store, artifacts: Artifacts, sweep_id: str) -> None:

@@ -1,4 +1,4 @@
-"""What this service has given to its engine, and what came back of it."""
+"""Attempts in flight: given to the engine, and ended without their row knowing it yet."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -8,59 +8,60 @@ from service.records.attempt import Away, Back, Ended, Ending, Message, Progress
 from service.records.jobs import Cause, Claim
 
 
-class Attempts:
+class AttemptsInFlight:
     """Attempts by their keys; forgotten only when their rows tell how they ended."""
 
     def __init__(self) -> None:
-        self.given: set[str] = set()  # the engine has them from us
-        self.held: dict[str, Claim] = {}  # the ones whose rows are ours in this reign
+        self.submitted: set[str] = set()  # by us to the engine
+        self.leases: dict[str, Claim] = {}  # whose rows are ours in this term
         self.ended: dict[str, Ending] = {}  # not yet registered
-        self.told: dict[str, Mapping[str, Any]] = {}  # last progress, not yet written
+        self.progress: dict[str, Mapping[str, Any]] = {}  # the last, not yet written
         self.away: str | None = None  # why the engine cannot be asked
-        self.is_back = False  # it can again, and nobody has looked yet
+        self.is_back = False  # the engine can be asked again, and nobody has yet
 
-    def take(self, message: Message | None) -> bool:
-        """Note what the engine said; whether it needs a turn soon."""
-        if isinstance(message, ProgressMessage):
-            self.told[message.key] = message.progress
-            return False
-        if isinstance(message, Ended):
-            self.ended[message.key] = message.ending
-        elif isinstance(message, Away):
-            self.away = message.reason
-        elif isinstance(message, Back):
-            self.away, self.is_back = None, True
+    def receive(self, message: Message | None) -> bool:
+        """Note a message of the engine; whether it needs a tick soon."""
+        match message:
+            case ProgressMessage(key, progress):
+                self.progress[key] = progress
+                return False
+            case Ended(key, ending):
+                self.ended[key] = ending
+            case Away(reason):
+                self.away = reason
+            case Back():
+                self.away, self.is_back = None, True
         return True
 
     def under_way(self) -> set[str]:
         """Attempts that the engine has not ended."""
-        return self.given - self.ended.keys()
+        return self.submitted - self.ended.keys()
 
-    def hold(self, claim: Claim) -> None:
-        """Our row, and an attempt that the engine has, or is about to get."""
-        self.given.add(claim.key)
-        self.held[claim.key] = claim
+    def add(self, lease: Claim) -> None:
+        """Add an attempt of ours that the engine has, or is about to get."""
+        self.submitted.add(lease.key)
+        self.leases[lease.key] = lease
 
-    def find_lost(self, claim: Claim, ending: Ending) -> None:
-        """Our row, and an attempt of an earlier life that nobody has any more."""
-        self.held[claim.key] = claim
-        self.ended[claim.key] = ending
+    def add_lost(self, lease: Claim, reason: str) -> None:
+        """Add an attempt of an earlier life that the engine does not have."""
+        self.leases[lease.key] = lease
+        self.ended[lease.key] = Ending.lost("Lost", reason)
 
     def forget(self, key: str) -> None:
-        """The row has it."""
-        self.given.discard(key)
-        for known in (self.held, self.ended, self.told):
-            known.pop(key, None)
+        """Forget an attempt whose row tells how it ended."""
+        self.submitted.discard(key)
+        for by_key in (self.leases, self.ended, self.progress):
+            by_key.pop(key, None)
 
-    def excuse(self) -> None:
-        """What ended badly while its disk was away is lost: that says nothing about the run."""
+    def excuse_failures(self) -> None:
+        """Count what failed while the data directory was away as lost: the run is not at fault."""
         for key, ending in self.ended.items():
             if ending.cause in (Cause.ERROR, Cause.CRASH):
                 reason = f"the data directory was away: {ending.reason}"
                 self.ended[key] = replace(ending, cause=Cause.LOST, reason=reason)
 
     def clear(self) -> None:
-        """The engine is gone, with all it had."""
-        for known in (self.given, self.held, self.ended, self.told):
-            known.clear()
+        """Forget all attempts: the engine is closed."""
+        for keys in (self.submitted, self.leases, self.ended, self.progress):
+            keys.clear()
         self.away, self.is_back = None, False

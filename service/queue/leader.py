@@ -1,307 +1,332 @@
-"""The turns of the service that leads: rows and engine are compared, ends registered, slots filled.
+"""The leader's work: it reconciles rows with the engine, registers what ended and fills free slots.
 
-The row is the truth: what this object remembers is only which attempts it has given to the engine.
-Whatever is lost on the way is found when the two are compared.
+The row is the truth: this object remembers only which attempts it has given to the engine. What is lost on the way is
+found when rows and engine are compared.
 """
 
 import logging
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any
 
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
 from service.queue.garbage_collection import GarbageCollector
-from service.queue.in_flight import Attempts
+from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
-from service.queue.tickets import Tickets
-from service.queue.verification import WAIT_SECONDS, Inspector, Looks
-from service.records.attempt import Ending
+from service.queue.verification import Verification
+from service.records.attempt import Attempt, Ending
 from service.records.fault_points import point
-from service.records.jobs import Claim, State, StoreUnavailable
+from service.records.jobs import Claim, Kind, State, StoreUnavailable
 from service.records.logs import about
 from service.records.settings import Settings
+from service.records.timings import Timings
 from service.store import Store
 
 log = logging.getLogger(__name__)
 
-REFUSED_SECONDS = 5.0  # after an attempt that could not be given to the engine
-STUMBLED_SECONDS = 5.0  # before an end that could not be brought into its row is looked at again
-STUMBLES = 3  # of one end, until it is given up
-LAST_LOOK_SECONDS = 2.0  # at what attempts left, when the service stops; our next life looks again
+MOST_REGISTRATIONS = 3  # tries to register one ending, until its job fails
 NO_WORKER = "there is no worker"
 REFUSED = "the engine takes no work; see the log"
-PROGRESS_SECONDS = 1.0  # between two writes of progress
+UNKNOWN = "unknown"  # which reason the store has: another leader may have written one
 
 
 @dataclass(frozen=True)
-class _Stumbled:
-    """An end that could not be brought into its row."""
+class _Failure:
+    """An ending that could not be registered."""
 
     times: int
-    not_before: float  # monotonic
+    not_before: float  # monotonic: of the next try
 
 
-@dataclass(frozen=True)
-class Parts:
-    """What every reign works with."""
+class Leader:
+    """Reconciles rows and engine during its terms; leases of earlier terms are foreign until adopted."""
 
-    settings: Settings
-    store: Store
-    artifacts: Artifacts
-    space: Space
-    tickets: Tickets
-    inspector: Inspector
-    registrar: Registrar
-    care: GarbageCollector
-
-    @classmethod
-    def of(cls, settings: Settings, store: Store) -> Self:
-        """The parts for a store and its data directory."""
-        artifacts = Artifacts(settings.data)
-        space = Space(settings.data, settings.disk_reserve)
-        return cls(
-            settings=settings,
-            store=store,
-            artifacts=artifacts,
-            space=space,
-            tickets=Tickets(settings, store, artifacts),
-            inspector=Inspector(artifacts),
-            registrar=Registrar(store, artifacts, space),
-            care=GarbageCollector(settings, store, artifacts, space),
-        )
-
-
-class Reign:
-    """An epoch, while it lasts; claims of earlier ones, our own included, are foreign to it."""
-
-    def __init__(self, epoch: int, parts: Parts, engine: Engine, attempts: Attempts, looks: Looks):
-        self.epoch = epoch
-        self._parts = parts
-        self._store = parts.store
-        self._engine = engine
-        self._attempts = attempts
-        self._looks = looks
-        self._attempts.held.clear()
-        parts.registrar.refused.clear()
-        self._compared = self._written = self._refused = -math.inf  # monotonic
-        self._stumbled: dict[str, _Stumbled] = {}  # ends that could not be settled
+    def __init__(
+        self, settings: Settings, store: Store, *, wake: Callable[[], None], timings: Timings
+    ):
+        self._settings = settings
+        self._store = store
+        self._timings = timings
+        self._artifacts = Artifacts(settings.data)
+        self._space = Space(settings.data, settings.disk_reserve)
+        self._registrar = Registrar(store, self._artifacts, self._space, timings)
+        self._collector = GarbageCollector(settings, store, self._artifacts, self._space, timings)
+        self.verification = Verification(self._artifacts, wake, timings)
+        self.in_flight = AttemptsInFlight()
+        self.term: int | None = None
+        self.is_superseded = False  # a younger term began: this one claims and adopts nothing more
         self.slots = 0  # attempts that can be under way at once
-        self.has_ended = False  # a younger one began: this one claims and adopts nothing any more
-        self.hindrance: str | None = None  # why nothing is begun
+        self.blocked_reason: str | None = None  # why no job begins
+        self._stored_reason: str | None = UNKNOWN
+        self._engine: Engine
+        self._reset()
 
-    def turn(self) -> None:
-        """Bring rows and engine together; what makes room is removed even if no row can be written."""
-        claimed = self._store.claimed()
-        self.slots = self._engine.slots()
-        is_due = self._is_due()
+    def _reset(self) -> None:
+        self._compared = self._written = self._refused = -math.inf  # monotonic
+        self._failures: dict[str, _Failure] = {}  # by key
+
+    def begin_term(self, term: int, engine: Engine) -> None:
+        """Begin a term of leadership with an engine that is open."""
+        self._reset()
+        self.in_flight.leases.clear()
+        self._registrar.refused.clear()
+        self._engine, self.term, self.is_superseded, self.slots = engine, term, False, 0
+
+    def end_term(self) -> None:
+        """End the term; attempts go on."""
+        self.term, self.is_superseded, self._stored_reason = None, False, UNKNOWN
+
+    def reconcile(self) -> None:
+        """Bring rows and engine together; garbage is collected even if no row can be written."""
+        assert self.term is not None
         try:
-            if is_due:
-                self._compare(claimed)
-            self._stop_unwanted(claimed)
-            self._register_all(seconds=WAIT_SECONDS)
-            self._fill()
-            self._write_progress()
+            leases = self._store.claimed()
+            self.slots = self._engine.slots()
+            late = time.monotonic() - self._compared >= self._settings.reconcile_seconds
+            is_due = late or self.in_flight.is_back
+            try:
+                if is_due:
+                    self._compare(leases, self.term)
+                self._stop_unwanted(leases)
+                self._register(wait=self._timings.verification_wait)
+                self._fill(self.term)
+                self._write_progress()
+            finally:
+                self.blocked_reason = self._why_nothing_begins() or self._why_no_run_begins()
+                if is_due:
+                    self._collector.step()
         finally:
-            self.hindrance = self._why_not() or self._refusal()
-            if is_due:
-                self._parts.care.step()
+            self._store_blocked_reason()
 
-    def settle(self, *, is_over: bool) -> None:
-        """Register what ended while the engine closes; once that is over, queue the rest again."""
+    def register_last(self, *, is_over: bool) -> None:
+        """Register what ends while the engine closes; once it ``is_over``, queue the rest again."""
+        if self.term is None:
+            return
         if is_over:
             stopped = Ending.lost("Lost", "the service was stopped")
-            for key in self._attempts.held:
-                self._attempts.ended.setdefault(key, stopped)
-            self._stumbled.clear()
-        self._register_all(seconds=LAST_LOOK_SECONDS if is_over else WAIT_SECONDS)
+            for key in self.in_flight.leases:
+                self.in_flight.ended.setdefault(key, stopped)
+            self._failures.clear()
+        timings = self._timings
+        self._register(
+            wait=timings.last_verification_wait if is_over else timings.verification_wait
+        )
+        if is_over:
+            self.blocked_reason = None
+            self._store_blocked_reason()
 
-    def _is_due(self) -> bool:
-        """Whether it is time to compare: at the begin, every few seconds, when the engine is back."""
-        late = time.monotonic() - self._compared >= self._parts.settings.reconcile_seconds
-        return late or self._attempts.is_back
+    def close(self) -> None:
+        """End the threads of the verification."""
+        self.verification.close()
 
     # --- rows and engine compared ----------------------------------------------------------------
 
-    def _compare(self, claimed: tuple[Claim, ...]) -> None:
-        """Every running row is under way here, adopted, finished, or put back into the queue.
+    def _compare(self, leases: tuple[Claim, ...], term: int) -> None:
+        """Adopt, or mark as lost, each running row that is not under way here.
 
-        While the engine is away, nobody knows what is under way there, so nothing is decided.
+        While the engine is away its attempts are unknown, so none is marked as lost.
         """
-        self.has_ended = self._store.queue().epoch > self.epoch
+        self.is_superseded = self._store.queue().epoch > term
         known = self._known()
-        for claim in claimed:
-            if claim.key in self._attempts.held:
+        for lease in leases:
+            if lease.key in self.in_flight.leases:
                 continue
-            if claim.key in self._attempts.given or claim.key in (known or ()):
-                self._adopt(claim)
+            if lease.key in self.in_flight.submitted or lease.key in (known or ()):
+                self._adopt(lease, term)
             elif known is not None:
-                self._attempts.find_lost(claim, Ending.lost("Lost", "the service was gone"))
-        self._follow_strangers((known or set()) - self._attempts.given, claimed)
-        self._compared, self._attempts.is_back = time.monotonic(), False
-
-    def _follow_strangers(self, known: set[str], claimed: tuple[Claim, ...]) -> None:
-        """Attempts that the engine has from our earlier lives, and that no row counts on any more.
-
-        They may hold a worker, so they are stopped and forgotten as others that no row wants.
-        """
-        counted = {claim.key for claim in claimed}
-        for key in sorted(known - counted):
-            if self._parts.artifacts.has_attempt(key):
+                self.in_flight.add_lost(lease, "the service was gone")
+        # Attempts of our earlier lives that no row counts on may hold a worker: follow them, so that they are stopped.
+        wanted = self.in_flight.submitted | {lease.key for lease in leases}
+        for key in sorted((known or set()) - wanted):
+            if self._artifacts.has_attempt(key):
                 self._follow(key)
+        self._compared, self.in_flight.is_back = time.monotonic(), False
 
     def _known(self) -> set[str] | None:
-        """What the engine has, also of earlier lives; None: it cannot be asked."""
-        if self._attempts.away is None:
+        """Attempts that the engine has, also of earlier lives; None: it cannot be asked."""
+        if self.in_flight.away is None:
             with suppress(OSError):
                 return self._engine.known()
         return None
 
-    def _adopt(self, claim: Claim) -> None:
-        """Go on with an attempt of an earlier reign that the engine still has."""
-        if claim.key not in self._attempts.given and not self._follow(claim.key):
+    def _adopt(self, lease: Claim, term: int) -> None:
+        """Go on with an attempt of an earlier term that the engine still has."""
+        if lease.key not in self.in_flight.submitted and not self._follow(lease.key):
             return
-        adopted = self._store.adopt(claim, self.epoch)
+        adopted = self._store.adopt(lease, term)
         if adopted is not None:  # else it is stopped, as one that no row wants
-            log.info("%s is adopted", claim.key, extra=about(claim))
-            self._attempts.hold(adopted)
+            log.info("%s is adopted", lease.key, extra=about(lease))
+            self.in_flight.add(adopted)
 
     def _follow(self, key: str) -> bool:
-        """Hear how an attempt of an earlier life ends; whether the engine could be asked."""
+        """Ask the engine for the ending of an attempt of an earlier life; False: the engine is away."""
         try:
             self._engine.follow(key)
         except OSError:
-            return False  # away again; looked at when it is back
-        self._attempts.given.add(key)
+            return False
+        self.in_flight.submitted.add(key)
         return True
 
-    def _stop_unwanted(self, claimed: tuple[Claim, ...]) -> None:
-        """Ask the engine to stop what no running row wants; asked at each turn until it ends."""
-        wanted = {claim.key for claim in claimed if claim.state is State.RUNNING}
-        unwanted = self._attempts.under_way() - wanted
+    def _stop_unwanted(self, leases: tuple[Claim, ...]) -> None:
+        """Ask the engine to stop what no running row wants, at each tick until it has ended."""
+        wanted = {lease.key for lease in leases if lease.state is State.RUNNING}
+        unwanted = self.in_flight.under_way() - wanted
         if unwanted:
             with suppress(OSError):  # away; asked again when it is back
                 self._engine.stop(sorted(unwanted))
 
-    # --- what came back --------------------------------------------------------------------------
+    # --- what ended ------------------------------------------------------------------------------
 
-    def _register_all(self, *, seconds: float) -> None:
-        """Bring every ended attempt into its row; it is forgotten only when the row has it.
-
-        What takes longer than so many seconds to look at is registered at a later turn.
-        """
-        due = self._due()
-        self._looks.begin(due, seconds=seconds)
-        settled: list[str] = []
-        try:
-            for key in list(self._attempts.ended):
-                claim = self._attempts.held.get(key)
-                if claim is None or (key in due and self._is_settled(claim)):
-                    self._attempts.forget(key)  # its row has it, or no row waits for it
-                    self._looks.forget(key)
-                    self._stumbled.pop(key, None)
-                    settled.append(key)
-        finally:
-            if settled:
-                self._engine.forget(settled)
-
-    def _due(self) -> dict[str, tuple[Claim, Ending]]:
-        """Ends that should be brought into their rows now."""
-        now, held = time.monotonic(), self._attempts.held
-        return {
-            key: (held[key], ending)
-            for key, ending in self._attempts.ended.items()
-            if key in held and (key not in self._stumbled or self._stumbled[key].not_before < now)
+    def _register(self, *, wait: float) -> None:
+        """Register every ending whose verification is done within ``wait`` seconds; the others at a later tick."""
+        now, flight = time.monotonic(), self.in_flight
+        due = {
+            key: (flight.leases[key], ending)
+            for key, ending in flight.ended.items()
+            if key in flight.leases
+            and (key not in self._failures or self._failures[key].not_before < now)
         }
-
-    def _is_settled(self, claim: Claim) -> bool:
-        """Bring an end into its row, if it is known; one for which that fails must not hold up the others."""
+        self.verification.begin(due, seconds=wait)
+        done: list[str] = []
         try:
-            found = self._looks.take(claim.key)
-            if found is None:
+            for key in list(flight.ended):
+                lease = flight.leases.get(key)
+                if lease is None or (key in due and self._is_registered(lease)):
+                    flight.forget(key)
+                    self.verification.forget(key)
+                    self._failures.pop(key, None)
+                    done.append(key)
+        finally:
+            if done:
+                self._engine.forget(done)
+
+    def _is_registered(self, lease: Claim) -> bool:
+        """Register an ending that is verified; a failure must not hold up the others."""
+        try:
+            verified = self.verification.take(lease.key)
+            if verified is None:
                 return False
-            self._parts.registrar.settle(claim, found)
+            self._registrar.register(lease, verified)
         except StoreUnavailable:
-            raise  # nor could the others
+            raise  # the others would fail too
         except Exception as error:
-            return self._is_given_up(claim, error)
+            return self._is_given_up(lease, error)
         return True
 
-    def _is_given_up(self, claim: Claim, error: Exception) -> bool:
-        """Note that an end could not be brought into its row; after some tries the job has failed."""
-        log.exception("%s could not be settled", claim.key, extra=about(claim))
-        times = self._stumbled.get(claim.key, _Stumbled(0, 0.0)).times + 1
-        self._stumbled[claim.key] = _Stumbled(times, time.monotonic() + STUMBLED_SECONDS)
-        if times < STUMBLES:
+    def _is_given_up(self, lease: Claim, error: Exception) -> bool:
+        """Note that an ending could not be registered; after some tries its job fails."""
+        log.exception("the ending of %s could not be registered", lease.key, extra=about(lease))
+        times = self._failures.get(lease.key, _Failure(0, 0.0)).times + 1
+        retry = time.monotonic() + self._timings.registration_retry
+        self._failures[lease.key] = _Failure(times, retry)
+        if times < MOST_REGISTRATIONS:
             return False
-        with suppress(Exception):  # not even that; it is tried again
-            self._parts.registrar.abandon(claim, error)
+        with suppress(Exception):  # tried again later
+            self._registrar.abandon(lease, error)
             return True
         return False
 
     def _write_progress(self) -> None:
-        """At most so often: one transaction for all runs."""
-        now, attempts = time.monotonic(), self._attempts
-        if not attempts.told or now - self._written < PROGRESS_SECONDS:
+        """Write the progress of all runs in one transaction, and not at every tick."""
+        now, flight = time.monotonic(), self.in_flight
+        if not flight.progress or now - self._written < self._timings.progress_interval:
             return
         self._written = now
         news = [
-            (claim, words)
-            for key, words in attempts.told.items()
-            if (claim := attempts.held.get(key)) is not None
+            (flight.leases[key], progress)
+            for key, progress in flight.progress.items()
+            if key in flight.leases
         ]
-        attempts.told.clear()
-        self._store.progress([_progress(claim, words) for claim, words in news])
+        flight.progress.clear()
+        self._store.progress([_progress_row(lease, progress) for lease, progress in news])
         self._store.checkpointed(
-            [(claim, words["checkpoint"]) for claim, words in news if "checkpoint" in words]
+            [
+                (lease, progress["checkpoint"])
+                for lease, progress in news
+                if "checkpoint" in progress
+            ]
         )
 
     # --- what begins -----------------------------------------------------------------------------
 
-    def _fill(self) -> None:
+    def _fill(self, term: int) -> None:
         """Give the engine as many attempts as it has free slots."""
-        free = self.slots - len(self._attempts.under_way())
-        if free <= 0 or self._why_not() is not None:
+        free = self.slots - len(self.in_flight.under_way())
+        if free <= 0 or self._why_nothing_begins() is not None:
             return
-        resting = self._parts.registrar.rests.resting()
-        is_refused = self._refusal() is not None
-        claims = self._store.claim(free, self.epoch, publications_only=is_refused, resting=resting)
-        under_way = len(self._attempts.under_way()) + len(claims)
-        threads = self._parts.settings.threads_of_a_run(workers=self.slots, runs=max(1, under_way))
-        for claim in claims:
+        leases = self._store.claim(
+            free,
+            term,
+            publications_only=self._why_no_run_begins() is not None,
+            resting=self._registrar.backoff.delayed(),
+        )
+        runs = len(self.in_flight.under_way()) + len(leases)
+        threads = self._settings.threads_of_a_run(workers=self.slots, runs=max(1, runs))
+        for lease in leases:
             point("claim-after-commit")
-            self._attempts.hold(claim)
-            self._submit(claim, threads)
+            self.in_flight.add(lease)
+            self._submit(lease, threads)
 
-    def _why_not(self) -> str | None:
-        """Why nothing is begun, whatever there is in the queue."""
-        if self._attempts.away is not None:
-            return self._attempts.away
-        if time.monotonic() - self._refused < REFUSED_SECONDS:
+    def _why_nothing_begins(self) -> str | None:
+        if self.in_flight.away is not None:
+            return self.in_flight.away
+        if time.monotonic() - self._refused < self._timings.engine_retry:
             return REFUSED
-        return NO_WORKER if self.slots == 0 else self._parts.space.shortage()
+        return NO_WORKER if self.slots == 0 else self._space.shortage()
 
-    def _refusal(self) -> str | None:
-        """Why no run is begun though publications are: too many results are lost."""
-        return next(iter(self._parts.registrar.refused.values()), None)
+    def _why_no_run_begins(self) -> str | None:
+        """Why publications begin and runs do not: too many results are lost."""
+        return next(iter(self._registrar.refused.values()), None)
 
-    def _submit(self, claim: Claim, threads: int) -> None:
+    def _store_blocked_reason(self) -> None:
+        """Tell every service that shares the store why nothing begins, when that changes."""
+        if self.blocked_reason != self._stored_reason:
+            self._store.hinder(self.blocked_reason, self.term)
+            self._stored_reason = self.blocked_reason
+
+    def _submit(self, lease: Claim, threads: int) -> None:
         try:
-            self._engine.submit(self._parts.tickets.write(claim, threads=threads))
+            self._engine.submit(self._attempt(lease, threads))
         except Exception as error:  # whatever it is, the attempt is not under way
-            log.exception("%s could not be given to the engine", claim.key, extra=about(claim))
-            self._attempts.ended[claim.key] = Ending.lost(
-                "Lost", f"{type(error).__name__}: {error}"
-            )
+            log.exception("%s could not be given to the engine", lease.key, extra=about(lease))
+            reason = f"{type(error).__name__}: {error}"
+            self.in_flight.ended[lease.key] = Ending.lost("Lost", reason)
             self._refused = time.monotonic()
         point("claim-after-submit")
 
+    def _attempt(self, lease: Claim, threads: int) -> Attempt:
+        """The attempt of a lease; the folder above its own exists, so a worker that misses it lacks the disk."""
+        directory = self._artifacts.attempt_directory(lease)
+        self._artifacts.make_folder(directory.parent)
+        is_run = lease.kind is Kind.RUN
+        return Attempt(
+            key=lease.key,
+            kind=lease.kind,
+            directory=str(directory),
+            spec=lease.spec if is_run else self._publication(lease),
+            seconds_limit=self._settings.run_seconds_limit,
+            targets=self._settings.targets_module,
+            run=lease.id if is_run else None,
+            keep=lease.keep,
+            checkpoint=str(self._artifacts.checkpoint(lease.id)) if is_run else None,
+            memory_limit=self._settings.memory_of_a_run,
+            threads=threads,
+        )
 
-def _progress(
-    claim: Claim, words: Mapping[str, Any]
+    def _publication(self, lease: Claim) -> Mapping[str, Any]:
+        """The sweep document and the outcomes of its runs, from which cube and report are made."""
+        assert lease.sweep_id is not None
+        document, outcomes = self._store.question(lease.sweep_id)
+        root = self._artifacts.root
+        return {"document": document, "outcomes": [outcome.as_json(root) for outcome in outcomes]}
+
+
+def _progress_row(
+    lease: Claim, progress: Mapping[str, Any]
 ) -> tuple[Claim, float, float, Mapping[str, Any]]:
-    return claim, float(words.get("fraction") or 0.0), float(words["seconds"]), words
+    return lease, float(progress.get("fraction") or 0.0), float(progress["seconds"]), progress

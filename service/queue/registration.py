@@ -1,4 +1,4 @@
-"""What an attempt left becomes a row: its result, another try, or its failure."""
+"""Registration: a verified ending becomes a result in the rows, another attempt, or a failure."""
 
 import logging
 from dataclasses import replace
@@ -6,81 +6,86 @@ from dataclasses import replace
 from service.files.artifacts import LOG, Artifacts
 from service.files.disk_space import Space, is_want_of_space
 from service.files.lost_results import TooManyLost
-from service.queue.backoff import Rests
-from service.queue.verification import Found
+from service.queue.backoff import Backoff
+from service.queue.verification import VerifiedEnding
 from service.records.attempt import Ending, legible
 from service.records.fault_points import point
 from service.records.jobs import Cause, Claim, State, Stored, crashes_before, may_try_again
 from service.records.logs import about
+from service.records.timings import Timings
 from service.store import Store
 
 log = logging.getLogger(__name__)
 
-REFUSED_SECONDS = 60.0  # until a publication that lost too many results looks for them again
-
 
 class Registrar:
-    """Brings ended attempts into their rows; after it, an attempt is over whatever happens."""
+    """Registers ended attempts; after it, an attempt is over whatever happens."""
 
-    def __init__(self, store: Store, artifacts: Artifacts, space: Space):
-        self.rests = Rests()
+    def __init__(self, store: Store, artifacts: Artifacts, space: Space, timings: Timings):
+        self.backoff = Backoff(timings)
         self.refused: dict[str, str] = {}  # by publication: why its lost results are not forgotten
         self._store = store
         self._artifacts = artifacts
         self._space = space
+        self._timings = timings
 
-    def settle(self, claim: Claim, found: Found) -> None:
-        """One ended attempt; raises StoreUnavailable when it has to be tried again later."""
-        ending = found.ending
-        if not found.losses:
-            self.refused.pop(claim.id, None)
+    def register(self, lease: Claim, verified: VerifiedEnding) -> None:
+        """Register one ended attempt; raises StoreUnavailable when it has to be tried again later."""
+        ending = verified.ending
+        if not verified.losses:
+            self.refused.pop(lease.id, None)
         if ending.cause is None:
-            counts = self._register(claim, found)
-        elif found.losses:
-            counts = self._lose(claim, found)
+            counts = self._succeed(lease, verified)
+        elif verified.losses:
+            counts = self._lose_results(lease, verified)
         else:
-            ending = self._excused(ending)
-            counts = self._give_up(claim, ending, found.files)
+            ending = self._excuse_full_disk(ending)
+            counts = self._retry_or_fail(lease, ending, verified.files)
         log.log(
-            logging.INFO if counts and not found.losses else logging.WARNING,
+            logging.INFO if counts and not verified.losses else logging.WARNING,
             "%s %s: %s",
-            claim.kind,
-            claim.key,
+            lease.kind,
+            lease.key,
             (ending.reason or "done") if counts else "too late, it no longer counts",
-            extra=about(claim),
+            extra=about(lease),
         )
 
-    def abandon(self, claim: Claim, error: Exception) -> None:
-        """Fail an attempt whose end cannot be brought into its row, however often it is tried."""
-        reason = legible(f"its end cannot be brought into the database: {error}")
-        self._store.fail(claim, Cause.ERROR, failure=type(error).__name__, reason=reason)
-        self.rests.end(claim)
+    def abandon(self, lease: Claim, error: Exception) -> None:
+        """Fail an attempt whose ending cannot be registered."""
+        reason = legible(f"its ending cannot be brought into the database: {error}")
+        self._store.fail(lease, Cause.ERROR, failure=type(error).__name__, reason=reason)
+        self.backoff.clear(lease)
 
-    def _register(self, claim: Claim, found: Found) -> bool:
-        self.rests.end(claim)
-        if found.result is None:
+    def _succeed(self, lease: Claim, verified: VerifiedEnding) -> bool:
+        self.backoff.clear(lease)
+        if verified.result is None:
             point("publication-before-registration")
-            seconds = found.ending.seconds
-            counts = self._store.publish(claim, found.files, seconds=seconds)
+            seconds = verified.ending.seconds
+            counts = self._store.publish(lease, verified.files, seconds=seconds)
             point("publication-after-commit")
             return counts
         point("result-before-registration")
-        counts = self._store.finish(claim, found.result)
+        counts = self._store.finish(lease, verified.result)
         point("result-after-commit")
-        return self._end_with_result(claim, counts)
+        if counts:
+            try:
+                self._artifacts.discard_checkpoint(lease.id)
+            except OSError as error:  # garbage collection removes it later
+                log.warning("the checkpoint of %s stays for now: %s", lease.key, error)
+        return counts
 
-    def _give_up(self, claim: Claim, ending: Ending, files: tuple[Stored, ...]) -> bool:
-        """An attempt without result: another try if the budget of its cause allows, else a failure."""
+    def _retry_or_fail(self, lease: Claim, ending: Ending, files: tuple[Stored, ...]) -> bool:
+        """Queue an attempt without result again, if the budget of its cause allows; else fail it."""
         assert ending.cause is not None
         cause, step = ending.cause, ending.checkpoint
-        if may_try_again(cause, crashes_before(claim, step)):
-            state = self._store.requeue(claim, cause, reason=ending.reason, crash_step=step)
-            self._rest(claim, ending, state)
+        if may_try_again(cause, crashes_before(lease, step)):
+            state = self._store.requeue(lease, cause, reason=ending.reason, crash_step=step)
+            self._delay(lease, ending, state)
             return state is not None
-        self.rests.end(claim)
-        written = self._artifacts.attempt_directory(claim) / LOG
+        self.backoff.clear(lease)
+        written = self._artifacts.attempt_directory(lease) / LOG
         return self._store.fail(
-            claim,
+            lease,
             cause,
             failure=ending.failure,
             reason=f"{ending.reason} (log: {self._artifacts.relative(written)})",
@@ -88,44 +93,35 @@ class Registrar:
             files=files,
         )
 
-    def _lose(self, claim: Claim, found: Found) -> bool:
-        """Have lost results computed again; where these are too many, look again later: a disk may come back."""
+    def _lose_results(self, lease: Claim, verified: VerifiedEnding) -> bool:
+        """Have lost results computed again; too many are verified again later, as a disk may come back."""
         try:
-            counts = self._store.lose_results(claim, found.losses)
+            counts = self._store.lose_results(lease, verified.losses)
         except TooManyLost as error:
-            if claim.id not in self.refused:
-                names = ", ".join(one.run_id for one in found.losses)
-                log.error("%s; in %s: %s", error, self._artifacts.root, names, extra=about(claim))
-            self.refused[claim.id] = str(error)
-            self.rests.rest(claim, REFUSED_SECONDS)
-            return self._store.requeue(claim, Cause.LOST, reason=str(error)) is not None
-        self.refused.pop(claim.id, None)
+            if lease.id not in self.refused:
+                ids = ", ".join(loss.run_id for loss in verified.losses)
+                log.error("%s; in %s: %s", error, self._artifacts.root, ids, extra=about(lease))
+            self.refused[lease.id] = str(error)
+            self.backoff.delay(lease, self._timings.lost_results_retry)
+            return self._store.requeue(lease, Cause.LOST, reason=str(error)) is not None
+        self.refused.pop(lease.id, None)
         return counts
 
-    def _rest(self, claim: Claim, ending: Ending, state: State | None) -> None:
-        """Let it rest if it was lost again and again; one that was stopped on request was not."""
+    def _delay(self, lease: Claim, ending: Ending, state: State | None) -> None:
+        """Delay a job that was lost again and again; one that was stopped on request was not lost."""
         if ending.cause is not Cause.LOST or state is not State.QUEUED:
-            self.rests.end(claim)
+            self.backoff.clear(lease)
             return
-        seconds = self.rests.lose(claim, ending.checkpoint)
+        seconds = self.backoff.lose(lease, ending.checkpoint)
         if seconds:
-            words = "%s was lost again; it rests for %.0f s"
-            log.warning(words, claim.key, seconds, extra=about(claim))
+            message = "%s was lost again; it begins again in %.0f s"
+            log.warning(message, lease.key, seconds, extra=about(lease))
 
-    def _end_with_result(self, claim: Claim, counts: bool) -> bool:
-        """Nobody goes on from the checkpoint of a run that has a result; what stays, care removes."""
-        if counts:
-            try:
-                self._artifacts.discard_checkpoint(claim.id)
-            except OSError as error:
-                log.warning("the checkpoint of %s stays for now: %s", claim.key, error)
-        return counts
+    def _excuse_full_disk(self, ending: Ending) -> Ending:
+        """The ending of an attempt that met a full disk.
 
-    def _excused(self, ending: Ending) -> Ending:
-        """An attempt that ended for want of disk space.
-
-        If there was none at its end, that says nothing about its run: it was lost. If there was some
-        again, it may be the run that never fits, which counts as a crash.
+        If the disk was full at its end too, that says nothing about the run: it was lost. If there was space again,
+        the run may be one that never fits, which counts as a crash.
         """
         if not is_want_of_space(ending, self._space):
             return ending

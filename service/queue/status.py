@@ -1,23 +1,23 @@
-"""What the interface asks of the dispatcher."""
+"""The state of a dispatcher, as the API reports it."""
 
 from typing import Protocol
 
 
 class DispatcherStatus(Protocol):
-    """Whether the queue is worked through, by whom, and what keeps it from that."""
+    """Whether the queue is worked through, by which process, and what blocks it."""
 
     def is_alive(self) -> bool:
-        """Whether somebody here looks after the queue, or stands by to do so."""
+        """Whether this process works through the queue, or stands by to do so."""
         ...
 
     def leads(self) -> bool:
-        """Whether it is this process that gives the work out."""
+        """Whether this process is the leader."""
         ...
 
-    def trouble(self) -> str | None:
-        """Why nothing is begun although there is work; None: there is no reason."""
+    def blocked_reason(self) -> str | None:
+        """Why no job begins; None: nothing blocks the queue."""
         ...
 
     def workers(self) -> int | None:
-        """Runs that can be computed at once; None where another process leads."""
+        """Attempts that can be under way at once; None where another process leads."""
         ...

@@ -1,10 +1,8 @@
-"""What an attempt left, looked at: digests are compared and files brought to the disk, beside the turns.
+"""Verification of results: files are compared with their digests and synced to the disk, in threads beside the ticks.
 
-A film may have gigabytes: whoever works through the queue does not wait for it, so this happens in
-threads and touches no row. ``service.queue.registration`` brings what was found into the rows.
-
-A disk that several machines share may be ill here, or show a file late: that is no fault of the
-attempt's, so trouble of this kind has a while to pass before it is held against it.
+A film may have gigabytes, and the dispatcher does not wait for it. Verification touches no row;
+``service.queue.registration`` does. A disk that several machines share may fail, or show a file late: that is no fault
+of the attempt, so such errors are retried for a while before they count.
 """
 
 import errno
@@ -13,7 +11,6 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,216 +18,188 @@ from service.files.artifacts import LOG, Artifacts, describe
 from service.files.lost_results import Loss, ResultsLost, list_in
 from service.records.attempt import Ending, legible
 from service.records.jobs import Cause, Claim, Kind, Result, Stored
-from service.workers.supervisor import ILL
+from service.records.timings import Timings
+from service.workers.supervisor import BROKEN_MOUNT
 from solver.errors import WhippleError
 from studies.values.files import ANSWER
 
 log = logging.getLogger(__name__)
 
-# Our own want, which says nothing about the attempt: no space for a name, no descriptor, no memory.
-PASSING = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
-# Of the disk or of the attempt: nobody can say at the first look.
-DOUBTFUL = ILL | {errno.ENOENT}
-DOUBT_SECONDS = 60.0  # for what is doubtful to pass; attributes of files on NFS are as old as that
-AGAIN_SECONDS = 5.0  # between two looks at what one attempt left
+# This process lacks space for a name, a descriptor or memory, which says nothing about the attempt.
+OWN_SHORTAGE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
+# The disk or the attempt may be at fault: the first error does not tell.
+DOUBTFUL = BROKEN_MOUNT | {errno.ENOENT}
 THREADS = 4
-WAIT_SECONDS = 0.1  # that a turn waits for the looks it begins: most take a few milliseconds
 
 
-class LookAgain(WhippleError):
-    """What an attempt left cannot be seen now; a little later it may be."""
+class Unreadable(WhippleError):
+    """The files of an attempt cannot be read now; a little later they may be."""
 
 
 class Damaged(ValueError):
-    """A file is not what whoever wrote it said: it is damaged, or the disk does not show it yet."""
+    """A file does not match its digest: it is damaged, or the disk does not show all of it yet."""
 
 
 @dataclass(frozen=True)
-class Found:
-    """What an attempt left, safe on the disk."""
+class VerifiedEnding:
+    """How an attempt ended, with files that are safe on the disk."""
 
-    ending: Ending  # its words legible; without a cause: the files are those of a result
-    files: tuple[
-        Stored, ...
-    ]  # with paths as rows have them; of a failed run its log, if there is one
+    ending: Ending  # legible; without a cause, the files are those of a result
+    files: tuple[Stored, ...]  # paths as in rows; of a failed run its log, if there is one
     result: Result | None = None  # of a run
-    losses: tuple[Loss, ...] = ()  # results that a publication needs, and that are not there
+    losses: tuple[Loss, ...] = ()  # results that a publication needs and that cannot be read
 
 
-class Inspector:
-    """Looks at what attempts left; never at a row."""
+@dataclass(frozen=True)
+class _Retry:
+    """An attempt whose files could not be read."""
 
-    def __init__(self, artifacts: Artifacts):
+    since: float  # monotonic: of the first error
+    not_before: float  # monotonic: of the next try
+
+
+class Verification:
+    """Verifications under way in threads, by the keys of their attempts."""
+
+    def __init__(self, artifacts: Artifacts, wake: Callable[[], None], timings: Timings):
         self._artifacts = artifacts
+        self._wake = wake  # called when a verification is done later than waited for
+        self._timings = timings
+        self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="verification")
+        self._running: dict[str, Future[VerifiedEnding]] = {}
+        self._retries: dict[str, _Retry] = {}
 
-    def look(self, claim: Claim, ending: Ending, *, in_doubt: bool = False) -> Found:
-        """What one attempt left; raises LookAgain for our own want and, ``in_doubt``, for trouble that may pass.
+    def begin(self, ended: Mapping[str, tuple[Claim, Ending]], *, seconds: float) -> None:
+        """Begin to verify endings, unless that is under way or its retry is not due; wait so many seconds for them."""
+        now, begun = time.monotonic(), list[Future[VerifiedEnding]]()
+        for key, (lease, ending) in ended.items():
+            retry = self._retries.get(key)
+            if key in self._running or (retry is not None and retry.not_before > now):
+                continue
+            in_doubt = retry is None or now - retry.since < self._timings.verification_doubt
+            self._running[key] = self._threads.submit(self._verify, lease, ending, in_doubt)
+            begun.append(self._running[key])
+        for late in wait(begun, timeout=seconds).not_done:
+            late.add_done_callback(lambda _: self._wake())
 
-        One that was lost may have done its work all the same, with nobody left to say so.
+    def take(self, key: str) -> VerifiedEnding | None:
+        """The verified ending of an attempt; None: it is not verified yet."""
+        if key not in self._running or not self._running[key].done():
+            return None
+        try:
+            return self._running.pop(key).result()
+        except Unreadable as error:
+            log.warning("%s: %s", key, error)
+            now = time.monotonic()
+            since = self._retries[key].since if key in self._retries else now
+            self._retries[key] = _Retry(since, now + self._timings.verification_retry)
+            return None
+
+    def forget(self, key: str) -> None:
+        """Forget an attempt that is registered."""
+        self._running.pop(key, None)
+        self._retries.pop(key, None)
+
+    def clear(self) -> None:
+        """Verify everything again: the data directory was away."""
+        self._running.clear()
+
+    def close(self) -> None:
+        """Begin no more verifications."""
+        self._threads.shutdown(wait=False, cancel_futures=True)
+
+    # --- in a thread -----------------------------------------------------------------------------
+
+    def _verify(self, lease: Claim, ending: Ending, in_doubt: bool) -> VerifiedEnding:
+        """Verify one ending; raises Unreadable for a shortage of our own and, ``in_doubt``, for errors that may pass.
+
+        A lost attempt may be complete on the disk, with nobody left to report it; publications are cheap, and made
+        again.
         """
         try:
-            completed = self._completed(claim, ending)
-            if completed.cause is None:
-                return self._checked(claim, completed)
+            if ending.cause is Cause.LOST and lease.kind is Kind.RUN:
+                files = self._artifacts.complete_files(lease)
+                if files:
+                    complete = Ending(None, "", "complete on disk", files, 0.0)
+                    return self._verify_files(lease, complete)
+            if ending.cause is None:
+                return self._verify_files(lease, ending)
             if ending.failure == ResultsLost.__name__:
-                return self._without_results(claim, ending)
+                return self._verify_losses(lease, ending)
         except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
-            if _is_passing(error) or (in_doubt and _is_doubtful(error)):
-                raise LookAgain(f"a result cannot be registered now: {error}") from error
-            ending = _unusable(ending, error)
+            code = error.errno if isinstance(error, OSError) else None
+            is_doubtful = code in DOUBTFUL or isinstance(error, Damaged)
+            if code in OWN_SHORTAGE or (in_doubt and is_doubtful):
+                raise Unreadable(f"a result cannot be registered now: {error}") from error
+            if ending.cause is None:  # files that cannot be registered are as good as a crash
+                reason = f"its files cannot be registered: {error}"
+                failure = type(error).__name__
+                ending = replace(ending, cause=Cause.CRASH, failure=failure, reason=reason)
         ending = replace(ending, failure=legible(ending.failure), reason=legible(ending.reason))
-        return Found(ending, self._log_of_a_run(claim))
+        return VerifiedEnding(ending, self._log_of_a_run(lease))
 
-    def _without_results(self, claim: Claim, ending: Ending) -> Found:
-        """A publication that could not read results: those that cannot be read here either are lost."""
-        listed = list_in(self._artifacts.attempt_directory(claim))
-        losses = tuple(one for one in listed if one.is_real())
+    def _verify_losses(self, lease: Claim, ending: Ending) -> VerifiedEnding:
+        """The results that a publication could not read, and that cannot be read here either."""
+        listed = list_in(self._artifacts.attempt_directory(lease))
+        losses = tuple(loss for loss in listed if loss.is_real())
         if not losses:
             ending = replace(ending, cause=Cause.LOST, reason=f"on its worker {ending.reason}")
-        return Found(ending, (), losses=losses)
+        return VerifiedEnding(ending, (), losses=losses)
 
-    def _completed(self, claim: Claim, ending: Ending) -> Ending:
-        """The same, or its success; publications are cheap, and made again."""
-        if ending.cause is not Cause.LOST or claim.kind is not Kind.RUN:
-            return ending
-        files = self._artifacts.complete_files(claim)
-        return Ending(None, "", "complete on disk", files, 0.0) if files else ending
-
-    def _checked(self, claim: Claim, ending: Ending) -> Found:
-        """Complete files, after a look at their digests; a log to which somebody still writes is none."""
-        told = [self._as_in_rows(file) for file in ending.files]
-        damaged = [file.name for file in told if not self._artifacts.is_intact(file)]
-        files = tuple(file for file in told if file.name not in damaged)
-        if set(damaged) - {LOG}:
-            raise Damaged(f"{', '.join(damaged)} does not match its checksum")
-        self._artifacts.bring_to_disk(self._artifacts.attempt_directory(claim))
-        if claim.kind is Kind.PUBLISH:
-            return Found(ending, files)
-        return Found(ending, files, result=self._result(files, ending.seconds))
+    def _verify_files(self, lease: Claim, ending: Ending) -> VerifiedEnding:
+        """Complete files with the right digests; a log that is still written to is left out."""
+        reported = [self._as_in_rows(file) for file in ending.files]
+        damaged = {file.name for file in reported if not self._artifacts.is_intact(file)}
+        if damaged - {LOG}:
+            raise Damaged(f"{', '.join(sorted(damaged))} does not match its checksum")
+        files = tuple(file for file in reported if file.name not in damaged)
+        self._artifacts.bring_to_disk(self._artifacts.attempt_directory(lease))
+        if lease.kind is Kind.PUBLISH:
+            return VerifiedEnding(ending, files)
+        return VerifiedEnding(ending, files, result=self._result(files, ending.seconds))
 
     def _result(self, files: tuple[Stored, ...], seconds: float) -> Result:
         """What rows keep of a result: everything but histories."""
-        if all(file.name != ANSWER for file in files):
+        answer_file = next((file for file in files if file.name == ANSWER), None)
+        if answer_file is None:
             raise ValueError(f"there is no {ANSWER}")
-        result = Result(
-            files=files, succeeded=True, reason=None, failure=None, summary={}, seconds=seconds
+        answer = self._artifacts.read_json(answer_file)
+        reason, failure = (
+            None if text is None else legible(str(text))
+            for text in (answer["reason"], answer["failure"])
         )
-        answer = self._artifacts.read_json(result.answer)
-        return replace(
-            result,
+        return Result(
+            files=files,
             succeeded=answer["state"] == "succeeded",
-            reason=_legible_or_none(answer["reason"]),
-            failure=_legible_or_none(answer["failure"]),
+            reason=reason,
+            failure=failure,
             summary=summary_of(answer),
             seconds=seconds or float(answer["provenance"].get("seconds", 0.0)),
         )
 
-    def _log_of_a_run(self, claim: Claim) -> tuple[Stored, ...]:
-        """The log of a run without result; a publication keeps the files of the one before."""
-        if claim.kind is not Kind.RUN:
+    def _log_of_a_run(self, lease: Claim) -> tuple[Stored, ...]:
+        """The log of a run without result, if it can be read; a publication keeps the files of the last one."""
+        if lease.kind is not Kind.RUN:
             return ()
-        folder = self._artifacts.attempt_directory(claim)
+        folder = self._artifacts.attempt_directory(lease)
         try:
-            log = self._as_in_rows(describe(folder / LOG))
+            file = self._as_in_rows(describe(folder / LOG))
             self._artifacts.bring_to_disk(folder)
-        except OSError:  # it wrote none, or cannot be read
+        except OSError:
             return ()
-        return (log,)
+        return (file,)
 
     def _as_in_rows(self, file: Stored) -> Stored:
-        """A file that a worker described, with its path as rows have it."""
+        """A file that a worker described, with its path relative to the data directory."""
         return replace(file, path=self._artifacts.relative(Path(file.path)))
-
-
-@dataclass(frozen=True)
-class _Trouble:
-    """What an attempt left could not be seen."""
-
-    since: float  # monotonic
-    not_before: float  # monotonic; of the next look
-
-
-class Looks:
-    """Looks under way in threads, by the keys of their attempts."""
-
-    def __init__(self, inspector: Inspector, wake: Callable[[], None]):
-        self._inspector = inspector
-        self._wake = wake  # called when one is done
-        self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="look")
-        self._looks: dict[str, Future[Found]] = {}
-        self._troubles: dict[str, _Trouble] = {}
-
-    def begin(self, ended: Mapping[str, tuple[Claim, Ending]], *, seconds: float) -> None:
-        """Look at these, unless that is under way or too early; wait at most so long for the new ones."""
-        now, trouble = time.monotonic(), self._troubles
-        new = [
-            key
-            for key in ended
-            if key not in self._looks and (key not in trouble or trouble[key].not_before <= now)
-        ]
-        for key in new:
-            in_doubt = key not in trouble or now - trouble[key].since < DOUBT_SECONDS
-            look = partial(self._inspector.look, *ended[key], in_doubt=in_doubt)
-            self._looks[key] = self._threads.submit(look)
-        wait([self._looks[key] for key in new], timeout=seconds)
-        for key in new:
-            if not self._looks[key].done():
-                self._looks[key].add_done_callback(lambda _: self._wake())
-
-    def take(self, key: str) -> Found | None:
-        """What an attempt left, None: it is not known yet; it is looked at again when asked for again."""
-        if key not in self._looks or not self._looks[key].done():
-            return None
-        try:
-            return self._looks.pop(key).result()
-        except LookAgain as error:
-            log.warning("%s: %s", key, error)
-            now = time.monotonic()
-            since = self._troubles[key].since if key in self._troubles else now
-            self._troubles[key] = _Trouble(since, now + AGAIN_SECONDS)
-            return None
-
-    def forget(self, key: str) -> None:
-        """Nobody wants to know."""
-        self._looks.pop(key, None)
-        self._troubles.pop(key, None)
-
-    def clear(self) -> None:
-        """Look at everything again: what was seen no longer counts."""
-        self._looks.clear()
-
-    def close(self) -> None:
-        """Begin no more of them."""
-        self._threads.shutdown(wait=False, cancel_futures=True)
 
 
 def summary_of(answer: Mapping[str, Any]) -> dict[str, Any]:
     """What rows keep of a result (``RunResult.as_json``): everything but histories."""
-    words = ("value", "uncertainty", "flags", "version")
+    kept = ("value", "uncertainty", "flags", "version")
     measured = {
-        name: {word: one[word] for word in words if word in one}
-        for name, one in answer["measurements"].items()
+        name: {word: measurement[word] for word in kept if word in measurement}
+        for name, measurement in answer["measurements"].items()
     }
-    told = {key: answer[key] for key in ("flags", "numbers", "stop") if key in answer}
-    return {"measurements": measured, **told}
-
-
-def _legible_or_none(text: Any) -> str | None:
-    return None if text is None else legible(str(text))
-
-
-def _is_passing(error: Exception) -> bool:
-    return isinstance(error, OSError) and error.errno in PASSING
-
-
-def _is_doubtful(error: Exception) -> bool:
-    is_ill = isinstance(error, OSError) and error.errno in DOUBTFUL
-    return is_ill or isinstance(error, Damaged)
-
-
-def _unusable(ending: Ending, error: Exception) -> Ending:
-    """Files that cannot be registered are as good as a crash."""
-    if ending.cause is not None:  # it was lost, and nobody can say what it left
-        return ending
-    reason = f"its files cannot be registered: {error}"
-    return replace(ending, cause=Cause.CRASH, failure=type(error).__name__, reason=reason)
+    more = {key: answer[key] for key in ("flags", "numbers", "stop") if key in answer}
+    return {"measurements": measured, **more}

@@ -1,4 +1,4 @@
-"""Computing one attempt: a warm child process, and the supervisor that gives it work, listens and ends it.
+"""Computing one attempt: a warm process, and the supervisor that sends it the attempt, receives messages and ends it.
 
-``warm_process`` runs in the child; engines call the ``supervisor``.
+``warm_process`` runs in the child; engines call the ``supervisor`` with a ``Slot``.
 """

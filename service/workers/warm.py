@@ -1,7 +1,7 @@
-"""Warm processes: they have imported what computing needs, and take order after order.
+"""Warm processes: they have imported what computing needs, and compute attempt after attempt.
 
-``service.workers.warm_process`` is such a process, and says which words the two exchange. It dies with us: its stdin
-ends, and the system kills it with the thread that started it, even if compiled code blocks all of its own.
+``service.workers.warm_process`` is such a process, and describes the messages. It dies with this process: its stdin
+ends, and the system kills it with the thread that started it, even if compiled code blocks all of its own threads.
 """
 
 import json
@@ -19,13 +19,13 @@ from pathlib import Path
 from typing import Any
 
 from service.records.attempt import Attempt
+from service.records.timings import DEFAULT
 
 log = logging.getLogger(__name__)
 
-Words = Mapping[str, Any]
+Message = Mapping[str, Any]
 
-ORDERS_OF_A_CHILD = 100  # imports take a second or so: a hundredth of that each
-KILL_SECONDS = 30.0  # for a killed process to go: one that waits for a dead mount does not
+MOST_ATTEMPTS = 100  # of one process: imports take a second or so, a hundredth of that each
 
 # One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported.
 SINGLE_THREAD = dict.fromkeys(
@@ -33,8 +33,8 @@ SINGLE_THREAD = dict.fromkeys(
 )
 
 
-class Child:
-    """A process that takes orders."""
+class WarmProcess:
+    """The parent's side of a warm process."""
 
     def __init__(self) -> None:
         self._process = subprocess.Popen(
@@ -46,9 +46,9 @@ class Child:
             start_new_session=True,
             bufsize=0,
         )
-        self.orders = 0  # taken so far
-        self._rest = b""  # begin of a line
-        self._unsaid = bytearray()  # what it has not listened to yet
+        self.attempts = 0  # computed so far
+        self._partial_line = b""
+        self._unsent = bytearray()
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         self._stdin, self._stdout = self._process.stdin, self._process.stdout
@@ -56,46 +56,46 @@ class Child:
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._stdout, selectors.EVENT_READ)
 
-    def take(self, ticket: Attempt) -> None:
-        """Give it an order."""
-        self.orders += 1
-        self.say({"order": asdict(ticket)})
+    def compute(self, attempt: Attempt) -> None:
+        """Send it an attempt."""
+        self.attempts += 1
+        self.send({"attempt": asdict(attempt)})
 
-    def say(self, words: Words) -> None:
-        """Say a line to it, as soon as it listens: ``hear`` goes on with what it does not take now."""
-        self._unsaid += json.dumps(words).encode() + b"\n"
-        self._go_on_saying()
+    def send(self, message: Message) -> None:
+        """Send a message as far as the process reads now; ``receive`` sends the rest."""
+        self._unsent += json.dumps(message).encode() + b"\n"
+        self._go_on_sending()
 
-    def _go_on_saying(self) -> None:
+    def _go_on_sending(self) -> None:
         try:
-            while self._unsaid and (written := self._stdin.write(self._unsaid)):
-                del self._unsaid[:written]
-        except BrokenPipeError:  # it is gone; whoever asks for its end will see
-            self._unsaid.clear()
-        is_watched = self._stdin in self._selector.get_map()
-        if self._unsaid and not is_watched:
+            while self._unsent and (written := self._stdin.write(self._unsent)):
+                del self._unsent[:written]
+        except BrokenPipeError:  # it has ended, which the supervisor will notice
+            self._unsent.clear()
+        is_registered = self._stdin in self._selector.get_map()
+        if self._unsent and not is_registered:
             self._selector.register(self._stdin, selectors.EVENT_WRITE)
-        elif is_watched and not self._unsaid:
+        elif is_registered and not self._unsent:
             self._selector.unregister(self._stdin)
 
-    def hear(self, seconds: float) -> list[Words]:
-        """What it says within so many seconds, as soon as it says or takes something."""
+    def receive(self, seconds: float) -> list[Message]:
+        """The messages that arrive within so many seconds; returns early when it sends or reads something."""
         if not self._selector.get_map():  # its stdout has ended
             time.sleep(seconds)
             return []
         ready = self._ready(seconds)
         if self._stdin in ready:
-            self._go_on_saying()
+            self._go_on_sending()
         if self._stdout not in ready:
             return []
         chunk = os.read(self._stdout.fileno(), 1 << 16)
         if not chunk:
             self._selector.unregister(self._stdout)
-        *lines, self._rest = (self._rest + chunk).split(b"\n")
+        *lines, self._partial_line = (self._partial_line + chunk).split(b"\n")
         return [json.loads(line) for line in lines]
 
     def has_more(self) -> bool:
-        """Whether there is something to hear now; what it forked may keep its stdout open."""
+        """Whether there is a message now; a fork of the process may keep its stdout open."""
         return self._stdout in self._ready(0.0)
 
     def _ready(self, seconds: float) -> list[Any]:
@@ -103,69 +103,65 @@ class Child:
         return [key.fileobj for key, _ in self._selector.select(seconds)]
 
     def is_alive(self) -> bool:
-        """Whether it has not ended; one that has is not waited for, so that its id stays taken."""
+        """Whether it has not ended; an ended process is not reaped, so that its id stays taken."""
         flags = os.WEXITED | os.WNOHANG | os.WNOWAIT
         return os.waitid(os.P_PID, self._process.pid, flags) is None
 
     def data(self) -> int:
-        """Bytes of data that it holds, as the limit counts them; 0 if nobody says."""
+        """Bytes of data that it holds, as its limit counts them; 0 if the system does not tell."""
         try:
             pages = Path(f"/proc/{self._process.pid}/statm").read_text().split()[5]
         except (OSError, IndexError):
             return 0
         return int(pages) * os.sysconf("SC_PAGE_SIZE")
 
-    def dismiss(self) -> None:
-        """Let it go; it has no order and will leave at once."""
-        self._stdin.close()
-        self.end()
-
-    def end(self) -> int | None:
-        """End it, and everything that it started; its status, None: it does not go, though it was killed."""
+    def end(self, kill_wait: float) -> int | None:
+        """Kill it and everything that it started; its status, None: it has not ended ``kill_wait`` seconds later."""
         with suppress(ProcessLookupError):  # nothing is left
             os.killpg(self._process.pid, signal.SIGKILL)
         self._selector.close()
         self._stdin.close()
         self._stdout.close()
         try:
-            return self._process.wait(KILL_SECONDS)
+            return self._process.wait(kill_wait)
         except subprocess.TimeoutExpired:
             log.warning("the process %s was killed, and does not end", self._process.pid)
             return None
 
 
 class Slot:
-    """A place for one attempt at a time, and the process that waits there for the next one.
+    """A place for one attempt at a time, and the warm process that waits there for the next one.
 
-    To be used by one thread: its processes end with the thread that started them.
+    Used by one thread: its processes end with the thread that started them.
     """
 
-    def __init__(self) -> None:
-        self._idle: Child | None = None
+    def __init__(self, kill_wait: float = DEFAULT.kill_wait) -> None:
+        self._kill_wait = kill_wait
+        self._idle: WarmProcess | None = None
 
-    def acquire(self) -> Child:
-        """The process that waits for an order, or a new one."""
-        child, self._idle = self._idle, None
-        if child is not None and not child.is_alive():
-            child.end()
-            child = None
-        return child or Child()
+    def acquire(self) -> WarmProcess:
+        """The process that waits for an attempt, or a new one."""
+        process, self._idle = self._idle, None
+        if process is not None and not process.is_alive():
+            process.end(self._kill_wait)
+            process = None
+        return process or WarmProcess()
 
-    def release(self, child: Child) -> None:
-        """Keep a process whose order has ended well for the next one, unless it has taken enough of them."""
-        if child.orders < ORDERS_OF_A_CHILD:
-            self._idle = child
+    def release(self, process: WarmProcess) -> None:
+        """Keep a clean process for the next attempt, unless it has computed enough of them."""
+        if process.attempts < MOST_ATTEMPTS:
+            self._idle = process
         else:
-            child.end()
+            process.end(self._kill_wait)
 
     def close(self) -> None:
-        """End the process that has no order."""
-        child, self._idle = self._idle, None
-        if child is not None:
-            child.dismiss()
+        """End the process that waits."""
+        process, self._idle = self._idle, None
+        if process is not None:
+            process.end(self._kill_wait)
 
 
 def _environment() -> dict[str, str]:
-    """Ours, one thread, the same modules, and a trace in the log when the interpreter dies."""
+    """This process's environment, with one thread, the same modules, and a trace when the interpreter dies."""
     path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path)
     return {**os.environ, **SINGLE_THREAD, "PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"}

@@ -44,8 +44,8 @@ def site(tmp_path: Path) -> Iterator[Site]:
     with closing(Store.open(url, cost=lambda run: 1.0)) as store:
         store.create_sweep(sweep_of(2))
         found = Site(store, Artifacts(tmp_path), *claim_runs(store, 2))
-        file = write(found.folder(found.injected) / ANSWER, ANSWERED)
-        assert store.finish(found.injected, replace(result(), files=(found.registered(file),)))
+        file = write(found.folder(found.done) / ANSWER, ANSWERED)
+        assert store.finish(found.done, replace(result(), files=(found.registered(file),)))
         yield found
 
 
@@ -109,7 +109,7 @@ def test_state__beside_a_complete_answer_that_cannot_be_read_is_a_half_file(
 def test_file__beside_a_registered_one_that_cannot_be_read_is_a_half_file(
     site: Site, tmp_path: Path
 ) -> None:
-    file = write(site.folder(site.injected) / "film.npz", half(arrays(tmp_path)))
+    file = write(site.folder(site.done) / "film.npz", half(arrays(tmp_path)))
     assert half_files(site.store, site.artifacts) == [str(file)]
 
 

@@ -20,12 +20,13 @@ from tests.service.support.targets import RUN_GATE
 WORK = Work(
     speeds=3, sweeps=1, thicknesses=1, targets="tests.service.support.targets", run_seconds=0.0
 )
-# A turn, and the last one above all, looks at everything that ended, however busy the machine is.
+# The last verification waits, however busy the machine is.
 SWEEP = """
 import sys
+from functools import partial
 from service.cli import local
-from service.queue import leader as reign
-reign.WAIT_SECONDS = reign.LAST_LOOK_SECONDS = 60.0
+from service.records.timings import Timings
+local.start_engine = partial(local.start_engine, timings=Timings(last_verification_wait=60.0))
 local.run_sweep(sys.argv[1], sys.argv[2])
 """
 PATIENCE = 300.0  # s

@@ -9,7 +9,7 @@ import pytest
 
 from service.store import Store
 from tests.service.support.databases import Postgresql, postgresql_server
-from tests.service.support.fakes import DEADLINE
+from tests.service.support.harness import Harness, open_harness
 
 collect_ignore = ["support/changed_targets.py"]  # importing it changes a definition
 
@@ -24,13 +24,6 @@ def _loggers_as_before() -> Iterator[None]:
     for one, handlers, level in before:
         one.handlers[:] = handlers
         one.setLevel(level)
-
-
-@pytest.fixture(autouse=True)
-def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A turn looks at everything that ended, however busy the machine is."""
-    for name in ("WAIT_SECONDS", "LAST_LOOK_SECONDS"):
-        monkeypatch.setattr(f"service.queue.leader.{name}", DEADLINE)
 
 
 @pytest.fixture(scope="session")
@@ -63,4 +56,11 @@ def database_url(request: pytest.FixtureRequest) -> str:
 def store(database_url: str) -> Iterator[Store]:
     """A store in which every run is expected to cost one core second."""
     with closing(Store.open(database_url, cost=lambda run: 1.0)) as opened:
+        yield opened
+
+
+@pytest.fixture
+def harness(tmp_path: Path) -> Iterator[Harness]:
+    """A dispatcher on SQLite whose ticks the test takes."""
+    with open_harness(tmp_path) as opened:
         yield opened

@@ -21,7 +21,7 @@ import yaml
 from service.client.client import Client
 from service.records.settings import Settings
 from tests.service.support.api import SWEEP
-from tests.service.support.cluster import ROOT, Process, environment, free_port, patiently
+from tests.service.support.cluster import ROOT, ShellProcess, environment, free_port, patiently
 from tests.service.support.databases import Postgresql
 
 FILE = ROOT / "compose.yaml"
@@ -70,10 +70,10 @@ class Parts:
     scheduler: int  # ports
     port: int
 
-    def start(self, name: str) -> Process:
+    def start(self, name: str) -> ShellProcess:
         part = PARTS[name]
         command = part.get("command", ["whipple", "serve"])
-        return Process(self._words(command), self.folder, name, self._environment(part))
+        return ShellProcess(self._words(command), self.folder, name, self._environment(part))
 
     def run(self, name: str, *command: str) -> str:
         """What a part says that runs another command, or its own, to its end."""

@@ -19,7 +19,7 @@ from tests.acceptance.support.process_tree import (
     process_tree,
 )
 from tests.acceptance.support.serving import Service
-from tests.service.support.cluster import Cluster, Process, running
+from tests.service.support.cluster import DaskCluster, ShellProcess, running
 from tests.service.support.fakes import is_gone, wait_until
 
 WORKERS = 2
@@ -85,7 +85,7 @@ class CrashTest:
     tree: ProcessTree
     store: Store
     chance: random.Random
-    cluster: Cluster | None = None
+    cluster: DaskCluster | None = None
     injected: list[Fault] = field(default_factory=list)
     killed: Counter[str] = field(
         default_factory=Counter
@@ -183,11 +183,11 @@ class CrashTest:
     def _all_ended(self, ids: list[str]) -> bool:
         return all(self.store.sweep(id).is_terminal for id in ids)
 
-    def _of(self, name: str) -> list[Process]:
+    def _of(self, name: str) -> list[ShellProcess]:
         assert self.cluster is not None
         return [one for one in self.cluster.processes if one.name.startswith(name)]
 
-    def _scheduler(self) -> Process:
+    def _scheduler(self) -> ShellProcess:
         return self._of("scheduler")[-1]
 
 
@@ -195,7 +195,7 @@ def _is_end(state: Any) -> bool:
     return str(state) in ("succeeded", "failed", "cancelled")
 
 
-def _lives(process: Process) -> bool:
+def _lives(process: ShellProcess) -> bool:
     return process.process.poll() is None and not is_gone(process.process.pid)
 
 
@@ -233,7 +233,7 @@ def crash_test(
         yield CrashTest(work, folder, service, tree, store, random.Random(seed), cluster)
 
 
-def _engine(cluster: Cluster) -> Mapping[str, str]:
+def _engine(cluster: DaskCluster) -> Mapping[str, str]:
     remote = cluster.remote()
     return {
         "WHIPPLE_ENGINE": remote.address,

@@ -1,13 +1,12 @@
-"""A service without interface and without Dask: real store, real dispatcher, and runs computed in between.
+"""A service without API and Dask: a real store, a real dispatcher, and an engine that computes at once.
 
-It submits a sweep, with one key each time, and works until it is done: for tests that let it die at every point.
+It submits a sweep, with the same key each time, and works until it is done: for tests that let it die at every point.
 """
 
 import os
 from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 from service.files.artifacts import OF_A_RUN, describe
 from service.files.data_directory import holding
@@ -29,21 +28,17 @@ class Inline(RecordingEngine):
         super().__init__(free=1)
         self._inbox = inbox
 
-    def submit(self, ticket: Attempt) -> None:
-        folder = Path(ticket.directory)
+    def submit(self, attempt: Attempt) -> None:
+        folder = Path(attempt.directory)
         folder.mkdir(parents=True)
-        perform(_order(ticket), _nobody, _nobody, lambda: False)
-        names = OF_A_RUN if ticket.kind is Kind.RUN else PUBLISHED
+        perform(vars(attempt), _ignore, lambda: False)
+        names = OF_A_RUN if attempt.kind is Kind.RUN else PUBLISHED
         files = tuple(describe(folder / name) for name in names if (folder / name).is_file())
-        self._inbox.put(Ended(ticket.key, Ending(None, "", "", files, 0.1)))
+        self._inbox.put(Ended(attempt.key, Ending(None, "", "", files, 0.1)))
 
 
-def _order(ticket: Attempt) -> Mapping[str, Any]:
-    return {**vars(ticket), "memory_limit": None}
-
-
-def _nobody(_words: object) -> None:
-    """Nobody listens."""
+def _ignore(_message: object) -> None:
+    """Ignore a message."""
 
 
 def live(data: Path, runs_asked: int, environment: Mapping[str, str]) -> None:
@@ -55,4 +50,4 @@ def live(data: Path, runs_asked: int, environment: Mapping[str, str]) -> None:
         accepted = store.create_sweep(sweep_of(runs), idempotency=KEY)
         dispatcher = Dispatcher(settings, store, open_engine=Inline)
         while not store.sweep(accepted.id).is_terminal:
-            dispatcher.turn()
+            dispatcher.tick()

@@ -10,11 +10,10 @@ from pathlib import Path
 import pytest
 
 from service.cli import backup as module
-from service.cli.backup import back_up
+from service.cli.backup import back_up, files_from
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
 from service.queue import data_identity as identity
-from service.queue.orphans import files_from
 from service.records.jobs import SweepState
 from service.records.settings import Settings
 from service.store import Store
@@ -26,14 +25,13 @@ from tests.service.support.harness import Harness, open_harness
 
 
 @pytest.fixture
-def harness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
+def harness(tmp_path: Path) -> Iterator[Harness]:
     """A service with a published sweep, and one that is under way."""
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     (tmp_path / "data").mkdir()
     with open_harness(tmp_path / "data") as opened:
         computed(opened, 2)
         opened.store.create_sweep(sweep_of(runs_of("fine", first=50), name="under way"))
-        opened.turn()
+        opened.tick()
         yield opened
 
 
@@ -41,7 +39,7 @@ def computed(harness: Harness, runs: int, *, first: int = 0, name: str = "asked"
     """A sweep with all its files."""
     row = harness.store.create_sweep(sweep_of(runs_of(*["fine"] * runs, first=first), name=name))
     while harness.store.sweep(row.id).state is not SweepState.SUCCEEDED:
-        for ticket in harness.turn():
+        for ticket in harness.tick():
             harness.end_well(ticket)
     return row.id
 
@@ -80,11 +78,11 @@ def test_restored__service_has_the_same_bits_and_goes_on(harness: Harness, tmp_p
         assert files_of(store, restored) == files
     assert all_is_intact(settings)
     with open_harness(restored) as again:  # what was under way is begun again
-        [ticket] = again.turn()
+        [ticket] = again.tick()
         again.end_well(ticket)
-        for publication in again.turn():
+        for publication in again.tick():
             again.end_well(publication)
-        again.turn()
+        again.tick()
         states = {row.state for row in again.store.sweeps().items}
         assert states == {SweepState.SUCCEEDED}
 
@@ -219,7 +217,6 @@ def test_command__says_what_it_copied(
 def test_postgresql__dump_first_then_files_restores_the_same_bits(
     postgresql: Postgresql, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     with postgresql.database() as url, postgresql.database(like="template0") as fresh:
         (tmp_path / "data").mkdir()
         with open_harness(tmp_path / "data", database_url=url) as harness:

@@ -1,4 +1,4 @@
-"""The engine on somebody's scheduler: what dies, goes away and comes back, and who gets no work."""
+"""The engine on a Dask scheduler: what dies, goes away and comes back, and which workers get no work."""
 
 import json
 import logging
@@ -8,74 +8,73 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
-from queue import SimpleQueue
 
 import pytest
 from pydantic import ByteSize, ValidationError
 
 from service.execution import dask
-from service.execution.dask import DaskEngine, SchedulerConnection, probe
-from service.records.attempt import Attempt, Away, Back, Ended, Inbox
+from service.execution.dask import SchedulerConnection, probe
+from service.records.attempt import Attempt, Away, Back, Ended
 from service.records.jobs import Cause
 from service.records.settings import Settings
+from service.records.timings import DEFAULT
 from solver import PHYSICS_VERSION
 from tests.service.support.cluster import (
     PRELOAD,
     ROOT,
-    Cluster,
-    Line,
-    Service,
+    DaskCluster,
+    EngineUser,
+    NetworkLine,
+    attempt_in,
+    checkpoint_step,
     environment,
     free_port,
     parent_of,
     patiently,
     pid_of,
-    pids_of,
     running,
     serving,
-    ticket,
 )
 from tests.service.support.fakes import is_gone
 
 WORKERS = 2
 MEMORY_LIMIT = ByteSize(4 << 30)
 
-# A service in a process of its own: gives these orders to the scheduler, says so, and stays.
+# A service in a process of its own: gives these attempts to the scheduler, reports it, and stays.
 SERVICE = """
 import json, sys, time
 from pathlib import Path
 from queue import SimpleQueue
-from service.records.attempt import Ticket
+from service.records.attempt import Attempt
 from service.execution.dask import DaskEngine, Remote
-said = json.loads(sys.argv[1])
-address, *files = said["remote"]
+job = json.loads(sys.argv[1])
+address, *files = job["remote"]
 engine = DaskEngine(Remote(address, *map(Path, files)), SimpleQueue())
 while not engine.slots():
     time.sleep(0.05)
-for order in said["orders"]:
-    engine.submit(Ticket(**order))
-print("given", flush=True)
+for attempt in job["attempts"]:
+    engine.submit(Attempt(**attempt))
+print("submitted", flush=True)
 time.sleep(600)
 """
 
 
 @pytest.fixture(scope="module")
-def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    with running(tmp_path_factory.mktemp("cluster"), WORKERS) as one:
-        yield one
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskCluster]:
+    with running(tmp_path_factory.mktemp("cluster"), WORKERS) as started:
+        yield started
 
 
 @pytest.fixture
-def service(cluster: Cluster) -> Iterator[Service]:
-    with serving(cluster.remote()) as one:
-        one.wait_for_slots(WORKERS)
-        yield one
+def user(cluster: DaskCluster) -> Iterator[EngineUser]:
+    with serving(cluster.remote()) as opened:
+        opened.wait_for_slots(WORKERS)
+        yield opened
 
 
-def settings_of(cluster: Cluster, folder: Path) -> Settings:
+def settings_of(cluster: DaskCluster, folder: Path) -> Settings:
     remote = cluster.remote()
     return Settings(
         data=folder,
@@ -87,248 +86,208 @@ def settings_of(cluster: Cluster, folder: Path) -> Settings:
     )
 
 
-# --- a scheduler that stays ----------------------------------------------------------------------
-
-
-def test_attempts__are_computed_in_warm_processes_and_tell_of_it(
-    service: Service, tmp_path: Path
-) -> None:
-    orders = [ticket(tmp_path, number, seconds=1.5) for number in range(4)]
-    for pair in (orders[:2], orders[2:]):
-        for order in pair:
-            service.engine.submit(order)
-        assert {service.end_of(order).cause for order in pair} == {None}
-    assert len({pid_of(order) for order in orders}) == WORKERS
-    assert service.told(orders[0])[-1]["checkpoint"]
-
-
-def test_scheduler__is_said_to_be_away_until_it_answers(service: Service) -> None:
-    assert [type(message) for message in service.listen()] == [Away, Back]
+# --- workers that go -----------------------------------------------------------------------------
 
 
 def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
-    cluster: Cluster, service: Service, tmp_path: Path
+    cluster: DaskCluster, user: EngineUser, tmp_path: Path
 ) -> None:
     """SIGTERM, as Slurm sends it when the time of a job is over."""
+    assert [type(message) for message in user.receive()] == [Away, Back]
     extra = cluster.start_workers(1)
-    service.wait_for_slots(WORKERS + 1)
-    orders = [ticket(tmp_path, number, seconds=5.0) for number in range(WORKERS + 1)]
-    for order in orders:
-        service.engine.submit(order)
-    # At once: until the others have begun, this one may have ended.
-    patiently(lambda: pids_of(orders) & set(extra.look()))
+    user.wait_for_slots(WORKERS + 1)
+    attempts = [attempt_in(tmp_path, number, seconds=5.0) for number in range(WORKERS + 1)]
+    user.begin(*attempts)
+    extra.look()
     extra.process.send_signal(signal.SIGTERM)
-    ends = [service.end_of(order) for order in orders]
+    ends = [user.end_of(attempt) for attempt in attempts]
     patiently(extra.is_gone)
-    [left] = [order for order, end in zip(orders, ends, strict=True) if end.cause is Cause.LOST]
-    assert int(Path(str(left.checkpoint)).read_text()) > 0
+    pairs = zip(attempts, ends, strict=True)
+    [left] = [attempt for attempt, end in pairs if end.cause is Cause.LOST]
+    assert checkpoint_step(left) > 0
     assert is_gone(pid_of(left))
-    service.wait_for_slots(WORKERS)
+    user.wait_for_slots(WORKERS)
 
 
 def test_nanny_killed__nothing_of_it_is_left(
-    cluster: Cluster, service: Service, tmp_path: Path
+    cluster: DaskCluster, user: EngineUser, tmp_path: Path
 ) -> None:
     extra = cluster.start_workers(1)
-    service.wait_for_slots(WORKERS + 1)
-    orders = [ticket(tmp_path, number, "deaf") for number in range(WORKERS + 1)]
-    for order in orders:
-        service.engine.submit(order)
-    pids = {pid_of(order) for order in orders}
+    user.wait_for_slots(WORKERS + 1)
+    attempts = [attempt_in(tmp_path, number, "deaf") for number in range(WORKERS + 1)]
+    pids = set(user.begin(*attempts))
     extra.kill_alone()
     assert len(pids & extra.seen) == 1
     patiently(extra.is_gone)
-    service.engine.stop([order.key for order in orders])
-    assert {service.end_of(order).cause for order in orders} == {Cause.LOST}
-    service.wait_for_slots(WORKERS)
+    user.engine.stop([attempt.key for attempt in attempts])
+    assert {user.end_of(attempt).cause for attempt in attempts} == {Cause.LOST}
+    user.wait_for_slots(WORKERS)
 
 
-def test_worker_frozen__stop_reaches_the_others(service: Service, tmp_path: Path) -> None:
-    stopped, other = ticket(tmp_path, 1, "hang"), ticket(tmp_path, 2, seconds=1.0)
-    for order in (stopped, other):
-        service.engine.submit(order)
-    pid_of(stopped)
-    frozen = parent_of(pid_of(other))
+def test_worker_frozen__a_message_reaches_the_others(user: EngineUser, tmp_path: Path) -> None:
+    stopped, other = attempt_in(tmp_path, 1, "hang"), attempt_in(tmp_path, 2, seconds=1.0)
+    _, pid = user.begin(stopped, other)
+    frozen = parent_of(pid)
     os.kill(frozen, signal.SIGSTOP)
     try:
         begin = time.monotonic()
         for _ in range(3):
-            service.engine.stop([stopped.key, other.key])
-        assert time.monotonic() - begin < dask.ANSWER_SECONDS
-        assert service.end_of(stopped).failure == "Stopped"
+            user.engine.stop([stopped.key, other.key])
+        assert time.monotonic() - begin < DEFAULT.answer
+        assert user.end_of(stopped).failure == "Stopped"
     finally:
         os.kill(frozen, signal.SIGCONT)
-    service.end_of(other)
-    service.wait_for_slots(WORKERS)
+    user.end_of(other)
+    user.wait_for_slots(WORKERS)
 
 
 # --- the service dies ----------------------------------------------------------------------------
 
 
-def start_service(cluster: Cluster, orders: list[Attempt]) -> "subprocess.Popen[bytes]":
+def start_service(cluster: DaskCluster, attempts: list[Attempt]) -> "subprocess.Popen[bytes]":
     remote = cluster.remote()
     files = [str(file) for file in (remote.ca, remote.certificate, remote.key)]
-    said = {"remote": [remote.address, *files], "orders": [asdict(order) for order in orders]}
+    job = {"remote": [remote.address, *files], "attempts": [asdict(one) for one in attempts]}
     return subprocess.Popen(
-        [sys.executable, "-c", SERVICE, json.dumps(said)],
+        [sys.executable, "-c", SERVICE, json.dumps(job)],
         cwd=ROOT,
         env=environment(),
         stdout=subprocess.PIPE,
     )
 
 
-def test_service_killed__the_next_one_adopts_its_attempts(cluster: Cluster, tmp_path: Path) -> None:
-    short, long = ticket(tmp_path, 1), ticket(tmp_path, 2, seconds=6.0)
+def test_service_killed__the_next_one_follows_its_attempts(
+    cluster: DaskCluster, tmp_path: Path
+) -> None:
+    short, long = attempt_in(tmp_path, 1), attempt_in(tmp_path, 2, seconds=6.0)
     with start_service(cluster, [short, long]) as process:
         try:
             assert process.stdout is not None
-            assert process.stdout.readline() == b"given\n"
+            assert process.stdout.readline() == b"submitted\n"
             pid = pid_of(long)
         finally:
             process.kill()
-    with serving(cluster.remote()) as service:
-        service.wait_for_slots(WORKERS)
-        assert {short.key, long.key} <= service.engine.known()
-        for order in (short, long, long):  # of what it follows it is asked again in vain
-            service.engine.follow(order.key)
-        assert service.end_of(short).cause is None
-        assert service.end_of(long).cause is None
-        assert pid_of(long) == pid  # the process of then
-        assert service.told(long)
-        ends = [one.key for one in service.listen() if isinstance(one, Ended)]
-        assert sorted(ends) == sorted([short.key, long.key])
-        assert not {short.key, long.key} & service.engine.known()
+    with serving(cluster.remote()) as user:
+        user.wait_for_slots(WORKERS)
+        assert {short.key, long.key} <= user.engine.known()
+        for attempt in (short, long, long):  # the second time has no effect
+            user.engine.follow(attempt.key)
+        assert {user.end_of(attempt).cause for attempt in (short, long)} == {None}
+        assert pid_of(long) == pid
+        assert user.progress_of(long)
+        ended = [message.key for message in user.receive() if isinstance(message, Ended)]
+        assert sorted(ended) == sorted([short.key, long.key])
+        assert not {short.key, long.key} & user.engine.known()
 
 
-def test_service_that_goes_without_a_word__its_attempts_go_on(
-    cluster: Cluster, tmp_path: Path
+def test_service_that_stands_by__leaves_its_attempts_to_the_next(
+    cluster: DaskCluster, tmp_path: Path
 ) -> None:
-    order = ticket(tmp_path, seconds=3.0)
-    with serving(cluster.remote(), leave_seconds=None) as service:
-        service.wait_for_slots(WORKERS)
-        service.engine.submit(order)
-        pid_of(order)
-    with serving(cluster.remote()) as service:
-        service.wait_for_slots(WORKERS)
-        service.engine.follow(order.key)
-        assert service.end_of(order).cause is None
+    attempt = attempt_in(tmp_path, seconds=3.0)
+    with serving(cluster.remote(), leave_seconds=None) as user:
+        user.wait_for_slots(WORKERS)
+        user.begin(attempt)
+    with serving(cluster.remote()) as user:
+        user.wait_for_slots(WORKERS)
+        user.engine.follow(attempt.key)
+        assert user.end_of(attempt).cause is None
 
 
-# --- the connection breaks -----------------------------------------------------------------------
+# --- the scheduler goes away ---------------------------------------------------------------------
 
 
 def test_connection_cut__attempts_go_on_and_are_found_again(
-    cluster: Cluster, tmp_path: Path
+    cluster: DaskCluster, tmp_path: Path
 ) -> None:
-    line = Line(cluster.port)
-    long, short = ticket(tmp_path, 1, seconds=5.0), ticket(tmp_path, 2, seconds=0.5)
+    line = NetworkLine(cluster.port)
+    long, short = attempt_in(tmp_path, 1, seconds=5.0), attempt_in(tmp_path, 2, seconds=0.5)
     try:
-        with serving(cluster.remote(line.port)) as service:
-            service.wait_for_slots(WORKERS)
-            for order in (long, short):
-                service.engine.submit(order)
-            pid_of(long)
+        with serving(cluster.remote(line.port)) as user:
+            user.wait_for_slots(WORKERS)
+            user.begin(long, short)
             line.cut()
-            patiently(lambda: isinstance(service.listen()[-1], Away))
-            assert service.engine.slots() == 0
+            user.wait_for(Away)
+            assert user.engine.slots() == 0
             with pytest.raises(OSError, match="away"):
-                service.engine.known()
-            done = Path(short.directory) / "result.json"
-            patiently(done.is_file)  # meanwhile
+                user.engine.known()
+            patiently((Path(short.directory) / "result.json").is_file)  # meanwhile
             line.mend()
-            patiently(lambda: any(isinstance(one, Back) for one in service.listen()[2:]))
-            assert service.end_of(short).cause is None
-            assert service.end_of(long).cause is None
+            patiently(lambda: any(isinstance(one, Back) for one in user.receive()[2:]))
+            assert {user.end_of(attempt).cause for attempt in (short, long)} == {None}
     finally:
         line.close()
 
 
-# --- the scheduler dies --------------------------------------------------------------------------
-
-
-def test_scheduler_killed__runs_leave_their_checkpoint_and_the_service_waits(
-    tmp_path: Path,
-) -> None:
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as service:
+def test_scheduler_killed__runs_leave_a_checkpoint_and_the_service_waits(tmp_path: Path) -> None:
+    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as user:
         [scheduler] = cluster.processes
         workers = cluster.start_workers(1)
-        service.wait_for_slots(1)
-        order = ticket(tmp_path, seconds=20.0)
-        service.engine.submit(order)
-        pid = pid_of(order)
-        patiently(lambda: service.told(order))
+        user.wait_for_slots(1)
+        attempt = attempt_in(tmp_path, seconds=20.0)
+        [pid] = user.begin(attempt)
+        patiently(lambda: user.progress_of(attempt))
         workers.look()
         scheduler.kill()
         patiently(workers.is_gone)
         assert is_gone(pid)
-        assert int(Path(str(order.checkpoint)).read_text()) > 0
-        patiently(lambda: isinstance(service.listen()[-1], Away))
-        assert service.engine.slots() == 0
+        assert checkpoint_step(attempt) > 0
+        user.wait_for(Away)
+        assert user.engine.slots() == 0
         cluster.start_scheduler()
         cluster.start_workers(1)
-        service.wait_for_slots(1)
-        assert service.end_of(order).cause is Cause.LOST
-        again = replace(ticket(tmp_path, 1, seconds=1.0))
-        service.engine.submit(again)
-        assert service.end_of(again).cause is None
+        user.wait_for_slots(1)
+        assert user.end_of(attempt).cause is Cause.LOST
+        assert user.compute(attempt_in(tmp_path, seconds=1.0))[0].cause is None
 
 
-def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as service:
+def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(tmp_path: Path) -> None:
+    timings = replace(DEFAULT, answer=2.0)
+    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote(), timings) as user:
         [frozen] = cluster.processes
         cluster.start_workers(1)
-        service.wait_for_slots(1)
-        order = ticket(tmp_path, seconds=3.0)
-        service.engine.submit(order)
-        pid = pid_of(order)
-        monkeypatch.setattr(dask, "ANSWER_SECONDS", 1.0)
+        user.wait_for_slots(1)
+        attempt = attempt_in(tmp_path, seconds=3.0)
+        [pid] = user.begin(attempt)
         os.killpg(frozen.process.pid, signal.SIGSTOP)
         try:
-            with ThreadPoolExecutor(1) as thread:
-                assert thread.submit(service.engine.slots).result(60) == 0
+            assert user.engine.slots() == 0
             with pytest.raises(OSError, match="away"):
-                service.engine.stop([order.key])
-            patiently(lambda: isinstance(service.listen()[-1], Away))
-            with pytest.raises(OSError, match="away"):
-                service.engine.follow("another")
+                user.engine.stop([attempt.key])
+            user.wait_for(Away)
         finally:
             os.killpg(frozen.process.pid, signal.SIGCONT)
-        assert service.end_of(order).cause is None
-        assert pid_of(order) == pid
-        service.wait_for_slots(1)
+        assert user.end_of(attempt).cause is None
+        assert pid_of(attempt) == pid
+        user.wait_for_slots(1)
 
 
 def test_follow__that_failed_can_be_asked_for_again(
-    service: Service, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    user: EngineUser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(*_arguments: object) -> None:
         raise ConnectionError("it went away just now")
 
-    order = ticket(tmp_path)
+    attempt = attempt_in(tmp_path)
     with monkeypatch.context() as patch:
         patch.setattr(SchedulerConnection, "kept", refuse)
         with pytest.raises(ConnectionError, match="just now"):
-            service.engine.follow(order.key)
-    service.engine.follow(order.key)
-    assert service.end_of(order).failure == "Gone"
+            user.engine.follow(attempt.key)
+    user.engine.follow(attempt.key)
+    assert user.end_of(attempt).failure == "Gone"
 
 
-def test_no_worker_comes__attempts_that_wait_for_one_are_lost(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(dask, "NO_SLOT_SECONDS", 1.0)
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as service:
-        order = ticket(tmp_path)
-        service.wait_until_back()
-        service.engine.submit(order)
-        patiently(lambda: service.engine.slots() == 0 and isinstance(service.listen()[-1], Ended))
-        assert service.end_of(order).cause is Cause.LOST
-        assert not service.engine.known()
+def test_no_worker_comes__attempts_that_wait_for_one_are_lost(tmp_path: Path) -> None:
+    timings = replace(DEFAULT, no_slot=1.0)
+    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote(), timings) as user:
+        attempt = attempt_in(tmp_path)
+        user.wait_for(Back)
+        user.engine.submit(attempt)
+        patiently(lambda: user.engine.slots() == 0 and isinstance(user.receive()[-1], Ended))
+        assert user.end_of(attempt).cause is Cause.LOST
+        assert not user.engine.known()
 
 
-# --- who gets no work ----------------------------------------------------------------------------
+# --- which workers get no work -------------------------------------------------------------------
 
 OLDER = "import solver\n\nsolver.PHYSICS_VERSION = 0\n"
 
@@ -341,71 +300,64 @@ OLDER = "import solver\n\nsolver.PHYSICS_VERSION = 0\n"
     ],
 )
 def test_worker_of_another_kind__gets_no_work_and_is_named(
-    cluster: Cluster,
-    service: Service,
+    cluster: DaskCluster,
+    user: EngineUser,
     tmp_path: Path,
     caplog: pytest.LogCaptureFixture,
     preload: str,
     difference: str,
 ) -> None:
+    def workers() -> dict[str, str]:
+        return dict(probe(settings_of(cluster, tmp_path)).workers)
+
     (tmp_path / "older.py").write_text(OLDER)
+    before = workers()
+    assert list(before.values()) == [""] * WORKERS
     path = os.pathsep.join([str(ROOT), str(tmp_path)])
-    before = set(probe(settings_of(cluster, tmp_path)).workers)
     other = cluster.start_workers(1, preload=preload, PYTHONPATH=path)
-    patiently(lambda: set(probe(settings_of(cluster, tmp_path)).workers) - before)
-    [address] = set(probe(settings_of(cluster, tmp_path)).workers) - before
-    assert difference in probe(settings_of(cluster, tmp_path)).workers[address]
+    patiently(lambda: workers().keys() - before.keys())
+    [address] = workers().keys() - before.keys()
+    assert difference in workers()[address]
     with caplog.at_level(logging.WARNING, logger=dask.__name__):
-        assert service.engine.slots() == service.engine.slots() == WORKERS
-    said = [one.getMessage() for one in caplog.records if address in one.getMessage()]
-    assert said == [f"the worker {address} gets no work: {difference}"]
-    orders = [ticket(tmp_path, number, seconds=0.5) for number in range(4)]
-    for order in orders:
-        service.engine.submit(order)
-    assert {service.end_of(order).cause for order in orders} == {None}
+        assert user.engine.slots() == user.engine.slots() == WORKERS
+    warnings = [message for message in caplog.messages if address in message]
+    assert warnings == [f"the worker {address} gets no work: {difference}"]
+    attempts = [attempt_in(tmp_path, number, seconds=0.5) for number in range(4)]
+    assert {ending.cause for ending in user.compute(*attempts)} == {None}
     other.look()
-    assert not {pid_of(order) for order in orders} & other.seen
+    assert not {pid_of(attempt) for attempt in attempts} & other.seen
     other.kill()
-    patiently(lambda: set(probe(settings_of(cluster, tmp_path)).workers) == before)
+    patiently(lambda: workers() == before)
 
 
-# --- who may talk to whom ------------------------------------------------------------------------
+# --- trust ---------------------------------------------------------------------------------------
 
 
-def test_tcp__is_refused(cluster: Cluster, tmp_path: Path) -> None:
-    remote = cluster.remote()
+def test_tcp__is_refused(tmp_path: Path) -> None:
     with pytest.raises(ValidationError, match="tls://"):
-        Settings(data=tmp_path, engine=remote.address.replace("tls://", "tcp://"))
+        Settings(data=tmp_path, engine="tcp://127.0.0.1:8786")
 
 
-def test_other_authority__the_scheduler_is_not_trusted(cluster: Cluster, tmp_path: Path) -> None:
-    other = Cluster(tmp_path, cluster.port)
+def test_other_authority__the_scheduler_is_not_trusted(
+    cluster: DaskCluster, tmp_path: Path
+) -> None:
+    other = DaskCluster(tmp_path, cluster.port)
     other.certify()
-    with serving(other.remote()) as service:
-        patiently(lambda: len(service.listen()) == 2)
-        [_, away] = service.listen()
-        assert isinstance(away, Away)
-        assert "certificate verify failed" in away.reason
+    reason_of_away(other, "certificate verify failed")
     with pytest.raises(OSError, match="certificate verify failed"):
         probe(settings_of(other, tmp_path))
 
 
-def test_nobody_there__is_said_once_and_tried_again(tmp_path: Path) -> None:
-    cluster = Cluster(tmp_path, free_port())
+def test_no_scheduler__is_reported_as_away(tmp_path: Path) -> None:
+    cluster = DaskCluster(tmp_path, free_port())
     cluster.certify()
-    inbox: Inbox = SimpleQueue()
-    engine = DaskEngine(cluster.remote(), inbox)
-    try:
-        service = Service(engine, inbox)
-        patiently(lambda: len(service.listen()) == 2)
-        [_, away] = service.listen()
+    reason_of_away(cluster, "refused")
+
+
+def reason_of_away(cluster: DaskCluster, reason: str) -> None:
+    """Check the reason why a scheduler cannot be reached."""
+    with serving(cluster.remote()) as user:
+        patiently(lambda: len(user.receive()) == 2)
+        [_, away] = user.receive()
         assert isinstance(away, Away)
-        assert "refused" in away.reason
-    finally:
-        engine.close()
-
-
-def test_probe__says_who_works(cluster: Cluster, tmp_path: Path) -> None:
-    found = probe(settings_of(cluster, tmp_path))
-    assert found.address == cluster.remote().address
-    assert list(found.workers.values()) == [""] * WORKERS
+        assert reason in away.reason

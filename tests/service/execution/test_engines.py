@@ -1,6 +1,8 @@
-"""Which engine the settings ask for, and what is particular to the one of this machine."""
+"""The engine that the settings ask for, and what is particular to the one of this machine."""
 
 import sys
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
@@ -8,25 +10,27 @@ from typing import Any
 import pytest
 
 from service import execution
-from service.execution import engine_of, local, probe
+from service.execution import engine_of, probe
 from service.execution.local import LocalEngine
-from service.records.attempt import Inbox
 from service.records.jobs import Cause
 from service.records.settings import Settings
+from service.records.timings import DEFAULT
 from service.workers.supervisor import Supervisor
 from studies.values.errors import MissingExtra
-from tests.service.support.cluster import Service, pid_of, ticket
+from tests.service.support.cluster import attempt_in, using
 from tests.service.support.fakes import is_gone
 
+ONE_SLOT = partial(LocalEngine, 1)
 
-def test_engine__is_of_this_machine_unless_an_address_is_given() -> None:
+
+def test_engine__is_of_this_machine_unless_an_address_is_set() -> None:
     engine = engine_of(Settings(workers=3))(SimpleQueue())
     assert isinstance(engine, LocalEngine)
     assert engine.slots() == 3
     engine.close(0.0)
 
 
-def test_engine__of_a_cluster_without_its_libraries_says_what_to_install(
+def test_engine__of_a_cluster_without_its_libraries_names_the_extra(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pem = tmp_path / "any.pem"
@@ -45,46 +49,29 @@ def test_slot__whose_supervisor_fails_serves_the_next_attempt(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fail(*_arguments: Any) -> None:
-        raise ZeroDivisionError("nobody foresaw this")
+        raise ZeroDivisionError("an unexpected error")
 
-    inbox: Inbox = SimpleQueue()
-    service = Service(LocalEngine(1, inbox), inbox)
-    try:
-        one, other = ticket(tmp_path, 1), ticket(tmp_path, 2)
+    with using(ONE_SLOT) as user:
         with monkeypatch.context() as patch:
             patch.setattr(Supervisor, "run", fail)
-            service.engine.submit(one)
-            ending = service.end_of(one)
+            [ending] = user.compute(attempt_in(tmp_path, 1))
         assert (ending.cause, ending.failure) == (Cause.LOST, "ZeroDivisionError")
-        service.engine.submit(other)
-        assert service.end_of(other).cause is None
-    finally:
-        service.engine.close(0.0)
+        assert user.compute(attempt_in(tmp_path, 2))[0].cause is None
 
 
 def test_close__an_attempt_that_waits_for_a_slot_does_not_begin(tmp_path: Path) -> None:
-    inbox: Inbox = SimpleQueue()
-    service = Service(LocalEngine(1, inbox), inbox)
-    first, waiting = ticket(tmp_path, 1, "hang"), ticket(tmp_path, 2)
-    for order in (first, waiting):
-        service.engine.submit(order)
-    pid_of(first)
-    service.engine.close(0.0)
-    assert {service.end_of(order).failure for order in (first, waiting)} == {"Stopped"}
+    first, waiting = attempt_in(tmp_path, 1, "hang"), attempt_in(tmp_path, 2)
+    with using(ONE_SLOT) as user:
+        user.begin(first)
+        user.engine.submit(waiting)
+    assert {user.end_of(attempt).failure for attempt in (first, waiting)} == {"Stopped"}
     assert not Path(waiting.directory, "pid").exists()
 
 
-def test_close__says_that_a_slot_is_still_busy(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    inbox: Inbox = SimpleQueue()
-    service = Service(LocalEngine(1, inbox), inbox)
-    deaf = ticket(tmp_path, 1, "deaf")
-    service.engine.submit(deaf)
-    pid = pid_of(deaf)
-    with monkeypatch.context() as patch:
-        patch.setattr(local, "STOP_SECONDS", -1.0)
+def test_close__reports_that_a_slot_is_still_busy(tmp_path: Path) -> None:
+    impatient = partial(LocalEngine, 1, timings=replace(DEFAULT, stop=-1.0))
+    with using(impatient, leave_seconds=60.0) as user:
+        [pid] = user.begin(attempt_in(tmp_path, 1, "deaf"))
         with pytest.raises(TimeoutError, match="1 of 1 slots"):
-            service.engine.close(0.0)
-    service.engine.close(60.0)
+            user.engine.close(0.0)
     assert is_gone(pid)

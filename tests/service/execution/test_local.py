@@ -30,7 +30,7 @@ from tests.service.support.fakes import (
     sweep_of,
     wait_until,
 )
-from tests.service.support.targets import Run
+from tests.service.support.targets import FakeRun
 
 ROOT = Path(__file__).parents[3]
 
@@ -43,7 +43,7 @@ class Local:
     store: Store
     dispatcher: Dispatcher
 
-    def ask(self, runs: Sequence[Run]) -> SweepRow:
+    def ask(self, runs: Sequence[FakeRun]) -> SweepRow:
         return self.store.create_sweep(sweep_of(runs))
 
     def end_of(self, row: SweepRow) -> SweepRow:
@@ -52,7 +52,7 @@ class Local:
     def runs(self, row: SweepRow) -> list[RunRow]:
         return [point.run for point in self.store.sweep_runs(row.id).items]
 
-    def pid(self, run: Run, attempt: int = 1) -> int:
+    def pid(self, run: FakeRun, attempt: int = 1) -> int:
         """The process of an attempt, as soon as there is one."""
         folder = self.settings.data / "runs" / run.id[:2] / run.id
         found = wait_until(lambda: [*folder.glob(f"a{attempt}-*/pid")])

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from tests.service.support.cluster import (
-    Cluster,
-    Process,
+    DaskCluster,
+    ShellProcess,
+    attempt_in,
     documented,
     environment,
     patiently,
     serving,
-    ticket,
 )
 
 # Stand in for Slurm: a job is a process in the background.
@@ -28,7 +28,7 @@ kill "$1" 2>/dev/null
 
 def test_slurm__the_documented_program_starts_workers_that_get_work(tmp_path: Path) -> None:
     pytest.importorskip("dask_jobqueue", reason="the extra cluster is not installed")
-    cluster = Cluster(tmp_path)
+    cluster = DaskCluster(tmp_path)
     cluster.certify()
     for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL)):
         (tmp_path / name).write_text(text)
@@ -39,15 +39,13 @@ def test_slurm__the_documented_program_starts_workers_that_get_work(tmp_path: Pa
         program.replace("cores=4", "cores=2").replace("processes=4", "processes=2")
     )
     path = os.pathsep.join([str(tmp_path), environment()["PATH"]])
-    process = Process("python cluster.py", tmp_path, "slurm", {"PATH": path})
+    process = ShellProcess("python cluster.py", tmp_path, "slurm", {"PATH": path})
     cluster.processes.append(process)
     job = tmp_path / "job.log"
     try:
-        with serving(cluster.remote()) as service:
-            service.wait_for_slots(2)
-            order = ticket(tmp_path)
-            service.engine.submit(order)
-            assert service.end_of(order).cause is None
+        with serving(cluster.remote()) as user:
+            user.wait_for_slots(2)
+            assert user.compute(attempt_in(tmp_path))[0].cause is None
     finally:
         process.kill()
         cluster.end()

@@ -38,7 +38,6 @@ def disk(monkeypatch: pytest.MonkeyPatch) -> Disk:
 
 @pytest.fixture
 def harness(tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
     monkeypatch.setattr(space, "REST_SECONDS", 0.0)
     with open_harness(tmp_path, disk_reserve=RESERVE) as opened:
         yield opened
@@ -54,22 +53,22 @@ def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(
 ) -> None:
     disk.free = RESERVE - 1
     harness.store.create_sweep(sweep_of(1))
-    assert harness.turn() == []
-    said = harness.dispatcher.trouble()
+    assert harness.tick() == []
+    said = harness.dispatcher.blocked_reason()
     assert said is not None
     assert said == harness.store.queue().hindrance
     assert "reserve" in said
     disk.free = RESERVE
-    assert len(harness.turn()) == 1
-    assert harness.dispatcher.trouble() is harness.store.queue().hindrance is None
+    assert len(harness.tick()) == 1
+    assert harness.dispatcher.blocked_reason() is harness.store.queue().hindrance is None
 
 
 def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, disk: Disk) -> None:
     harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
+    [ticket] = harness.tick()
     disk.free = 0
     harness.end_well(ticket)
-    harness.turn()
+    harness.tick()
     assert harness.run().state is State.SUCCEEDED
     assert harness.engine.stopped == []
 
@@ -80,12 +79,12 @@ def test_full_disk__the_run_is_queued_again_and_costs_nothing(
 ) -> None:
     harness.store.create_sweep(sweep_of(1))
     for _ in range(3):
-        [ticket] = harness.turn()
+        [ticket] = harness.tick()
         disk.free = RESERVE - 1
         harness.end(ticket, full(os.strerror(number)))
-        harness.turn()
+        harness.tick()
         disk.free = RESERVE
-    assert len(harness.turn()) == 1
+    assert len(harness.tick()) == 1
     assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
@@ -95,9 +94,9 @@ def test_full_disk__a_run_that_leaves_room_behind_has_crashed(
 ) -> None:
     harness.store.create_sweep(sweep_of(1))
     for _ in range(3):
-        [ticket] = harness.turn()
+        [ticket] = harness.tick()
         harness.end(ticket, full(os.strerror(number)))
-    assert [ticket.kind for ticket in harness.turn()] == [Kind.PUBLISH]
+    assert [ticket.kind for ticket in harness.tick()] == [Kind.PUBLISH]
     assert (harness.run().state, harness.run().cause) == (State.FAILED, Cause.CRASH)
     assert "the disk was full" in str(harness.run().reason)
 
@@ -110,13 +109,13 @@ def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) ->
 
 def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk: Disk) -> None:
     harness.store.create_sweep(sweep_of(2))
-    one, other = harness.turn()
+    one, other = harness.tick()
     disk.free = RESERVE - 1
     harness.end_badly(one, Cause.ERROR, reason="NetCDF: HDF error")
     harness.end_badly(other, Cause.CRASH, reason="the process died: SIGBUS")
-    assert harness.turn() == []
+    assert harness.tick() == []
     disk.free = RESERVE
-    assert len(harness.turn()) == 2
+    assert len(harness.tick()) == 2
     assert {harness.run(number).crashes for number in (0, 1)} == {0}
 
 
@@ -132,9 +131,9 @@ def test_full_disk__is_judged_by_the_room_that_there_was(
     harness: Harness, cause: Cause, reason: str
 ) -> None:
     harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
+    [ticket] = harness.tick()
     harness.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
-    assert len(harness.turn()) == 1
+    assert len(harness.tick()) == 1
     assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
@@ -145,15 +144,15 @@ def test_full_disk__is_judged_once_however_long_the_store_is_away(
         raise StoreUnavailable("database or disk is full")
 
     harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
+    [ticket] = harness.tick()
     disk.free = 0
     harness.end(ticket, replace(full("no room"), free=0))
     with monkeypatch.context() as patch:
         patch.setattr(harness.store, "requeue", away)
         with pytest.raises(StoreUnavailable):
-            harness.turn()
+            harness.tick()
     disk.free = 2 * RESERVE
-    assert len(harness.turn()) == 1
+    assert len(harness.tick()) == 1
     assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
@@ -161,13 +160,13 @@ def test_full_disk__after_it_nothing_is_begun_for_a_while(
     harness: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
+    [ticket] = harness.tick()
     monkeypatch.setattr(space, "REST_SECONDS", 3600.0)
     harness.end(ticket, full())
-    assert harness.turn() == []
-    assert "full disk" in str(harness.dispatcher.trouble())
+    assert harness.tick() == []
+    assert "full disk" in str(harness.dispatcher.blocked_reason())
     monkeypatch.setattr(space, "REST_SECONDS", 0.0)
-    assert len(harness.turn()) == 1
+    assert len(harness.tick()) == 1
 
 
 @pytest.mark.parametrize("cause", [None, Cause.LOST, Cause.TIME_LIMIT, Cause.MEMORY_LIMIT])

@@ -1,6 +1,7 @@
 """Registered results that the disk has lost: computed again, but never many at once."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -11,13 +12,12 @@ from service.files.lost_results import Loss, ResultsLost, leave_list
 from service.records.attempt import Attempt
 from service.records.jobs import Cause, Kind, State, SweepState
 from tests.service.support.fakes import run_id, runs_of, sweep_of
-from tests.service.support.harness import Harness, open_harness
+from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
 
 @pytest.fixture
-def harness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    with open_harness(tmp_path) as opened:
+def harness(tmp_path: Path) -> Iterator[Harness]:
+    with open_harness(tmp_path, replace(AT_ONCE, lost_results_retry=0.0)) as opened:
         yield opened
 
 
@@ -34,7 +34,7 @@ def without_results(harness: Harness, ticket: Attempt, *numbers: int) -> None:
 
 def computed(harness: Harness) -> None:
     """Work through the runs that are queued."""
-    for ticket in harness.turn():
+    for ticket in harness.tick():
         harness.end_well(ticket)
 
 
@@ -50,22 +50,22 @@ def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(
 ) -> None:
     harness.store.create_sweep(sweep_of(2))
     computed(harness)
-    [publication] = harness.turn()
+    [publication] = harness.tick()
     harness.end_well(publication)
-    harness.turn()
+    harness.tick()
     file = result_of(harness, 0)
     file.unlink() if damage is None else file.write_text(damage)
 
     row = harness.store.create_sweep(sweep_of(2))
     assert row.new == 0
-    [publication] = harness.turn()
+    [publication] = harness.tick()
     without_results(harness, publication, 0)
-    [again] = harness.turn()
+    [again] = harness.tick()
     assert harness.store.sweep(row.id).state is SweepState.RUNNING
     harness.end_well(again)
-    [publication] = harness.turn()
+    [publication] = harness.tick()
     harness.end_well(publication)
-    harness.turn()
+    harness.tick()
     assert harness.store.sweep(row.id).state is SweepState.SUCCEEDED
     assert result_of(harness, 0).is_file()
     assert [harness.run(number).attempt for number in (0, 1)] == [2, 1]
@@ -74,9 +74,9 @@ def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(
 def test_lost_result__that_is_there_for_the_service_costs_nothing(harness: Harness) -> None:
     harness.store.create_sweep(sweep_of(1))
     computed(harness)
-    [publication] = harness.turn()
+    [publication] = harness.tick()
     without_results(harness, publication, 0)
-    [again] = harness.turn()
+    [again] = harness.tick()
     assert again.kind is Kind.PUBLISH
     assert harness.run().attempt == 1
 
@@ -85,12 +85,12 @@ def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: 
     row = harness.store.create_sweep(sweep_of(1))
     for _ in range(3):
         computed(harness)
-        [publication] = harness.turn()
+        [publication] = harness.tick()
         result_of(harness, 0).unlink()
         without_results(harness, publication, 0)
-    [publication] = harness.turn()
+    [publication] = harness.tick()
     harness.end_well(publication)
-    harness.turn()
+    harness.tick()
     run = harness.run()
     assert (run.state, run.cause) == (State.FAILED, Cause.ERROR)
     assert "lost or damaged" in str(run.reason)
@@ -99,19 +99,19 @@ def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: 
 
 def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> None:
     row = harness.store.create_sweep(sweep_of(2))
-    tickets = harness.turn()
+    tickets = harness.tick()
     harness.end_well(next(one for one in tickets if one.spec["id"] == run_id(0)))
-    harness.turn()
+    harness.tick()
     harness.store.cancel_sweep(row.id)
     for ticket in tickets:
         if ticket.spec["id"] == run_id(1):
             harness.end_badly(ticket, Cause.LOST)
-    [publication] = [one for one in harness.turn() if one.kind is Kind.PUBLISH]
+    [publication] = [one for one in harness.tick() if one.kind is Kind.PUBLISH]
     result_of(harness, 0).unlink()
     without_results(harness, publication, 0)
-    [publication] = harness.turn()
+    [publication] = harness.tick()
     harness.end_well(publication)
-    harness.turn()
+    harness.tick()
     assert harness.store.sweep(row.id).state is SweepState.CANCELLED
 
 
@@ -119,22 +119,21 @@ def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> 
 
 
 @pytest.fixture
-def large(harness: Harness, monkeypatch: pytest.MonkeyPatch) -> Harness:
+def large(harness: Harness) -> Harness:
     """A service with eight results, which does not wait before it looks for lost ones again."""
-    monkeypatch.setattr("service.queue.registration.REFUSED_SECONDS", 0.0)
     harness.engine.free = 8
     harness.store.create_sweep(sweep_of(8))
     computed(harness)
-    [publication] = harness.turn()
+    [publication] = harness.tick()
     harness.end_well(publication)
-    harness.turn()
+    harness.tick()
     return harness
 
 
 def shared(harness: Harness, *numbers: int) -> Attempt:
     """The publication of a sweep that shares these runs."""
     harness.store.create_sweep(sweep_of(runs_of(*["fine"] * len(numbers), first=numbers[0])))
-    [publication] = harness.turn()
+    [publication] = harness.tick()
     return publication
 
 
@@ -143,7 +142,7 @@ def lose(harness: Harness, publication: Attempt, *numbers: int) -> list[Attempt]
     for number in numbers:
         result_of(harness, number).unlink(missing_ok=True)
     without_results(harness, publication, *numbers)
-    return harness.turn()
+    return harness.tick()
 
 
 def test_many_lost_results__are_named_and_none_is_forgotten(
@@ -170,7 +169,7 @@ def test_many_lost_results__that_are_there_again_are_published(large: Harness) -
     for file, was in zip(files, content, strict=True):
         file.write_bytes(was)
     large.end_well(again)
-    large.turn()
+    large.tick()
     assert large.store.queue().hindrance is None
     assert large.store.queue().states == {State.SUCCEEDED: 10}
     assert [large.run(number).attempt for number in range(6)] == [1] * 6

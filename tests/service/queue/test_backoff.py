@@ -1,13 +1,11 @@
-"""Jobs that were lost again and again: how long they rest."""
+"""Jobs that were lost again and again: how long they are delayed."""
 
-import pytest
-
-from service.queue import backoff as rests
-from service.queue.backoff import FREE, Rests
+from service.queue.backoff import FREE_LOSSES, Backoff
 from service.records.jobs import Claim, Keep, Kind, State
+from service.records.timings import DEFAULT, Timings
 from tests.service.support.fakes import run_id
 
-CLAIM = Claim(
+LEASE = Claim(
     id=run_id(1),
     kind=Kind.RUN,
     attempt=1,
@@ -23,32 +21,25 @@ CLAIM = Claim(
 )
 
 
-def test_rest__doubles_to_a_longest_one() -> None:
-    asked = Rests()
-    waits = [asked.lose(CLAIM, None) for _ in range(FREE + 100)]
-    assert waits[:FREE] == [0.0] * FREE
-    assert waits[FREE : FREE + 4] == [10.0, 20.0, 40.0, 80.0]
-    assert set(waits[FREE + 6 :]) == {rests.LONGEST_SECONDS}
-    assert asked.resting() == (CLAIM.id,)
+def test_delay__doubles_to_a_longest_one() -> None:
+    backoff = Backoff()
+    delays = [backoff.lose(LEASE, None) for _ in range(FREE_LOSSES + 100)]
+    assert delays[:FREE_LOSSES] == [0.0] * FREE_LOSSES
+    assert delays[FREE_LOSSES : FREE_LOSSES + 4] == [10.0, 20.0, 40.0, 80.0]
+    assert set(delays[FREE_LOSSES + 6 :]) == {DEFAULT.backoff_longest}
+    assert backoff.delayed() == (LEASE.id,)
 
 
-def test_rest__is_over_after_its_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rests, "FIRST_SECONDS", 0.0)
-    asked = Rests()
-    for _ in range(FREE + 1):
-        asked.lose(CLAIM, None)
-    assert asked.resting() == ()
+def test_delay__is_over_after_its_seconds() -> None:
+    backoff = Backoff(Timings(backoff_first=0.0))
+    for _ in range(FREE_LOSSES + 1):
+        backoff.lose(LEASE, None)
+    assert backoff.delayed() == ()
 
 
-def test_progress__starts_the_count_anew() -> None:
-    asked = Rests()
-    assert {asked.lose(CLAIM, step) for step in range(1, 100)} == {0.0}
-    assert [asked.lose(CLAIM, 99) for _ in range(FREE)][-1] == rests.FIRST_SECONDS
-
-
-def test_other_end__starts_the_count_anew() -> None:
-    asked = Rests()
-    for _ in range(FREE):
-        asked.lose(CLAIM, None)
-    asked.end(CLAIM)
-    assert asked.lose(CLAIM, None) == 0.0
+def test_count__begins_anew_after_progress_or_another_ending() -> None:
+    backoff = Backoff()
+    assert {backoff.lose(LEASE, step) for step in range(1, 100)} == {0.0}
+    assert [backoff.lose(LEASE, 99) for _ in range(FREE_LOSSES)][-1] == DEFAULT.backoff_first
+    backoff.clear(LEASE)
+    assert backoff.lose(LEASE, None) == 0.0

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.queue.data_identity import WrongDirectory
 from service.records.jobs import Cause, State
@@ -29,10 +28,8 @@ def settings(tmp_path: Path, database_url: str) -> Settings:
 
 
 @pytest.fixture
-def harness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
+def harness(tmp_path: Path) -> Iterator[Harness]:
     """A service whose database is not in its data directory."""
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    monkeypatch.setattr("service.queue.dispatcher.TRY_SECONDS", 0.0)
     with open_harness(tmp_path / "data", database_url=f"sqlite:///{tmp_path / 'x.db'}") as opened:
         identity.settle(opened.settings, opened.store)
         yield opened
@@ -74,39 +71,28 @@ def test_settle__refuses_a_directory_that_is_not_there_and_makes_none(
     assert not settings.data.exists()
 
 
-def test_settle__refuses_an_empty_directory_until_it_is_adopted(
-    settings: Settings, store: Store
+@pytest.mark.parametrize(
+    ("in_directory", "in_database"), [(None, True), (OTHER, False), (OTHER, True)]
+)
+def test_settle__refuses_two_ids_until_the_directory_is_adopted(
+    settings: Settings, store: Store, in_directory: str | None, in_database: bool
 ) -> None:
-    identity.settle(settings, store)
-    known = store.data_id()
-    (settings.data / identity.FILE).unlink()
-    with pytest.raises(WrongDirectory, match=f"has no id.*the id {known}.*whipple adopt"):
-        identity.settle(settings, store)
-    assert identity.adopt(settings, store) == known
-    identity.settle(settings, store)
-    assert store.data_id() == known
-
-
-def test_settle__refuses_an_empty_database_until_it_is_adopted(
-    settings: Settings, store: Store
-) -> None:
+    """An empty directory, an empty database, and the directory of another database."""
     settings.data.mkdir()
-    identity.write(settings.data, OTHER)
-    with pytest.raises(WrongDirectory, match=f"the id {OTHER}.*no id.*whipple adopt"):
+    if in_database:
         identity.settle(settings, store)
-    assert store.data_id() is None
-    assert identity.adopt(settings, store) == store.data_id() == OTHER
-
-
-def test_settle__refuses_the_directory_of_another_database(
-    settings: Settings, store: Store
-) -> None:
+        (settings.data / identity.FILE).unlink()
+    if in_directory:
+        identity.write(settings.data, in_directory)
+    before = store.data_id()
+    has = f"the id {in_directory}" if in_directory else "has no id"
+    database_has = f"the id {before}" if before else "no id"
+    with pytest.raises(WrongDirectory, match=f"{has}.*{database_has}.*whipple adopt"):
+        identity.settle(settings, store)
+    assert store.data_id() == before
+    adopted = identity.adopt(settings, store)
+    assert adopted == (before or in_directory) == identity.read(settings.data) == store.data_id()
     identity.settle(settings, store)
-    known = store.data_id()
-    identity.write(settings.data, OTHER)
-    with pytest.raises(WrongDirectory, match=f"the id {OTHER}.*the id {known}.*whipple adopt"):
-        identity.settle(settings, store)
-    assert identity.adopt(settings, store) == identity.read(settings.data) == known
 
 
 def test_adopt__never_makes_a_directory(settings: Settings, store: Store) -> None:
@@ -119,40 +105,30 @@ def test_adopt__never_makes_a_directory(settings: Settings, store: Store) -> Non
 
 
 def test_directory_away__nobody_leads_until_it_is_back(harness: Harness, tmp_path: Path) -> None:
-    harness.store.create_sweep(sweep_of(3))
-    one, other = harness.turn()
+    harness.submit(3)
+    first, second = harness.tick()
     harness.settings.data.rename(tmp_path / "away")
-    harness.end_badly(one, Cause.ERROR, reason="No such file or directory")
-    assert harness.turn() == []
+    harness.end_badly(first, Cause.ERROR, reason="No such file or directory")
+    assert harness.tick() == []
     assert not harness.dispatcher.leads()
-    assert "is not there" in str(harness.dispatcher.trouble())
+    assert "is not there" in str(harness.dispatcher.blocked_reason())
     assert not harness.settings.data.exists()
 
     (tmp_path / "away").rename(harness.settings.data)
-    harness.end_badly(other, Cause.ERROR, reason="No such file or directory")
-    assert len(harness.turn()) == 2
-    assert (harness.dispatcher.leads(), harness.dispatcher.trouble()) == (True, None)
+    harness.end_badly(second, Cause.ERROR, reason="No such file or directory")
+    assert len(harness.tick()) == 2
+    assert (harness.dispatcher.leads(), harness.dispatcher.blocked_reason()) == (True, None)
     assert {harness.run(number).state for number in range(3)} == {State.RUNNING, State.QUEUED}
     assert (harness.engine.closed, harness.run().crashes) == ([], 0)
 
 
 def test_another_directory__in_its_place_gets_no_work(harness: Harness, tmp_path: Path) -> None:
-    harness.store.create_sweep(sweep_of(1))
+    harness.submit(1)
     harness.settings.data.rename(tmp_path / "away")
     harness.settings.data.mkdir()
-    assert harness.turn() == []
-    assert "has no id" in str(harness.dispatcher.trouble())
+    assert harness.tick() == []
+    assert "has no id" in str(harness.dispatcher.blocked_reason())
     assert list(harness.settings.data.iterdir()) == []
-
-
-def test_folder_of_an_attempt__is_not_made_where_the_directory_is_away(tmp_path: Path) -> None:
-    artifacts = Artifacts(tmp_path / "data")
-    with pytest.raises(FileNotFoundError):
-        artifacts.make_folder(artifacts.run_folder(OTHER))
-    assert not artifacts.root.exists()
-    artifacts.root.mkdir()
-    artifacts.make_folder(artifacts.run_folder(OTHER))
-    assert artifacts.run_folder(OTHER).is_dir()
 
 
 def test_retry__forgets_no_final_state_while_the_directory_is_away(tmp_path: Path) -> None:

@@ -1,15 +1,13 @@
-"""Several services on one database: what the interface of one is told, that of another knows."""
+"""Several services on one database: what one of them is sent, the others serve."""
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from service.records.jobs import Kind
-from tests.service.api.test_event_streams import listening
-from tests.service.support.api import SWEEP, Api, open_api, served
+from tests.service.support.api import SWEEP, Api, open_api
 
 KEY = {"Idempotency-Key": "the-same"}
 
@@ -17,54 +15,32 @@ KEY = {"Idempotency-Key": "the-same"}
 @pytest.fixture
 def two(postgresql_url: str, tmp_path: Path) -> Iterator[tuple[Api, Api]]:
     with (
-        open_api(tmp_path, database_url=postgresql_url) as one,
+        open_api(tmp_path, database_url=postgresql_url) as leader,
         open_api(tmp_path, database_url=postgresql_url) as other,
     ):
         other.engine.slots = None  # it does not lead
-        yield one, other
+        yield leader, other
 
 
-def test_submission__to_both_at_once_is_computed_once(two: tuple[Api, Api]) -> None:
+@pytest.mark.parametrize("headers", [{}, KEY])
+def test_submission__to_both_at_once_is_computed_once(
+    two: tuple[Api, Api], headers: dict[str, str]
+) -> None:
+    def submit(number: int) -> dict[str, int]:
+        return two[number % 2].http.post("/v1/sweeps", json=SWEEP, headers=headers).json()
+
     with ThreadPoolExecutor(8) as pool:
-        answers = list(
-            pool.map(lambda n: two[n % 2].http.post("/v1/sweeps", json=SWEEP).json(), range(8))
-        )
-    assert sorted(answer["new"] for answer in answers) == [0] * 7 + [2]
+        answers = list(pool.map(submit, range(8)))
+    assert len({answer["id"] for answer in answers}) == (1 if headers else 8)
     assert all(answer["new"] + answer["reused"] == 2 for answer in answers)
-    claims = two[0].store.claim(100, two[0].epoch())
-    assert sum(claim.kind is Kind.RUN for claim in claims) == 2
+    leases = two[0].store.claim(100, two[0].epoch())
+    assert sum(lease.kind is Kind.RUN for lease in leases) == 2
 
 
-def test_submission__with_one_key_to_both_at_once_is_one_sweep(two: tuple[Api, Api]) -> None:
-    def submit(number: int) -> Any:
-        return two[number % 2].http.post("/v1/sweeps", json=SWEEP, headers=KEY).json()["id"]
-
-    with ThreadPoolExecutor(8) as pool:
-        assert len(set(pool.map(submit, range(8)))) == 1
-
-
-def test_events__of_the_one_are_told_by_the_other_in_their_order(two: tuple[Api, Api]) -> None:
-    one, other = two
-    id = one.submit()
-    with served(other) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
-        assert next(heard).data["kind"] == "accepted"
-        one.compute()
-        rest = list(heard)
-    assert rest[-1].name == "end"
-    numbers = [message.id for message in rest if message.id is not None]
-    assert numbers == sorted(set(numbers))
-    assert len(numbers) == 6  # two runs and a publication, begun and ended
-
-
-def test_queue__is_paused_for_both(two: tuple[Api, Api]) -> None:
-    one, other = two
+def test_pause_and_files__of_one_service_are_those_of_the_other(two: tuple[Api, Api]) -> None:
+    leader, other = two
+    path = f"/v1/sweeps/{leader.submit()}/cube.nc"
+    leader.compute()
+    assert other.http.get(path).headers["ETag"] == leader.http.get(path).headers["ETag"]
     other.http.post("/v1/queue/pause")
-    assert one.http.get("/v1/queue").json()["paused"] is not None
-
-
-def test_file__that_the_one_published_is_sent_by_the_other(two: tuple[Api, Api]) -> None:
-    one, other = two
-    id = one.submit()
-    one.compute()
-    path = f"/v1/sweeps/{id}/cube.nc"
-    assert other.http.get(path).headers["ETag"] == one.http.get(path).headers["ETag"]
+    assert leader.http.get("/v1/queue").json()["paused"] is not None

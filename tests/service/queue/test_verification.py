@@ -1,273 +1,222 @@
-"""What attempts left is looked at: whether it is a result, in words that rows take, beside the turns."""
+"""Verification of what attempts left: whether it is a result, in text that rows take, beside the ticks."""
 
 import errno
 import json
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from service.files.artifacts import Artifacts, describe
-from service.queue import leader as reign
-from service.queue import verification as findings
-from service.records.attempt import Ending
+from service.queue.verification import OWN_SHORTAGE
+from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Claim, State, Stored
-from tests.service.support.fakes import DEADLINE, run_id, runs_of, sweep_of
-from tests.service.support.harness import Harness, open_harness
+from tests.service.support.fakes import DEADLINE, run_id, runs_of
+from tests.service.support.harness import AT_ONCE, Harness, open_harness
+
+NO_DOUBT = replace(AT_ONCE, verification_doubt=0.0)
 
 
-@pytest.fixture
-def harness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    with open_harness(tmp_path) as opened:
-        yield opened
+def is_first_success(harness: Harness) -> bool:
+    """Whether the first run has the result of its first attempt."""
+    row = harness.run()
+    return (row.state, row.attempt, row.crashes) == (State.SUCCEEDED, 1, 0)
 
 
-NO_RESULTS: tuple[object, ...] = (
-    {"state": "succeeded"},
-    [],
-    {"state": "succeeded", "measurements": []},
-    None,
+def end_with(harness: Harness, attempt: Attempt, answer: object) -> None:
+    """End an attempt with this as its result."""
+    harness.compute(attempt)
+    file = Path(attempt.directory) / "result.json"
+    file.write_text(json.dumps(answer))
+    harness.end(attempt, Ending(None, "", "", (describe(file),), 1.0))
+
+
+@pytest.mark.parametrize(
+    "answer", [{"state": "succeeded"}, [], {"state": "succeeded", "measurements": []}, None]
 )
-
-
-@pytest.mark.parametrize("answer", NO_RESULTS)
-def test_result_that_is_none__is_no_result(harness: Harness, answer: object) -> None:
-    harness.store.create_sweep(sweep_of(1))
+def test_malformed_result__counts_as_a_crash(harness: Harness, answer: object) -> None:
+    harness.submit(1)
     for _ in range(3):
-        [ticket] = harness.turn()
-        harness.compute(ticket)
-        file = Path(ticket.directory) / "result.json"
-        file.write_text(json.dumps(answer))
-        harness.end(ticket, Ending(None, "", "", (describe(file),), 1.0))
-    harness.turn()
-    run = harness.run()
-    assert (run.state, run.cause) == (State.FAILED, Cause.CRASH)
-    assert "cannot be registered" in str(run.reason)
+        end_with(harness, harness.tick()[0], answer)
+    harness.tick()
+    row = harness.run()
+    assert (row.state, row.cause) == (State.FAILED, Cause.CRASH)
+    assert "cannot be registered" in str(row.reason)
 
 
-def test_reason__that_no_database_takes_is_made_legible(
-    tmp_path: Path, database_url: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+def test_text__that_no_database_takes_is_made_legible(tmp_path: Path, database_url: str) -> None:
+    reason = "cannot read 'caf\udce9.toml'\0" + 5000 * "!"
     with open_harness(tmp_path, database_url=database_url) as harness:
-        harness.store.create_sweep(sweep_of(2))
-        crashed, failed = harness.turn()
-        words = "cannot read 'caf\udce9.toml'\0" + 5000 * "!"
-        harness.end_badly(crashed, Cause.CRASH, reason=words)
-        harness.end_badly(failed, Cause.ERROR, reason=words, failure="\0")
-        harness.turn()
+        harness.engine.free = 3
+        crashed, failed, verdict = harness.begin(runs_of("fine", "fine", "verdict"))
+        harness.end_badly(crashed, Cause.CRASH, reason=reason)
+        harness.end_badly(failed, Cause.ERROR, reason=reason, failure="\0")
+        file = Path(harness.compute(verdict).files[0].path)
+        file.write_text(json.dumps(json.loads(file.read_text()) | {"reason": "at \ud83d\0"}))
+        harness.end(verdict, Ending(None, "", "", (describe(file),), 1.0))
+        harness.tick()
         assert [harness.run(number).state for number in (0, 1)] == [State.RUNNING, State.FAILED]
         assert str(harness.run(1).reason).startswith("cannot read 'caf\ufffd.toml'\ufffd!")
+        row = harness.run(2)
+        assert (row.cause, row.reason) == (Cause.VERDICT, "at \ufffd\ufffd")
 
 
-def test_verdict__that_no_database_takes_is_made_legible(
-    tmp_path: Path, database_url: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    with open_harness(tmp_path, database_url=database_url) as harness:
-        harness.store.create_sweep(sweep_of(runs_of("verdict")))
-        [ticket] = harness.turn()
-        harness.compute(ticket)
-        file = Path(ticket.directory) / "result.json"
-        answer = json.loads(file.read_text())
-        file.write_text(json.dumps(answer | {"reason": "at \ud83d\0"}))
-        harness.end(ticket, Ending(None, "", "", (describe(file),), 1.0))
-        harness.turn()
-        assert (harness.run().cause, harness.run().reason) == (Cause.VERDICT, "at \ufffd\ufffd")
+# --- a disk that fails, or is late ---------------------------------------------------------------
 
 
-# --- a disk that is ill, or late -----------------------------------------------------------------
-
-
-@contextmanager
-def ill(patch: pytest.MonkeyPatch, number: int, *, run: int = 0) -> Iterator[list[Stored]]:
-    """Let the files of a run be unreadable until the end of the block; those that were looked at."""
-    is_intact, tried = Artifacts.is_intact, list[Stored]()
-
-    def fail(artifacts: Artifacts, file: Stored) -> bool:
-        if run_id(run) not in file.path:
-            return is_intact(artifacts, file)
-        tried.append(file)
-        raise OSError(number, os.strerror(number))
-
-    with patch.context() as until_the_end:
-        until_the_end.setattr(Artifacts, "is_intact", fail)
-        yield tried
+Checks = dict[str, Callable[[], None]]
 
 
 @pytest.fixture
-def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(findings, "AGAIN_SECONDS", 0.0)
+def checks(monkeypatch: pytest.MonkeyPatch) -> Iterator[Checks]:
+    """Functions that are called before the digest of a file is compared, by the id of its run."""
+    is_intact, before = Artifacts.is_intact, Checks()
+
+    def check(artifacts: Artifacts, file: Stored) -> bool:
+        for id, call in before.items():
+            if id in file.path:
+                call()
+        return is_intact(artifacts, file)
+
+    monkeypatch.setattr(Artifacts, "is_intact", check)
+    yield before
+    before.clear()
+
+
+def fails(number: int, tried: list[int] | None = None) -> Callable[[], None]:
+    """A check that meets an error of the system, and counts how often."""
+
+    def fail() -> None:
+        if tried is not None:
+            tried.append(number)
+        raise OSError(number, os.strerror(number))
+
+    return fail
 
 
 @pytest.mark.parametrize("cause", [None, Cause.LOST])
 @pytest.mark.parametrize(
-    "number", [errno.EIO, errno.ESTALE, errno.ENOTCONN, errno.ENOENT, errno.ENOSPC]
+    "number", [errno.EIO, errno.ESTALE, errno.ENOTCONN, errno.ENOENT, *sorted(OWN_SHORTAGE)]
 )
-def test_disk_that_is_ill__is_looked_at_again_and_costs_the_run_nothing(
-    harness: Harness,
-    at_once: None,
-    monkeypatch: pytest.MonkeyPatch,
-    number: int,
-    cause: Cause | None,
+def test_disk_that_fails__is_tried_again_and_costs_the_run_nothing(
+    harness: Harness, checks: Checks, number: int, cause: Cause | None
 ) -> None:
-    harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
-    ending = harness.compute(ticket)
-    harness.end(ticket, ending if cause is None else Ending(cause, "", "", (), 1.0))
-    with ill(monkeypatch, number):
-        harness.turn()
-        harness.turn()
-    harness.turn()
-    run = harness.run()
-    assert (run.state, run.attempt, run.crashes) == (State.SUCCEEDED, 1, 0)
+    [attempt] = harness.begin(1)
+    ending = harness.compute(attempt)
+    harness.end(attempt, ending if cause is None else Ending(cause, "", "", (), 1.0))
+    checks[run_id(0)] = fails(number)
+    harness.tick()
+    harness.tick()
+    checks.clear()
+    harness.tick()
+    assert is_first_success(harness)
 
 
-def test_disk_that_is_ill__counts_when_it_does_not_pass(
-    harness: Harness, at_once: None, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("number", [errno.EIO, errno.ENOSPC])
+def test_disk_that_fails_for_long__counts_unless_the_shortage_is_our_own(
+    tmp_path: Path, checks: Checks, number: int
 ) -> None:
-    monkeypatch.setattr(findings, "DOUBT_SECONDS", 0.0)
-    harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
-    harness.end_well(ticket)
-    with ill(monkeypatch, errno.EIO):
-        harness.turn()
-        harness.turn()
-    assert (harness.run().attempt, harness.run().crashes) == (2, 1)
+    with open_harness(tmp_path, NO_DOUBT) as harness:
+        harness.end_well(harness.begin(1)[0])
+        checks[run_id(0)] = fails(number)
+        harness.tick()
+        harness.tick()
+        counts = number == errno.EIO
+        assert (harness.run().attempt, harness.run().crashes) == (1 + counts, counts)
 
 
-def test_disk_that_is_ill__is_not_looked_at_in_each_turn(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
+def test_disk_that_fails__is_not_read_at_each_tick_and_holds_nobody_up(
+    tmp_path: Path, checks: Checks
 ) -> None:
-    monkeypatch.setattr(findings, "AGAIN_SECONDS", 3600.0)
-    harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
-    harness.end_well(ticket)
-    with ill(monkeypatch, errno.ENOSPC) as tried:
-        for _ in range(3):
-            harness.turn()
-    assert len(tried) == 1
+    with open_harness(tmp_path, replace(AT_ONCE, verification_retry=3600.0)) as harness:
+        for attempt in harness.begin(3):
+            harness.end_well(attempt)
+        tried = list[int]()
+        checks[run_id(0)] = fails(errno.ENOSPC, tried)
+        assert len(harness.tick()) == 1
+        harness.tick()
+        states = [harness.run(number).state for number in (0, 1)]
+        assert states == [State.RUNNING, State.SUCCEEDED]
+        assert len(tried) == 1
 
 
-def test_disk_that_is_ill__for_one_does_not_hold_up_the_others(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("damage", ["{}", "", None])
+def test_damaged_result__is_computed_again_unless_the_disk_was_late(
+    tmp_path: Path, damage: str | None
 ) -> None:
-    harness.store.create_sweep(sweep_of(3))
-    for ticket in harness.turn():
-        harness.end_well(ticket)
-    with ill(monkeypatch, errno.ENOSPC):
-        assert len(harness.turn()) == 1
-    assert [harness.run(number).state for number in (0, 1)] == [State.RUNNING, State.SUCCEEDED]
+    with open_harness(tmp_path, NO_DOUBT) as harness:
+        late, damaged = harness.begin(2)
+        files = [Path(harness.compute(one).files[0].path) for one in (late, damaged)]
+        whole = files[0].read_bytes()
+        for attempt, file in zip((late, damaged), files, strict=True):
+            harness.end(attempt, Ending(None, "", "", (describe(file),), 1.0))
+            file.unlink() if damage is None else file.write_text(damage)
+        assert harness.tick() == []
+        files[0].write_bytes(whole)
+        [again] = harness.tick()
+        assert again.directory != damaged.directory
+        assert is_first_success(harness)
+        assert harness.run(1).crashes == 1
 
 
-def test_disk_that_is_late__is_looked_at_again(harness: Harness, at_once: None) -> None:
-    harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
-    harness.end_well(ticket)
-    state = Path(ticket.directory) / "state.npz"
-    whole = state.read_bytes()
-    state.write_bytes(whole[:3])
-    harness.turn()
-    assert (harness.run().state, harness.run().attempt) == (State.RUNNING, 1)
-    state.write_bytes(whole)
-    harness.turn()
-    assert (harness.run().state, harness.run().attempt) == (State.SUCCEEDED, 1)
-
-
-def after_it_was_described(patch: pytest.MonkeyPatch, name: str) -> None:
-    """Let somebody write to a file of an attempt that is found complete on the disk."""
+@pytest.mark.parametrize(("name", "counts"), [("log.txt", True), ("state.npz", False)])
+def test_lost_and_complete__counts_unless_more_than_its_log_is_written_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, counts: bool
+) -> None:
     complete_files = Artifacts.complete_files
 
-    def write(artifacts: Artifacts, claim: Claim) -> tuple[Stored, ...]:
-        files = complete_files(artifacts, claim)
-        with (artifacts.attempt_directory(claim) / name).open("a") as file:
+    def write_after(artifacts: Artifacts, lease: Claim) -> tuple[Stored, ...]:
+        files = complete_files(artifacts, lease)
+        with (artifacts.attempt_directory(lease) / name).open("a") as file:
             file.write("more")
         return files
 
-    patch.setattr(Artifacts, "complete_files", write)
+    monkeypatch.setattr(Artifacts, "complete_files", write_after)
+    with open_harness(tmp_path, NO_DOUBT) as harness:
+        [attempt] = harness.begin(1)
+        harness.compute(attempt)
+        harness.end_badly(attempt, Cause.LOST)
+        harness.tick()
+        harness.tick()
+        assert is_first_success(harness) is counts
+        assert (harness.run().attempt, harness.run().crashes) == (1 if counts else 2, 0)
+        names = {file.name for file in harness.store.run_files(run_id(0))}
+        assert names == ({"result.json", "state.npz"} if counts else set())
 
 
-def test_lost_and_complete__a_log_that_grows_is_no_damage(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    after_it_was_described(monkeypatch, "log.txt")
-    harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
-    harness.compute(ticket)
-    harness.end_badly(ticket, Cause.LOST)
-    harness.turn()
-    assert (harness.run().state, harness.run().attempt) == (State.SUCCEEDED, 1)
-    files = harness.store.run_files(run_id(0))
-    assert {file.name for file in files} == {"result.json", "state.npz"}
-    assert all(Artifacts(harness.settings.data).is_intact(file) for file in files)
-
-
-def test_lost_and_damaged__stays_lost(
-    harness: Harness, at_once: None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(findings, "DOUBT_SECONDS", 0.0)
-    after_it_was_described(monkeypatch, "state.npz")
-    harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
-    harness.compute(ticket)
-    harness.end_badly(ticket, Cause.LOST)
-    harness.turn()
-    harness.turn()
-    assert (harness.run().attempt, harness.run().crashes) == (2, 0)
-
-
-# --- beside the turns ----------------------------------------------------------------------------
+# --- beside the ticks ----------------------------------------------------------------------------
 
 
 @contextmanager
-def slow(patch: pytest.MonkeyPatch, number: int) -> Iterator[None]:
+def slow(checks: Checks, number: int) -> Iterator[None]:
     """Let the digests of a run take until the end of the block."""
-    may_go_on, is_intact = threading.Event(), Artifacts.is_intact
+    may_go_on = threading.Event()
 
-    def wait_for_it(artifacts: Artifacts, file: Stored) -> bool:
-        if run_id(number) in file.path:
-            assert may_go_on.wait(DEADLINE)
-        return is_intact(artifacts, file)
+    def wait() -> None:
+        assert may_go_on.wait(DEADLINE)
 
-    patch.setattr(Artifacts, "is_intact", wait_for_it)
+    checks[run_id(number)] = wait
     try:
         yield
     finally:
         may_go_on.set()
 
 
-def test_large_result__does_not_hold_up_the_turns(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    harness.store.create_sweep(sweep_of(3))
-    large, small = harness.turn()
-    with slow(monkeypatch, 0):
-        harness.end_well(large)
-        monkeypatch.setattr(reign, "WAIT_SECONDS", 0.0)
-        assert len(harness.turn()) == 1  # its slot is free
-        monkeypatch.setattr(reign, "WAIT_SECONDS", DEADLINE)
-        harness.end_well(small)
-        harness.turn()
-        assert [harness.run(number).state for number in (0, 1)] == [State.RUNNING, State.SUCCEEDED]
-        assert harness.run().attempt == 1
-    assert harness.inbox is not None
-    assert harness.inbox.get(timeout=DEADLINE) is None  # a turn is asked for
-    harness.turn()
-    assert harness.run().state is State.SUCCEEDED
-
-
-def test_log_of_a_failure__is_brought_to_the_disk(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    harness.store.create_sweep(sweep_of(1))
-    [ticket] = harness.turn()
-    harness.compute(ticket)
-    harness.end_badly(ticket, Cause.ERROR)
-    reached: list[Path] = []
-    monkeypatch.setattr("service.files.artifacts.to_disk", reached.append)
-    harness.turn()
-    assert Path(ticket.directory) / "log.txt" in reached
+def test_large_result__does_not_hold_up_the_ticks(tmp_path: Path, checks: Checks) -> None:
+    with open_harness(tmp_path, replace(AT_ONCE, verification_wait=1.0)) as harness:
+        large, small = harness.begin(3)
+        with slow(checks, 0):
+            harness.end_well(large)
+            assert len(harness.tick()) == 1  # its slot is free
+            harness.end_well(small)
+            harness.tick()
+            states = [harness.run(number).state for number in (0, 1)]
+            assert states == [State.RUNNING, State.SUCCEEDED]
+        assert harness.inbox is not None
+        assert harness.inbox.get(timeout=DEADLINE) is None  # a tick is asked for
+        harness.tick()
+        assert is_first_success(harness)

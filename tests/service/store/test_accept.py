@@ -8,7 +8,7 @@ from service.records.jobs import Cause, Keep, KeyReused, Kind, NotFound, SweepSt
 from service.store import Store, digest_of
 from tests.service.support.fakes import run_id, sweep_of
 from tests.service.support.rows import TERM, claim_runs, finish_all, result
-from tests.service.support.targets import Run
+from tests.service.support.targets import FakeRun
 
 # --- acceptance ----------------------------------------------------------------------------------
 
@@ -51,7 +51,7 @@ def test_accept__when_everything_is_there_only_the_publication_is_left(store: St
 
 
 def test_accept__a_run_asked_twice_in_one_sweep_is_computed_once(store: Store) -> None:
-    row = store.create_sweep(sweep_of([Run(run_id(1)), Run(run_id(1))]))
+    row = store.create_sweep(sweep_of([FakeRun(run_id(1)), FakeRun(run_id(1))]))
     assert (row.planned, row.new) == (2, 1)
     finish_all(store)
     assert store.sweep(row.id).counts["succeeded"] == 2

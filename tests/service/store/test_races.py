@@ -16,7 +16,7 @@ from service.store import Store
 from service.store.tables import JOBS, POINTS
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, result
-from tests.service.support.targets import Run
+from tests.service.support.targets import FakeRun
 
 REPLICAS = 4
 ROUNDS = 5
@@ -132,7 +132,7 @@ def finishing(store: Store, claim: Claim) -> Callable[[], object]:
     return lambda: store.finish(claim, result())
 
 
-def submitting(store: Store, runs: Sequence[Run]) -> Callable[[], object]:
+def submitting(store: Store, runs: Sequence[FakeRun]) -> Callable[[], object]:
     return lambda: store.create_sweep(sweep_of(runs))
 
 

@@ -40,7 +40,7 @@ from service.store.tables import JOBS, POINTS, SWEEPS
 from service.store.turns import LAST
 from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
 from tests.service.support.rows import finish_all, result
-from tests.service.support.targets import Run
+from tests.service.support.targets import FakeRun
 
 POOL = 5  # runs that sweeps can ask for
 PRIORITY = st.integers(-2, 2)
@@ -88,7 +88,7 @@ class Rules(RuleBasedStateMachine):
         keep=st.sampled_from(Keep),
     )
     def submit(self, wanted: list[int], priority: int, keep: Keep) -> str:
-        asked = sweep_of([Run(run_id(number)) for number in wanted])
+        asked = sweep_of([FakeRun(run_id(number)) for number in wanted])
         return self.store.create_sweep(asked, priority=priority, keep=keep).id
 
     @rule(
@@ -97,7 +97,7 @@ class Rules(RuleBasedStateMachine):
         wanted=st.sampled_from([[0], [1, 2]]),
     )
     def submit_with_key(self, key: str, wanted: list[int]) -> MultipleResults[str]:
-        asked, body = sweep_of([Run(run_id(number)) for number in wanted]), str(wanted)
+        asked, body = sweep_of([FakeRun(run_id(number)) for number in wanted]), str(wanted)
         known, id = self.sent.get(key, (body, None))
         try:
             row = self.store.create_sweep(asked, idempotency=(key, body))

@@ -9,7 +9,7 @@ from service.records.jobs import Cause, Claim, Conflict, Kind, State
 from service.store import Store
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, claim_runs, finish_all, result
-from tests.service.support.targets import Run
+from tests.service.support.targets import FakeRun
 
 ONE_RUN = 1  # shares are exact to this: who comes new begins beside the run that was claimed last
 
@@ -24,7 +24,7 @@ def of_the_old(taken: list[int]) -> int:
     return len([number for number in taken if number < 100])
 
 
-def sweep_from(first: int, count: int) -> list[Run]:
+def sweep_from(first: int, count: int) -> list[FakeRun]:
     return runs_of(*["fine"] * count, first=first)
 
 

@@ -56,7 +56,7 @@ class FakeDispatcher:
     def leads(self) -> bool:
         return self.slots is not None
 
-    def trouble(self) -> str | None:
+    def blocked_reason(self) -> str | None:
         return self.hindrance
 
     def workers(self) -> int | None:

@@ -1,4 +1,4 @@
-"""Attempts in warm processes of this one: orders, and what is seen of them."""
+"""Attempts in warm processes of this one, and what is read of them."""
 
 import json
 import threading
@@ -10,44 +10,49 @@ from typing import Any
 
 from service.records.attempt import Attempt, Ending
 from service.records.jobs import Kind
-from service.workers.supervisor import Supervisor, Tell
+from service.records.timings import DEFAULT, Timings
+from service.workers.supervisor import SendProgress, Supervisor
 from service.workers.warm import Slot
 from tests.service.support.fakes import run_id, wait_until
-from tests.service.support.targets import MEBIBYTE, Run
+from tests.service.support.targets import MEBIBYTE, FakeRun
 
 SLOT = Slot()  # of all attempts in this process
 LIMIT = 1024 * MEBIBYTE  # of memory; imports of the tests' targets take a tenth of it
+NO_PAUSE = replace(DEFAULT, broken_worker_pause=0.0)
+TARGETS = "tests.service.support.targets"
 
 
-def ticket(folder: Path, behaviour: str = "fine", *, limit: float = 120.0, **more: Any) -> Attempt:
-    run = Run(run_id(1), {"behaviour": behaviour, **more})
+def attempt_at(
+    folder: Path, behaviour: str = "fine", *, limit: float = 120.0, **more: Any
+) -> Attempt:
+    """An attempt at a run that behaves as named."""
+    run = FakeRun(run_id(1), {"behaviour": behaviour, **more})
     folder.mkdir(parents=True, exist_ok=True)
     directory = str(folder / "a1-token")
-    targets = "tests.service.support.targets"
-    return Attempt(directory, Kind.RUN, directory, run.as_json(), limit, targets)
+    return Attempt(directory, Kind.RUN, directory, run.as_json(), limit, TARGETS)
 
 
-def kept(folder: Path, **more: Any) -> Attempt:
-    """A run of many steps that keeps a checkpoint."""
-    return replace(ticket(folder, **more), checkpoint=str(folder / "checkpoint"))
+def with_checkpoint(folder: Path, **more: Any) -> Attempt:
+    """An attempt at a run of many steps that writes a checkpoint."""
+    return replace(attempt_at(folder, **more), checkpoint=str(folder / "checkpoint"))
 
 
-def nobody(_words: Mapping[str, Any]) -> None:
-    """Nobody listens."""
+def ignore(_progress: Mapping[str, Any]) -> None:
+    """Ignore progress."""
 
 
-def supervise(order: Attempt, tell: Tell) -> Ending:
+def supervise(attempt: Attempt, send: SendProgress = ignore, timings: Timings = NO_PAUSE) -> Ending:
     """Compute an attempt here and now."""
-    return Supervisor(order, tell).run(SLOT)
+    return Supervisor(attempt, send, timings).run(SLOT)
 
 
 class RunningAttempt:
     """An attempt under way in a thread."""
 
-    def __init__(self, order: Attempt):
-        self.order = order
-        self.told: list[Mapping[str, Any]] = []
-        self.supervisor = Supervisor(order, self.told.append)
+    def __init__(self, attempt: Attempt, timings: Timings = NO_PAUSE):
+        self.attempt = attempt
+        self.progress: list[Mapping[str, Any]] = []
+        self.supervisor = Supervisor(attempt, self.progress.append, timings)
         self._endings: list[Ending] = []
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -60,7 +65,7 @@ class RunningAttempt:
         return bool(self._endings)
 
     def end(self) -> Ending:
-        """How it ended, as soon as it has and its thread is gone, with which a process that it kept goes."""
+        """How it ended, once its thread is gone, with which a waiting process goes."""
         self._thread.join(120)
         ending = self._endings[0]
         task = Path(f"/proc/self/task/{self._thread.native_id}")  # a little longer than the thread
@@ -69,32 +74,37 @@ class RunningAttempt:
 
     def pid(self, name: str = "pid") -> int:
         """The process, or another one that wrote its id into a file of that name."""
-        file = Path(self.order.directory) / name
+        file = Path(self.attempt.directory) / name
         return int(wait_until(lambda: file.is_file() and file.read_text()))
 
 
 @contextmanager
-def under_way(order: Attempt) -> Iterator[RunningAttempt]:
+def under_way(attempt: Attempt, timings: Timings = NO_PAUSE) -> Iterator[RunningAttempt]:
     """An attempt that is stopped at the latest when the block ends."""
-    attempt = RunningAttempt(order)
+    running = RunningAttempt(attempt, timings)
     try:
-        yield attempt
+        yield running
     finally:
-        attempt.supervisor.stop()
-        attempt.end()
+        running.supervisor.stop()
+        running.end()
 
 
-def answer(ending: Ending) -> dict[str, Any]:
-    """What result.json says."""
+def result_of(ending: Ending) -> dict[str, Any]:
+    """The content of result.json."""
     plain: dict[str, Any] = json.loads(Path(ending.files[0].path).read_text())
     return plain
 
 
-def seen(ending: Ending) -> dict[str, Any]:
-    """What a run saw of its process."""
-    provenance: dict[str, Any] = answer(ending)["provenance"]
+def surroundings(ending: Ending) -> dict[str, Any]:
+    """The surroundings that a run saw in its process."""
+    provenance: dict[str, Any] = result_of(ending)["provenance"]
     return provenance
 
 
-def log_of(order: Attempt) -> str:
-    return (Path(order.directory) / "log.txt").read_text()
+def process_of(ending: Ending) -> int:
+    """The process that computed a run."""
+    return int(surroundings(ending)["process"])
+
+
+def log_of(attempt: Attempt) -> str:
+    return (Path(attempt.directory) / "log.txt").read_text()

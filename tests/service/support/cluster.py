@@ -8,8 +8,8 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -17,10 +17,11 @@ from queue import Empty, SimpleQueue
 
 from service.execution.dask import DaskEngine, Remote
 from service.execution.protocol import Engine
-from service.records.attempt import Attempt, Back, Ended, Ending, Inbox, Message, ProgressMessage
+from service.records.attempt import Attempt, Ended, Ending, Inbox, Message, ProgressMessage
 from service.records.jobs import Kind
+from service.records.timings import DEFAULT, Timings
 from tests.service.support.fakes import is_gone, run_id, wait_until
-from tests.service.support.targets import Run
+from tests.service.support.targets import FakeRun
 
 ROOT = Path(__file__).parents[3]
 DOCUMENT = ROOT / "docs" / "cluster.md"
@@ -70,7 +71,7 @@ def parent_of(pid: int) -> int:
 
 
 @dataclass
-class Process:
+class ShellProcess:
     """A shell command in a session of its own, and what it says."""
 
     command: str
@@ -117,12 +118,12 @@ class Process:
 
 
 @dataclass
-class Cluster:
+class DaskCluster:
     """A scheduler on a port of the loopback, its workers and the certificates."""
 
     folder: Path
     port: int = field(default_factory=free_port)
-    processes: list[Process] = field(default_factory=list)
+    processes: list[ShellProcess] = field(default_factory=list)
 
     def certify(self) -> None:
         """Make the certificates."""
@@ -140,10 +141,10 @@ class Cluster:
         address = f"tls://127.0.0.1:{port or self.port}"
         return Remote(address, tls / "ca.pem", tls / "cert.pem", tls / "key.pem")
 
-    def start_scheduler(self) -> Process:
+    def start_scheduler(self) -> ShellProcess:
         return self._start(documented("dask scheduler"), "scheduler")
 
-    def start_workers(self, count: int = 1, *, preload: str = "", **more: str) -> Process:
+    def start_workers(self, count: int = 1, *, preload: str = "", **more: str) -> ShellProcess:
         command = documented("dask worker").replace(EXAMPLE_COUNT, f"--nworkers {count}")
         if preload:
             command = command.replace(f"--preload {PRELOAD}", preload)
@@ -155,18 +156,20 @@ class Cluster:
             process.kill()
         patiently(lambda: all(process.is_gone() for process in self.processes))
 
-    def _start(self, command: str, name: str, more: Mapping[str, str] | None = None) -> Process:
+    def _start(
+        self, command: str, name: str, more: Mapping[str, str] | None = None
+    ) -> ShellProcess:
         command = command.replace(EXAMPLE_HOST, "127.0.0.1").replace(EXAMPLE_PORT, str(self.port))
-        process = Process(command, self.folder, f"{name}-{len(self.processes)}", more or {})
+        process = ShellProcess(command, self.folder, f"{name}-{len(self.processes)}", more or {})
         self.processes.append(process)
         return process
 
 
 @contextmanager
-def running(folder: Path, workers: int = 2) -> Iterator[Cluster]:
+def running(folder: Path, workers: int = 2) -> Iterator[DaskCluster]:
     """A cluster until the end of the block; nothing of it is left behind."""
     folder.mkdir(exist_ok=True)
-    cluster = Cluster(folder)
+    cluster = DaskCluster(folder)
     cluster.certify()
     try:
         cluster.start_scheduler()
@@ -177,73 +180,91 @@ def running(folder: Path, workers: int = 2) -> Iterator[Cluster]:
         cluster.end()
 
 
-class Service:
-    """The service's side: an engine, and all that it says."""
+class EngineUser:
+    """An engine, and all messages that it sent."""
 
     def __init__(self, engine: Engine, inbox: Inbox):
         self.engine = engine
         self._inbox = inbox
-        self.heard: list[Message] = []
+        self.messages: list[Message] = []
 
-    def listen(self) -> list[Message]:
-        """All that was said so far."""
+    def receive(self) -> list[Message]:
+        """All messages so far."""
         with suppress(Empty):
             while True:
                 message = self._inbox.get_nowait()
                 if message is not None:
-                    self.heard.append(message)
-        return self.heard
+                    self.messages.append(message)
+        return self.messages
 
-    def end_of(self, ticket: Attempt, *, forget: bool = True) -> Ending:
+    def begin(self, *attempts: Attempt) -> list[int]:
+        """Submit attempts; their processes, as soon as they have begun."""
+        for attempt in attempts:
+            self.engine.submit(attempt)
+        return [pid_of(attempt) for attempt in attempts]
+
+    def compute(self, *attempts: Attempt) -> list[Ending]:
+        """Submit attempts; how they ended."""
+        for attempt in attempts:
+            self.engine.submit(attempt)
+        return [self.end_of(attempt) for attempt in attempts]
+
+    def end_of(self, attempt: Attempt, *, forget: bool = True) -> Ending:
         """How an attempt ended, as soon as it has."""
-        found: Ended = patiently(
-            lambda: next(
-                (one for one in self.listen() if isinstance(one, Ended) and one.key == ticket.key),
-                None,
-            )
-        )
+
+        def find() -> Ended | None:
+            ended = (message for message in self.receive() if isinstance(message, Ended))
+            return next((message for message in ended if message.key == attempt.key), None)
+
+        message: Ended = patiently(find)
         if forget:  # else Dask computes it again when the worker dies that has the answer
-            self.engine.forget([ticket.key])
-        return found.ending
+            self.engine.forget([attempt.key])
+        return message.ending
 
-    def told(self, ticket: Attempt) -> list[Mapping[str, object]]:
-        """What was told of an attempt's progress."""
-        return [
-            one.progress
-            for one in self.listen()
-            if isinstance(one, ProgressMessage) and one.key == ticket.key
-        ]
+    def progress_of(self, attempt: Attempt) -> list[Mapping[str, object]]:
+        """The progress of an attempt so far."""
+        messages = (one for one in self.receive() if isinstance(one, ProgressMessage))
+        return [message.progress for message in messages if message.key == attempt.key]
 
-    def wait_until_back(self) -> None:
-        """Until the scheduler answered after it was away."""
-        patiently(lambda: self.listen() and isinstance(self.heard[-1], Back))
+    def wait_for(self, kind: type[Message]) -> None:
+        """Wait until the last message is of a kind."""
+        patiently(lambda: self.receive() and isinstance(self.messages[-1], kind))
 
     def wait_for_slots(self, count: int) -> None:
         patiently(lambda: self.engine.slots() == count)
 
 
 @contextmanager
-def serving(remote: Remote, *, leave_seconds: float | None = 0.0) -> Iterator[Service]:
-    """An engine on a cluster, until the end of the block."""
+def using(
+    engine_of: Callable[[Inbox], Engine], *, leave_seconds: float | None = 0.0
+) -> Iterator[EngineUser]:
+    """An engine until the end of the block."""
     inbox: Inbox = SimpleQueue()
-    service = Service(DaskEngine(remote, inbox), inbox)
+    user = EngineUser(engine_of(inbox), inbox)
     try:
-        yield service
+        yield user
     finally:
-        service.engine.close(leave_seconds)
+        user.engine.close(leave_seconds)
 
 
-def ticket(folder: Path, number: int = 1, behaviour: str = "fine", **more: object) -> Attempt:
-    """An order for a run that behaves as said, with a checkpoint beside its attempt."""
+def serving(
+    remote: Remote, timings: Timings = DEFAULT, *, leave_seconds: float | None = 0.0
+) -> AbstractContextManager[EngineUser]:
+    """An engine on a cluster, until the end of the block."""
+    return using(lambda inbox: DaskEngine(remote, inbox, timings), leave_seconds=leave_seconds)
+
+
+def attempt_in(folder: Path, number: int = 1, behaviour: str = "fine", **more: object) -> Attempt:
+    """An attempt at a run that behaves as named, with a checkpoint beside its folder."""
     home = folder / run_id(number)
     home.mkdir(parents=True, exist_ok=True)
-    attempt = f"a{len(list(home.glob('a*'))) + 1}-token"
-    (home / attempt).mkdir()
-    run = Run(run_id(number), {"behaviour": behaviour, **more})
+    name = f"a{len(list(home.glob('a*'))) + 1}-token"
+    (home / name).mkdir()
+    run = FakeRun(run_id(number), {"behaviour": behaviour, **more})
     return Attempt(
-        key=f"{run.id}-1-{folder.name}{attempt}",
+        key=f"{run.id}-1-{folder.name}{name}",
         kind=Kind.RUN,
-        directory=str(home / attempt),
+        directory=str(home / name),
         spec=run.as_json(),
         seconds_limit=120.0,
         targets="tests.service.support.targets",
@@ -251,19 +272,18 @@ def ticket(folder: Path, number: int = 1, behaviour: str = "fine", **more: objec
     )
 
 
-def pid_of(ticket: Attempt) -> int:
+def pid_of(attempt: Attempt) -> int:
     """The process of an attempt, as soon as there is one."""
-    file = Path(ticket.directory) / "pid"
+    file = Path(attempt.directory) / "pid"
     return int(patiently(lambda: file.is_file() and file.read_text()))
 
 
-def pids_of(tickets: Iterable[Attempt]) -> set[int]:
-    """The processes of the attempts that have begun."""
-    files = [Path(one.directory) / "pid" for one in tickets]
-    return {int(text) for file in files if file.is_file() and (text := file.read_text())}
+def checkpoint_step(attempt: Attempt) -> int:
+    """The step of an attempt's checkpoint."""
+    return int(Path(str(attempt.checkpoint)).read_text())
 
 
-class Line:
+class NetworkLine:
     """A connection to a port that can be cut, as a network can."""
 
     def __init__(self, port: int):

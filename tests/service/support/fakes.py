@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any, cast
 
 from service.records.attempt import Attempt
-from service.records.jobs import Stored
+from service.records.jobs import Stored, StoreUnavailable
 from service.records.settings import Settings
-from service.store import Store
+from service.store import Leadership, Store
 from studies.sweeps.sweep import Sweep
-from tests.service.support.targets import Run
+from tests.service.support.targets import FakeRun
 
 DEADLINE = 60.0  # s; a busy machine is slow, a hanging test is not waited for
 
@@ -40,10 +40,10 @@ def run_id(number: int) -> str:
     return f"{number:032x}"
 
 
-def runs_of(*behaviours: str, first: int = 0, **parameters: Any) -> list[Run]:
+def runs_of(*behaviours: str, first: int = 0, **parameters: Any) -> list[FakeRun]:
     """Runs that behave as said, numbered from ``first``."""
     return [
-        Run(run_id(first + place), {"behaviour": word, **parameters})
+        FakeRun(run_id(first + place), {"behaviour": word, **parameters})
         for place, word in enumerate(behaviours)
     ]
 
@@ -54,14 +54,14 @@ class Point:
 
     index: tuple[int, ...]
     coordinates: Mapping[str, float | str]
-    run: Run
+    run: FakeRun
 
 
 @dataclass(frozen=True)
 class FakeSweep:
     """What the store needs to know of a sweep."""
 
-    asked: Sequence[Run]
+    asked: Sequence[FakeRun]
     name: str = "asked"
     title: str = ""
     scenario: str = "thin_plate"
@@ -75,9 +75,9 @@ class FakeSweep:
         ]
 
 
-def sweep_of(runs: Sequence[Run] | int, *, name: str = "asked") -> Sweep:
+def sweep_of(runs: Sequence[FakeRun] | int, *, name: str = "asked") -> Sweep:
     """A sweep of these runs, or of so many fine ones."""
-    asked = [Run(run_id(number)) for number in range(runs)] if isinstance(runs, int) else runs
+    asked = [FakeRun(run_id(number)) for number in range(runs)] if isinstance(runs, int) else runs
     return cast(Sweep, FakeSweep(asked, name))
 
 
@@ -93,7 +93,7 @@ def stored(name: str = "result.json", path: str = "runs/result.json") -> Stored:
 
 @dataclass
 class RecordingEngine:
-    """An engine that only remembers what it was asked."""
+    """An engine that computes nothing and records what it is asked."""
 
     free: int = 2
     submitted: list[Attempt] = field(default_factory=list)
@@ -101,13 +101,17 @@ class RecordingEngine:
     under_way: set[str] = field(default_factory=set)  # of earlier lives: what ``known`` tells
     followed: list[str] = field(default_factory=list)
     forgotten: list[str] = field(default_factory=list)
-    closed: list[float | None] = field(default_factory=list)  # seconds to leave; None: let go
+    closed: list[float | None] = field(default_factory=list)  # seconds to leave; None: abandoned
+    refuses: bool = False  # every attempt
+    while_closing: Callable[[], None] = lambda: None
 
     def slots(self) -> int:
         return self.free
 
-    def submit(self, ticket: Attempt) -> None:
-        self.submitted.append(ticket)
+    def submit(self, attempt: Attempt) -> None:
+        if self.refuses:
+            raise OSError("the scheduler is away")
+        self.submitted.append(attempt)
 
     def stop(self, keys: list[str]) -> None:
         self.stopped.extend(keys)
@@ -123,7 +127,42 @@ class RecordingEngine:
         self.under_way.difference_update(keys)
 
     def close(self, leave_seconds: float | None) -> None:
+        self.while_closing()
         self.closed.append(leave_seconds)
+
+
+class FlakyStore:
+    """A real store some of whose methods fail as if the database was away, and whose lead can be lost."""
+
+    def __init__(self, store: Store):
+        self._store = store
+        self.failing: set[str] = set()  # names of methods
+        self.overrides: dict[str, Callable[..., Any]] = {}  # methods in place of the store's own
+        self.grants_lead = True
+        self.has_lost_lead = False
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self.failing:
+            raise StoreUnavailable("the database is away")
+        return self.overrides.get(name) or getattr(self._store, name)
+
+    def lead(self, owner: str) -> Leadership | None:
+        """The lead, as often as it is asked for, unless another service has it."""
+        if "lead" in self.failing:
+            raise StoreUnavailable("the database is away")
+        self.has_lost_lead = False
+        return FakeLeadership(self) if self.grants_lead else None
+
+
+class FakeLeadership(Leadership):
+    """The lead, until the store says that it is lost."""
+
+    def __init__(self, store: FlakyStore):
+        super().__init__()
+        self._flaky = store
+
+    def holds(self) -> bool:
+        return not self._flaky.has_lost_lead
 
 
 def settings_in(folder: Path, **given: Any) -> Settings:

@@ -1,21 +1,38 @@
-"""A dispatcher whose turns a test takes by hand, between a real store and an engine that stands still."""
+"""A dispatcher whose ticks a test takes by hand, between a real store and an engine that only records."""
 
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from service.files.artifacts import OF_A_RUN, describe
+from service.files.artifacts import OF_A_RUN, Artifacts, describe
 from service.queue.dispatcher import Dispatcher
 from service.records.attempt import Attempt, Ended, Ending, Inbox, Message
 from service.records.jobs import Cause, Kind, RunRow
 from service.records.settings import Settings
+from service.records.timings import Timings
 from service.store import Store
-from tests.service.support.fakes import RecordingEngine, open_store, run_id, settings_in
-from tests.service.support.targets import Run, execute, publish
+from tests.service.support.fakes import (
+    DEADLINE,
+    FlakyStore,
+    RecordingEngine,
+    open_store,
+    run_id,
+    settings_in,
+    sweep_of,
+)
+from tests.service.support.targets import FakeRun, execute, publish
 
 PUBLISHED = ("cube.nc", "report.html", "report.json")
+# A tick waits for every verification, however busy the machine is, and nothing is put off.
+AT_ONCE = Timings(
+    leadership_retry=0.0,
+    verification_wait=DEADLINE,
+    last_verification_wait=DEADLINE,
+    verification_retry=0.0,
+    registration_retry=0.0,
+)
 
 
 @dataclass
@@ -24,60 +41,75 @@ class Harness:
 
     settings: Settings
     store: Store
+    timings: Timings = AT_ONCE
     engine: RecordingEngine = field(default_factory=RecordingEngine)
-    inbox: Inbox | None = None  # of the dispatcher that was the last to start its engine
+    inbox: Inbox | None = None  # of the dispatcher that was the last to open its engine
 
     def __post_init__(self) -> None:
+        self.artifacts = Artifacts(self.settings.data)
         self.dispatcher = self.successor(self.engine)
 
     def successor(self, engine: RecordingEngine, *, first: Message | None = None) -> Dispatcher:
-        """Another dispatcher on the same store; what its engine says ``first``."""
+        """Another dispatcher on the same store; its engine sends ``first``."""
 
         def open_engine(inbox: Inbox) -> RecordingEngine:
             self.inbox = inbox
             inbox.put(first)
             return engine
 
-        return Dispatcher(self.settings, self.store, open_engine=open_engine)
+        return Dispatcher(self.settings, self.store, open_engine=open_engine, timings=self.timings)
 
-    def turn(self) -> list[Attempt]:
-        """One turn; what the engine was given in it."""
+    @property
+    def flaky(self) -> FlakyStore:
+        """The store, as what fails."""
+        return cast(FlakyStore, self.store)
+
+    def submit(self, *sweep: Any, **options: Any) -> str:
+        """Submit the sweep of these runs, or of so many; its id."""
+        return self.store.create_sweep(sweep_of(*sweep), **options).id
+
+    def tick(self) -> list[Attempt]:
+        """One tick; the attempts that the engine was given in it."""
         before = len(self.engine.submitted)
-        self.dispatcher.turn()
+        self.dispatcher.tick()
         return self.engine.submitted[before:]
 
-    def compute(self, ticket: Attempt) -> Ending:
-        """What a worker does with a ticket, here."""
-        directory = Path(ticket.directory)
+    def begin(self, *sweep: Any, **options: Any) -> list[Attempt]:
+        """Submit a sweep and take a tick; the attempts that begin."""
+        self.submit(*sweep, **options)
+        return self.tick()
+
+    def compute(self, attempt: Attempt) -> Ending:
+        """Compute an attempt here, as a worker does."""
+        directory = Path(attempt.directory)
         directory.mkdir(parents=True)
         (directory / "log.txt").write_text("computed\n")
-        if ticket.kind is Kind.RUN:
-            execute(Run.from_json(ticket.spec), directory)
+        if attempt.kind is Kind.RUN:
+            execute(FakeRun.from_json(attempt.spec), directory)
         else:
-            answers = {one["run_id"]: one for one in ticket.spec["outcomes"]}
-            publish(ticket.spec["document"], answers, directory)
-        names = OF_A_RUN if ticket.kind is Kind.RUN else (*PUBLISHED, "log.txt")
-        found = [directory / name for name in names]
-        files = tuple(describe(file) for file in found if file.is_file())
-        return Ending(None, "", "", files, 1.5)
+            answers = {outcome["run_id"]: outcome for outcome in attempt.spec["outcomes"]}
+            publish(attempt.spec["document"], answers, directory)
+        names = OF_A_RUN if attempt.kind is Kind.RUN else (*PUBLISHED, "log.txt")
+        files = [directory / name for name in names]
+        return Ending(None, "", "", tuple(describe(file) for file in files if file.is_file()), 1.5)
 
-    def say(self, message: Message) -> None:
-        """The engine says something."""
+    def send(self, message: Message) -> None:
+        """Send a message of the engine."""
         assert self.inbox is not None
         self.inbox.put(message)
 
-    def end(self, ticket: Attempt, ending: Ending) -> None:
-        """The engine says how an attempt ended."""
-        self.say(Ended(ticket.key, ending))
+    def end(self, attempt: Attempt, ending: Ending) -> None:
+        """End an attempt."""
+        self.send(Ended(attempt.key, ending))
 
-    def end_well(self, ticket: Attempt) -> None:
-        """An attempt ended with a result."""
-        self.end(ticket, self.compute(ticket))
+    def end_well(self, attempt: Attempt) -> None:
+        """End an attempt with a result."""
+        self.end(attempt, self.compute(attempt))
 
-    def end_badly(self, ticket: Attempt, cause: Cause, **more: Any) -> None:
-        """An attempt ended without a result."""
+    def end_badly(self, attempt: Attempt, cause: Cause, **more: Any) -> None:
+        """End an attempt without a result."""
         ending = Ending(cause, cause.value, f"because of {cause}", (), 1.0)
-        self.end(ticket, replace(ending, **more))
+        self.end(attempt, replace(ending, **more))
 
     def run(self, number: int = 0) -> RunRow:
         """The row of a run."""
@@ -85,8 +117,8 @@ class Harness:
 
 
 @contextmanager
-def open_harness(folder: Path, **settings: Any) -> Iterator[Harness]:
-    """A harness in a folder; rows and engine are compared at every turn."""
+def open_harness(folder: Path, timings: Timings = AT_ONCE, **settings: Any) -> Iterator[Harness]:
+    """A harness in a folder; rows and engine are compared at every tick."""
     chosen = settings_in(folder, **{"reconcile_seconds": 1e-9, "disk_reserve": 0, **settings})
     with closing(open_store(chosen)) as store:
-        yield Harness(chosen, store)
+        yield Harness(chosen, cast(Store, FlakyStore(store)), timings)

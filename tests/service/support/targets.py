@@ -41,7 +41,7 @@ MOST = 4096  # MiB that a greedy run takes at most: a machine without limits sho
 
 
 @dataclass(frozen=True)
-class Run:
+class FakeRun:
     """A question that costs nothing."""
 
     id: str
@@ -53,14 +53,17 @@ class Run:
         return {"id": self.id, "scenario": self.scenario, "parameters": dict(self.parameters)}
 
     @staticmethod
-    def from_json(plain: Mapping[str, Any]) -> "Run":
+    def from_json(plain: Mapping[str, Any]) -> "FakeRun":
         """The run that ``as_json``, here or of a real run, wrote."""
         id = plain["id"] if "id" in plain else real.Run.from_json(plain).id
-        return Run(id, plain["parameters"], plain["scenario"])
+        return FakeRun(id, plain["parameters"], plain["scenario"])
+
+
+Run = FakeRun  # the name under which a warm process asks for it
 
 
 def execute(
-    run: Run,
+    run: FakeRun,
     directory: Path,
     progress: Callable[[Progress], None] | None = None,
     *,
@@ -156,7 +159,7 @@ class _Clock:
             self.saved(self.step)
 
 
-def _result(run: Run, behaviour: str, threads: int) -> RunResult:
+def _result(run: FakeRun, behaviour: str, threads: int) -> RunResult:
     if behaviour == "verdict":
         reason = "density = 3e4 at particle 17"
         return RunResult(run.id, "failed", reason=reason, failure="UnphysicalState")
@@ -166,7 +169,7 @@ def _result(run: Run, behaviour: str, threads: int) -> RunResult:
         "succeeded",
         measurements={"hole_diameter": hole},
         flags=("under_resolved",),
-        numbers={"threads": float(os.environ["NUMBA_NUM_THREADS"])},
+        numbers={"threads": float(os.environ.get("NUMBA_NUM_THREADS", 0))},
         stop="settled",
         provenance={"seconds": 0.5, "threads": threads, **_surroundings()},
     )
@@ -188,37 +191,37 @@ class SoilWarning(UserWarning):
     """Nobody has heard of it."""
 
 
-def _fine(run: Run, directory: Path) -> None:
+def _fine(run: FakeRun, directory: Path) -> None:
     """Nothing special."""
 
 
-def _abort(run: Run, directory: Path) -> None:
+def _abort(run: FakeRun, directory: Path) -> None:
     attempts = len(list(directory.parent.glob("a*")))
     if attempts <= int(run.parameters.get("crashes", FOREVER)):
         os.abort()
 
 
-def _raise(run: Run, directory: Path) -> None:
+def _raise(run: FakeRun, directory: Path) -> None:
     raise RuntimeError("something that nobody foresaw")
 
 
-def _stale(run: Run, directory: Path) -> None:
+def _stale(run: FakeRun, directory: Path) -> None:
     raise OSError(errno.ESTALE, os.strerror(errno.ESTALE))
 
 
-def _hang(run: Run, directory: Path) -> None:
+def _hang(run: FakeRun, directory: Path) -> None:
     time.sleep(FOREVER)
 
 
-def _deaf(run: Run, directory: Path) -> None:
+def _deaf(run: FakeRun, directory: Path) -> None:
     ctypes.PyDLL(None).sleep(FOREVER)
 
 
-def _busy(run: Run, directory: Path) -> None:
+def _busy(run: FakeRun, directory: Path) -> None:
     time.sleep(1)
 
 
-def _greedy(run: Run, directory: Path) -> None:
+def _greedy(run: FakeRun, directory: Path) -> None:
     try:
         hoard = [bytearray(MEBIBYTE) for _ in range(int(run.parameters.get("mebibytes", MOST)))]
     except MemoryError as error:
@@ -226,7 +229,7 @@ def _greedy(run: Run, directory: Path) -> None:
     del hoard
 
 
-def _starved(run: Run, directory: Path) -> None:
+def _starved(run: FakeRun, directory: Path) -> None:
     reserve = ctypes.CDLL(None).malloc
     reserve.restype = ctypes.c_void_p
     for _ in range(MOST):
@@ -235,34 +238,34 @@ def _starved(run: Run, directory: Path) -> None:
             os.abort()
 
 
-def _litter(run: Run, directory: Path) -> None:
+def _litter(run: FakeRun, directory: Path) -> None:
     other = subprocess.Popen(["sleep", str(FOREVER)])
     write_text(directory / "litter", str(other.pid))
     if "seconds" not in run.parameters:
         time.sleep(FOREVER)
 
 
-def _orphan(run: Run, directory: Path) -> None:
+def _orphan(run: FakeRun, directory: Path) -> None:
     if pid := os.fork():
         write_text(directory / "litter", str(pid))
         os.abort()
     time.sleep(FOREVER)
 
 
-def _roar(run: Run, directory: Path) -> None:
+def _roar(run: FakeRun, directory: Path) -> None:
     print("first words", flush=True)
     for _ in range(int(run.parameters["mebibytes"])):
         os.write(1, b"x" * (MEBIBYTE - 1) + b"\n")
     print("last words", flush=True)
 
 
-def _noise(run: Run, directory: Path) -> None:
+def _noise(run: FakeRun, directory: Path) -> None:
     print("not a JSON line", flush=True)
     os.write(1, b"nor is this\n")
     ctypes.CDLL(None).puts(b"nor this, which a library holds back")
 
 
-def _soil(run: Run, directory: Path) -> None:
+def _soil(run: FakeRun, directory: Path) -> None:
     os.environ["SOIL"] = run.id
     os.chdir("/tmp")
     os.umask(0o077)
