@@ -190,7 +190,7 @@ def _column(variable: Variable, records: np.ndarray) -> Column:
     flags = _each(records, lambda record: set(variable.pick(record) or ()))
     raised = set().union(*(each for each in flags.flat if each))
     # CF wants at least one meaning.
-    meanings = (*variable.words, *sorted(raised - set(variable.words))) or ("flagged",)
+    meanings = (*variable.meanings, *sorted(raised - set(variable.meanings))) or ("flagged",)
     bits = {meaning: 1 << place for place, meaning in enumerate(meanings)}
     values = np.zeros(records.shape, np.int32)
     for place, each in np.ndenumerate(flags):
@@ -266,8 +266,8 @@ def _labelled(
     units = {"units": variable.unit} if variable.unit is not None else {}
     attributes: dict[str, Any] = {**units, "long_name": variable.meaning, **more}
     if variable.kind == "flag":
-        attributes["flag_values"] = np.arange(len(variable.words), dtype=np.int8)
-        attributes["flag_meanings"] = " ".join(variable.words)
+        attributes["flag_values"] = np.arange(len(variable.meanings), dtype=np.int8)
+        attributes["flag_meanings"] = " ".join(variable.meanings)
     if variable.pick is declared.VALUE.pick:
         companions = (
             declared.UNCERTAINTY.named(variable.name),

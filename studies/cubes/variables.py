@@ -76,17 +76,17 @@ class Variable:
     dims: tuple[str, ...]
     unit: str | None = None  # UDUNITS; None for text and flags
     kind: Kind = "number"
-    words: tuple[str, ...] = ()  # of a flag: what 0, 1, ... mean; of a mask: the first bits
+    meanings: tuple[str, ...] = ()  # of a flag: what 0, 1, ... mean; of a mask: the first bits
 
     def filled(self, quantity: Quantity) -> "Variable":
         """The variable of one quantity."""
-        words = {"quantity": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning}
+        filling = {"quantity": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning}
         return replace(
             self,
-            name=self.name.format(**words),
-            dims=tuple(dim.format(**words) for dim in self.dims),
-            unit=self.unit and self.unit.format(**words),
-            meaning=self.meaning.format(**words),
+            name=self.name.format(**filling),
+            dims=tuple(dim.format(**filling) for dim in self.dims),
+            unit=self.unit and self.unit.format(**filling),
+            meaning=self.meaning.format(**filling),
         )
 
     def named(self, quantity: str = "") -> str:
@@ -107,7 +107,7 @@ class Variable:
         for place, record in np.ndenumerate(records):
             picked = None if record is None else self.pick(record)
             if picked is not None:
-                values[place] = self.words.index(picked) if self.kind == "flag" else picked
+                values[place] = self.meanings.index(picked) if self.kind == "flag" else picked
         return values
 
 
@@ -147,7 +147,7 @@ STOP_REASON = _text_of_run(
     "stop_reason", "what ended the simulation", lambda cell: cell.of_result("stop")
 )
 RUN_STATE = Variable(
-    "run_state", "state of the run", lambda cell: cell.state, RUNS, kind="flag", words=STATES
+    "run_state", "state of the run", lambda cell: cell.state, RUNS, kind="flag", meanings=STATES
 )
 FLAGS_OF_RUN = Variable(
     "run_flags",
@@ -155,7 +155,7 @@ FLAGS_OF_RUN = Variable(
     lambda cell: cell.of_result("flags"),
     RUNS,
     kind="mask",
-    words=RUN_FLAGS,
+    meanings=RUN_FLAGS,
 )
 SOLVER_SECONDS = _number_of_run(
     "solver_seconds", "wall time of the run", lambda cell: cell.provenance.get("seconds"), unit="s"
@@ -349,7 +349,7 @@ VERDICT = Variable(
     lambda point: VERDICT_WORDS[VERDICTS.index(point.verdict)],
     POINTS,
     kind="flag",
-    words=VERDICT_WORDS,
+    meanings=VERDICT_WORDS,
 )
 VERDICT_REASON = Variable(
     "{quantity}_converged_reason", "why this verdict", lambda each: each.reason, POINTS, kind="text"
@@ -375,7 +375,7 @@ _in_range = partial(
     meaning="whether the law answers inside its stated range",
     pick=lambda answer: IN_RANGE[answer.in_range],
     kind="flag",
-    words=IN_RANGE,
+    meanings=IN_RANGE,
 )
 
 LAW_LABEL = _text_of_law(LAW, "law and variant", lambda choice: choice.label)

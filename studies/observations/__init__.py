@@ -43,11 +43,11 @@ class Observation:
     # SI, by the names of the scenario.
     parameters: Mapping[str, Value] = field(default_factory=dict)
 
-    def document(self, known: "Known") -> dict[str, Any]:
+    def document(self, allowed: "Known") -> dict[str, Any]:
         """The shot as a row that ``read_observations`` reads as itself."""
-        unit = known.quantities[self.quantity]
+        unit = allowed.quantities[self.quantity]
         row: dict[str, Any] = {
-            name: written(value, known.parameters[name].unit)
+            name: written(value, allowed.parameters[name].unit)
             for name, value in self.parameters.items()
         }
         row |= {"quantity": self.quantity, "value": written(self.value, unit)}
@@ -73,10 +73,10 @@ def written(value: Value, unit: str | None) -> Any:
 
 
 def read_observations(
-    given: object, known: Known, path: str = "observations"
+    raw: object, allowed: Known, path: str = "observations"
 ) -> tuple[Observation, ...]:
     """The shots of a CSV text, or of a list of mappings; raises InvalidInput naming each row."""
-    rows = list(islice(_rows(given, path), MOST_ROWS + 1))
+    rows = list(islice(_rows(raw, path), MOST_ROWS + 1))
     if not rows:
         raise refusal(path, "no shot", "at least one row", "leave observations out")
     if len(rows) > MOST_ROWS:
@@ -85,7 +85,7 @@ def read_observations(
     findings = Findings()
     for where, row in rows:
         try:
-            read.append(_observation(row, known, where))
+            read.append(_observation(row, allowed, where))
         except InvalidInput as error:
             findings.extend(error.findings)
     if findings:
@@ -93,17 +93,17 @@ def read_observations(
     return tuple(read)
 
 
-def _rows(given: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+def _rows(raw: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Each row with its place: the line in a text, the position in a list."""
-    if isinstance(given, str):
-        yield from _rows_of_text(given, path)
-    elif isinstance(given, list | tuple):
-        for number, row in enumerate(given):
+    if isinstance(raw, str):
+        yield from _rows_of_text(raw, path)
+    elif isinstance(raw, list | tuple):
+        for number, row in enumerate(raw):
             if not isinstance(row, Mapping):
                 raise refusal(f"{path}[{number}]", row, "a mapping", "write speed: 6 km/s, ...")
             yield f"{path}[{number}]", row
     else:
-        raise refusal(path, given, "CSV text or a list of shots", COLUMNS)
+        raise refusal(path, raw, "CSV text or a list of shots", COLUMNS)
 
 
 def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -137,15 +137,15 @@ def _cells(reader: Any, path: str) -> Iterator[list[str]]:
         raise refusal(where, str(error), "CSV text", "correct this line") from None
 
 
-def _observation(row: Mapping[str, Any], known: Known, where: str) -> Observation:
+def _observation(row: Mapping[str, Any], allowed: Known, where: str) -> Observation:
     """One row; raises InvalidInput with every finding in it."""
     findings = Findings()
     cells: dict[str, Any] = {}
-    for header, given in row.items():
+    for header, raw in row.items():
         try:
-            name, cell = _cell(header, given, where)
+            name, cell = _cell(header, raw, where)
             if name not in OWN_COLUMNS:
-                cell = _parameter(name, cell, known, where)
+                cell = _parameter(name, cell, allowed, where)
             if name in cells:
                 raise refusal(
                     f"{where}.{name}", header, "each column once", "remove one of the two"
@@ -162,38 +162,38 @@ def _observation(row: Mapping[str, Any], known: Known, where: str) -> Observatio
     )
     if findings:
         raise InvalidInput(findings)
-    return _checked(cells, known, where)
+    return _checked(cells, allowed, where)
 
 
-def _cell(header: object, given: Any, where: str) -> tuple[str, Any]:
+def _cell(header: object, raw: Any, where: str) -> tuple[str, Any]:
     """The name of a column, and a cell with the unit of the column beside a bare number."""
     match = _HEADER.fullmatch(header.strip()) if isinstance(header, str) else None
     unit = match[2].strip() if match and match[2] is not None else None
     if match is None or unit == "":
         raise refusal(f"{where}: {shown(header)}", header, "name [unit]", "write 'speed [km/s]'")
-    cell = given.strip() if isinstance(given, str) else given
+    cell = raw.strip() if isinstance(raw, str) else raw
     is_bare = is_number(cell) or (
         isinstance(cell, str) and len(cell) <= LONGEST_NUMBER and _NUMBER.fullmatch(cell)
     )
     return match[1], f"{cell} {unit}" if is_bare and unit not in (None, "1", "-") else cell
 
 
-def _parameter(name: str, cell: Any, known: Known, where: str) -> Value:
+def _parameter(name: str, cell: Any, allowed: Known, where: str) -> Value:
     """A parameter of the shot; an empty cell states nothing."""
-    parameter = find(known.parameters, name, f"{where}:")
+    parameter = find(allowed.parameters, name, f"{where}:")
     if cell in (None, ""):
         return None
-    return parse_value(parameter, cell, f"{where}: {name}", materials=known.materials)
+    return parse_value(parameter, cell, f"{where}: {name}", materials=allowed.materials)
 
 
-def _checked(cells: Mapping[str, Any], known: Known, where: str) -> Observation:
+def _checked(cells: Mapping[str, Any], allowed: Known, where: str) -> Observation:
     quantity, source = cells["quantity"], cells["source"]
-    if quantity not in known.quantities:
-        cure = nearest_cure(quantity, known.quantities)
+    if quantity not in allowed.quantities:
+        cure = nearest_cure(quantity, allowed.quantities)
         raise refusal(f"{where}: quantity", quantity, "what the scenario measures", cure)
     if not isinstance(source, str):
         raise refusal(f"{where}: source", source, "a text", "say where the shot is published")
-    unit = known.quantities[quantity]
+    unit = allowed.quantities[quantity]
     uncertainty = cells.get("uncertainty")
     return Observation(
         quantity,

@@ -117,7 +117,7 @@ def of_convergence(*, offsets: bool, extrapolated: bool, left_out: bool) -> str:
     """The caption of a quantity against the size of a cell."""
     caption = (
         "The grey band is the value that laws are compared with, and its error bar. Every panel spans the same "
-        "share of its own middle, so that slopes compare; zero is not in sight."
+        "share of its own middle, so that slopes compare; its axis does not begin at zero."
     )
     if offsets:
         caption = (

@@ -305,24 +305,24 @@ def sentence(residual: Residual) -> str:
     )
 
 
-def _difference(found: Statistics, residual: Residual) -> str:
+def _difference(summary: Statistics, residual: Residual) -> str:
     """Mean difference, and whether error bars cover it."""
     # The direction is that of the number that is printed: the mean of ratios may have the other sign.
-    mean = found.bias if found.relative_bias is None else found.relative_bias
+    mean = summary.bias if summary.relative_bias is None else summary.relative_bias
     assert mean is not None
-    relative = found.relative_bias is not None
+    relative = summary.relative_bias is not None
     size = _length(abs(mean), residual.unit, relative)
     direction = "larger" if mean > 0 else "smaller"
-    average = "on average " if found.n > 1 else ""
-    said = f"{average}{size} {direction} than {_reference(found, residual)}"
-    if not found.judged:
-        return said + _why_unjudged(residual)
-    bar = found.relative_bar if relative else found.bar
+    average = "on average " if summary.n > 1 else ""
+    text = f"{average}{size} {direction} than {_reference(summary, residual)}"
+    if not summary.judged:
+        return text + _why_unjudged(residual)
+    bar = summary.relative_bar if relative else summary.bar
     median = "" if bar is None else _length(bar, residual.unit, relative)
     bars = "the error bars of both together" if residual.in_range is None else "the error bar"
-    plural = "s" if found.judged > 1 else ""
+    plural = "s" if summary.judged > 1 else ""
     return (
-        f"{said}; inside {bars} (median ± {median}) at {found.within} of {found.judged} "
+        f"{text}; inside {bars} (median ± {median}) at {summary.within} of {summary.judged} "
         f"point{plural}"
     )
 
@@ -331,15 +331,15 @@ def _length(value: float, unit: str, relative: bool) -> str:
     return of_share(value) if relative else f"{printed_in(value, unit)} {display_of(unit).unit}"
 
 
-def _reference(found: Statistics, residual: Residual) -> str:
+def _reference(summary: Statistics, residual: Residual) -> str:
     """The observation; or the simulation, and at how many points it has converged."""
     if residual.reference == "observation":
         return "the observed value"
-    if found.converged is None:
+    if summary.converged is None:
         return "the simulation"
-    if found.converged == found.n:
+    if summary.converged == summary.n:
         return "the converged simulation"
-    return f"the simulation (converged at {found.converged or 'none'} of {found.n} points)"
+    return f"the simulation (converged at {summary.converged or 'none'} of {summary.n} points)"
 
 
 def _why_unjudged(residual: Residual) -> str:

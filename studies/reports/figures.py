@@ -288,15 +288,15 @@ def _law(
         return Series(
             "law", title, x, numbers(answers[:, 0]), in_range=in_range, connected=connected
         )
-    known = np.isfinite(answers)
-    some = known.any(axis=1)
+    finite = np.isfinite(answers)
+    some = finite.any(axis=1)
     return Series(
         "band",
         f"{title}: band of the stated constants",
         x,
-        low=numbers(np.where(some, np.where(known, answers, np.inf).min(axis=1), np.nan)),
-        high=numbers(np.where(some, np.where(known, answers, -np.inf).max(axis=1), np.nan)),
-        in_range=tuple(((inside | ~known).all(axis=1) & some).tolist()),
+        low=numbers(np.where(some, np.where(finite, answers, np.inf).min(axis=1), np.nan)),
+        high=numbers(np.where(some, np.where(finite, answers, -np.inf).max(axis=1), np.nan)),
+        in_range=tuple(((inside | ~finite).all(axis=1) & some).tolist()),
         connected=connected,
     )
 
@@ -366,8 +366,8 @@ def _relative(law: Series, reference: np.ndarray) -> Series:
 
 def _bands(x: Sequence[float | str], bars: np.ndarray, connected: bool) -> Iterator[Series]:
     """The error bar about zero, in pieces: none reaches over a point that has no bar."""
-    known = np.flatnonzero(np.isfinite(bars))
-    for places in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
+    barred = np.flatnonzero(np.isfinite(bars))
+    for places in np.split(barred, np.flatnonzero(np.diff(barred) > 1) + 1):
         if len(places):
             yield _error_bar(
                 tuple(x[place] for place in places),
@@ -389,8 +389,8 @@ def _error_bar(
 
 def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
     """A quantity against the size of a cell, one panel a point."""
-    known = [point for point in refined(cube, name) if math.isfinite(point.converged.value)]
-    shown = spread(known, MOST_PANELS)
+    valued = [point for point in refined(cube, name) if math.isfinite(point.converged.value)]
+    shown = spread(valued, MOST_PANELS)
     places, norms = places_of(view.dataset), view.norm(name)
     return Figure(
         name=f"{name}_convergence",
@@ -398,7 +398,7 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
         caption=captions.of_convergence(
             offsets=any(_several_offsets(point) for point in shown[:1]),
             extrapolated=any(point.converged.verdict == "converging" for point in shown),
-            left_out=len(known) > len(shown),
+            left_out=len(valued) > len(shown),
         ),
         x=Scale("spacing", "cell size / projectile diameter", "1"),
         y=view.scale_of(name),
@@ -415,10 +415,10 @@ def convergence(cube: xr.Dataset, view: FigureView, name: str) -> Figure:
     )
 
 
-def _verdict(found: Convergence) -> str:
+def _verdict(converged: Convergence) -> str:
     """The verdict, with the order where there is one: "converging, order 1.3"."""
-    order = f", order {found.order:.2g}" if found.verdict == "converging" else ""
-    return found.verdict + order
+    order = f", order {converged.order:.2g}" if converged.verdict == "converging" else ""
+    return converged.verdict + order
 
 
 def _several_offsets(point: Refined) -> bool:
@@ -426,18 +426,18 @@ def _several_offsets(point: Refined) -> bool:
 
 
 def _of_point(point: Refined, norm: float) -> Iterator[Series]:
-    found = point.converged
-    levels = [level for level in reversed(found.levels) if level.values]
-    if math.isfinite(found.uncertainty):
+    converged = point.converged
+    levels = [level for level in reversed(converged.levels) if level.values]
+    if math.isfinite(converged.uncertainty):
         # From nothing to the coarsest resolution.
-        low, high = (found.value + sign * found.uncertainty for sign in (-1.0, 1.0))
-        coarsest = max(level.spacing for level in found.levels)
+        low, high = (converged.value + sign * converged.uncertainty for sign in (-1.0, 1.0))
+        coarsest = max(level.spacing for level in converged.levels)
         yield _error_bar((0.0, coarsest), (low / norm,) * 2, (high / norm,) * 2)
-    if found.verdict == "converging":
-        yield _trend(found, norm)
+    if converged.verdict == "converging":
+        yield _trend(converged, norm)
     if _several_offsets(point):
-        known = np.isfinite(point.values)
-        x, y = point.spacings[known].tolist(), (point.values[known] / norm).tolist()
+        finite = np.isfinite(point.values)
+        x, y = point.spacings[finite].tolist(), (point.values[finite] / norm).tolist()
         yield Series("run", RUN, tuple(x), tuple(y), connected=False)
     yield Series(
         "level",
@@ -446,16 +446,18 @@ def _of_point(point: Refined, norm: float) -> Iterator[Series]:
         tuple(level.value / norm for level in levels),
         numbers(level.scatter / norm for level in levels),
     )
-    if found.verdict == "converging":
-        yield Series("limit", EXTRAPOLATED, (0.0,), (found.extrapolated / norm,), connected=False)
+    if converged.verdict == "converging":
+        yield Series(
+            "limit", EXTRAPOLATED, (0.0,), (converged.extrapolated / norm,), connected=False
+        )
 
 
-def _trend(found: Convergence, norm: float) -> Series:
+def _trend(converged: Convergence, norm: float) -> Series:
     """f(0) + C h^p from nothing to the third finest resolution, through the two finest."""
-    fine, _, coarse = [level for level in found.levels if level.values][:3]
-    order = min(found.order, FORMAL_ORDER)
+    fine, _, coarse = [level for level in converged.levels if level.values][:3]
+    order = min(converged.order, FORMAL_ORDER)
     x = np.linspace(0.0, coarse.spacing, TREND_POINTS)
-    y = found.extrapolated + (fine.value - found.extrapolated) * (x / fine.spacing) ** order
+    y = converged.extrapolated + (fine.value - converged.extrapolated) * (x / fine.spacing) ** order
     return Series("trend", TREND, tuple(x.tolist()), tuple((y / norm).tolist()))
 
 

@@ -84,7 +84,7 @@ def _only_marked(value: Any) -> Any:
 
 def page(report: dict[str, Any]) -> str:
     """A document as one HTML file that needs no network."""
-    drawings = [plot(_figure(one)) for one in report["figures"]]
+    drawings = [plot(_figure(figure)) for figure in report["figures"]]
     return (
         environment()
         .get_template("report.html")
@@ -118,9 +118,9 @@ def _sweep_text(node: Node) -> Markup:
     return Markup('<pre data-path="{}">{}</pre>').format(node._path, text)
 
 
-def _heading(words: Any, unit: Any) -> str:
+def _heading(name: Any, unit: Any) -> str:
     """A name as a column heading, with the unit that people read."""
-    return with_unit(bare(words).replace("_", " "), bare(unit) or "1")
+    return with_unit(bare(name).replace("_", " "), bare(unit) or "1")
 
 
 def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node]:
@@ -163,7 +163,7 @@ def environment() -> Environment:
         ],
         first_rows=lambda rows: [row for row, _ in zip(rows, range(MOST_ROWS), strict=False)],
         some_reasons=lambda reasons: [
-            one for one, _ in zip(reasons, range(MOST_REASONS), strict=False)
+            reason for reason, _ in zip(reasons, range(MOST_REASONS), strict=False)
         ],
         cut_note=_cut_note,
     )

@@ -243,13 +243,15 @@ def _band(
     x: Sequence[Any], low: Sequence[Any], high: Sequence[Any], series: Series, style: Style
 ) -> Iterator[Trace]:
     """A shaded area with its edges; bars where a line through the points means nothing."""
-    known = [place for place in range(len(x)) if low[place] is not None and high[place] is not None]
-    if not series.connected or len(known) < 2:
+    complete = [
+        place for place in range(len(x)) if low[place] is not None and high[place] is not None
+    ]
+    if not series.connected or len(complete) < 2:
         yield {
             "named": True,
             "mode": "lines",
-            "x": [at for place in known for at in (x[place], x[place], None)],
-            "y": [at for place in known for at in (low[place], high[place], None)],
+            "x": [at for place in complete for at in (x[place], x[place], None)],
+            "y": [at for place in complete for at in (low[place], high[place], None)],
             "line": {"color": style.colour, "width": 5},
             "opacity": 0.5,
         }
@@ -258,8 +260,8 @@ def _band(
     yield {
         "named": True,
         "mode": "lines",
-        "x": [x[place] for place in known] + [x[place] for place in reversed(known)],
-        "y": [low[place] for place in known] + [high[place] for place in reversed(known)],
+        "x": [x[place] for place in complete] + [x[place] for place in reversed(complete)],
+        "y": [low[place] for place in complete] + [high[place] for place in reversed(complete)],
         "fill": "toself",
         "fillcolor": f"rgba({red},{green},{blue},0.2)",
         "line": {"width": 0, "color": style.colour},

@@ -44,25 +44,23 @@ REPORT_VERSION = 4
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
-    "range of two or three, the standard deviation of more. The order is observed over the three finest resolutions "
-    "(Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is the grid convergence index over the finest value, factor "
-    f"of safety {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a factor of "
-    f"{SAFETY_UNOBSERVED:g} are taken. Only where the verdict is converging, with an order from "
-    f"{ORDERS[0]:g} to {ORDERS[1]:g} and differences above the scatter, is there an extrapolated "
-    "number, and it is the value. (One offset has no scatter; what the measurement says that one "
-    "run cannot see stands for it.) Elsewhere the value is that of the finest resolution, "
-    "and the mesh part of its error bar the largest of three: the range of the three finest, the "
-    "scatter behind the finest difference, and that difference over its ratio of cells to the "
-    f"power {ORDERS[0]:g} less one, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the "
-    f"observed order is below {ORDERS[0]:g} (the factors of Eça and Hoekstra 2014, J. Comput. "
-    "Phys. 262, 104). Of three resolutions the mesh part also reaches, in either case, the farthest limit of any power "
-    f"law of an order from {ORDERS[0]:g} to {ORDERS[1]:g} that passes each value within its scatter. Where runs found "
-    "nothing to measure and others did, nothing is extrapolated and the mesh part is unknown."
+    "range of two or three, the standard deviation of more. A single offset has no scatter; the uncertainty that its "
+    "measurement states for the position on the grid takes its place. The order is observed over the three finest "
+    "resolutions (Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is the grid convergence index over the finest "
+    f"value, with a factor of safety of {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a "
+    f"factor of {SAFETY_UNOBSERVED:g} are assumed. A point is converging if the order lies between {ORDERS[0]:g} and "
+    f"{ORDERS[1]:g} and the differences exceed the scatter; only then is a number extrapolated, and it is the value. "
+    "Elsewhere the value is that of the finest resolution, and the mesh error is the largest of three numbers: the "
+    "range of the three finest values, the scatter behind the finest difference, and that difference over its ratio "
+    f"of cells to the power {ORDERS[0]:g} less one, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the "
+    f"observed order is below {ORDERS[0]:g} (the factors of Eça and Hoekstra 2014, J. Comput. Phys. 262, 104). With "
+    "three resolutions the mesh error also reaches the farthest limit of any power law of an order from "
+    f"{ORDERS[0]:g} to {ORDERS[1]:g} that passes each value within its scatter. Where some runs have nothing to "
+    "measure and others do, nothing is extrapolated and the mesh error is unknown."
 )
-
-UNJUDGED = (
-    "how far that is off, only several resolutions can say, so nothing is called inside or outside "
-    "of it."
+NO_MESH_ERROR = (
+    "It does not include the mesh error, which takes several resolutions to estimate, so no law is called inside or "
+    "outside of it."
 )
 
 Document = dict[str, Any]
@@ -114,32 +112,27 @@ def _overview(runs: Sequence[Document]) -> Document:
 
 
 def _mesh(dataset: xr.Dataset) -> str:
-    """What the error bars know of the mesh, in words."""
+    """What the error bars include of the mesh error, in words."""
     several = refinements_of(dataset)
     if not several:
         return (
-            "Every point is one run on one mesh. Its error bar has a part for what a single run "
-            f"cannot see below the size of a cell, and none for the mesh as a whole: {UNJUDGED}"
+            "Every point is one run on one mesh. Its error bar includes the position of surfaces within a cell. "
+            f"{NO_MESH_ERROR}"
         )
-    counts = {name: dataset.sizes[name] for name in several}
-    words = [f"{counts[RESOLUTION]} resolutions"] if RESOLUTION in counts else []
-    words += [f"{counts[OFFSET]} sub-cell offsets"] if OFFSET in counts else []
-    beside = "scatter over offsets and what the measurement states beside"
-    if RESOLUTION in counts:
-        value = (
-            "extrapolated to cells of no size where the verdict is converging, and else that of "
-            "the finest resolution"
-        )
-        bar = f"mesh error, {beside}, as root of the sum of their squares."
-    else:
-        value = "the mean over offsets"
-        bar = (
-            f"{beside}, as root of the sum of their squares, and has no part for the mesh as a "
-            f"whole: {UNJUDGED}"
-        )
+    levels = [
+        f"{dataset.sizes[name]} {label}"
+        for name, label in ((RESOLUTION, "resolutions"), (OFFSET, "sub-cell offsets"))
+        if name in several
+    ]
+    value = "the mean over offsets"
+    parts = "scatter over offsets and the other uncertainties of the measurement"
+    note = f" {NO_MESH_ERROR}"
+    if RESOLUTION in several:
+        value = "extrapolated to cell size zero where it is converging, else that of the finest resolution"
+        parts, note = f"mesh error, {parts}", ""
     return (
-        f"Every point was computed with {' and '.join(words)}. Laws and observations are compared "
-        f"with one value a point: {value}. Its error bar joins {bar}"
+        f"Every point was computed with {' and '.join(levels)}. Laws and observations are compared with one value a "
+        f"point: {value}. Its error bar is the root of the sum of the squares of {parts}.{note}"
     )
 
 
@@ -168,14 +161,14 @@ def _convergence(dataset: xr.Dataset) -> Document:
 
 
 def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Document:
-    found = point.converged
+    converged = point.converged
     parts = ("value", "uncertainty", "mesh", "offsets", "measurement")
     extrapolation = ("order", "extrapolated", "gci")
     return {
         "at": places[point.number],
-        "verdict": found.verdict,
-        "reason": found.reason,
-        **{name: _finite(getattr(found, name)) for name in (*parts, *extrapolation)},
+        "verdict": converged.verdict,
+        "reason": converged.reason,
+        **{name: _finite(getattr(converged, name)) for name in (*parts, *extrapolation)},
         "levels": [
             {
                 "spacing": level.spacing,
@@ -184,7 +177,7 @@ def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Doc
                 "values": level.values,
                 "runs": level.runs,
             }
-            for level in reversed(found.levels)
+            for level in reversed(converged.levels)
         ],
     }
 

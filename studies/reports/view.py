@@ -109,10 +109,10 @@ class FigureView:
 
     def scale_of(self, name: str) -> Scale:
         """A quantity over the projectile's diameter where that makes sense, else in its own unit."""
-        words = name.replace("_", " ")
+        label = name.replace("_", " ")
         if self.normed(name):
-            return Scale("ratio", f"{words} / projectile diameter", "1")
-        return Scale(name, words, self.dataset[name].attrs["units"])
+            return Scale("ratio", f"{label} / projectile diameter", "1")
+        return Scale(name, label, self.dataset[name].attrs["units"])
 
     def xs(self, piece: Slice) -> tuple[float | str, ...]:
         return tuple(self.x[cell] for cell in piece.cells)
@@ -125,12 +125,12 @@ def view_of(dataset: xr.Dataset) -> FigureView:
     name = PREFERRED if PREFERRED in axes else [*numeric, *axes][0]
     slices = _slices(dataset, places, name)
     shown = spread(slices, MOST_PANELS)
-    known = cubes.EQUIVALENT_DIAMETER.is_in(dataset)
+    has_diameter = cubes.EQUIVALENT_DIAMETER.is_in(dataset)
     return FigureView(
         dataset,
         Scale(name, name.replace("_", " "), dataset[name].attrs.get("units")),
         tuple(place[name] for place in places),
-        by_run(dataset, "equivalent_diameter") if known else np.full(len(places), np.nan),
+        by_run(dataset, "equivalent_diameter") if has_diameter else np.full(len(places), np.nan),
         shown,
         len(slices) - len(shown),
     )

@@ -138,7 +138,7 @@ def readable(value: float, unit: str) -> str:
     return f"{value:.12g} {unit}"
 
 
-def parse_quantity(given: object, unit: str, field: str) -> Decimal:
+def parse_quantity(raw: object, unit: str, field: str) -> Decimal:
     """A quantity given as text with its unit, as an exact number of the SI ``unit``.
 
     Raises InvalidInput: not a text, no unit, unknown unit, another dimension, not finite.
@@ -147,53 +147,53 @@ def parse_quantity(given: object, unit: str, field: str) -> Decimal:
     Decimal('6100')
     """
     if unit == "1":
-        return exact_number(given, field)
-    if is_number(given):
-        digits, unit_text = _digits(given), ""
+        return exact_number(raw, field)
+    if is_number(raw):
+        digits, unit_text = _digits(raw), ""
     else:
-        digits, unit_text = _split(given, unit, field)
-    number = _decimal(digits, given, field, _cure(unit))
+        digits, unit_text = _split(raw, unit, field)
+    number = _decimal(digits, raw, field, _cure(unit))
     if not unit_text:
-        raise refusal(field, given, _allowed(unit), _cure_for_bare_number(number, unit))
+        raise refusal(field, raw, _allowed(unit), _cure_for_bare_number(number, unit))
     return convert(number, unit_text, unit, field)
 
 
 def convert(number: Decimal, unit_text: str, unit: str, field: str) -> Decimal:
     """A number in any unit, as an exact number of the SI ``unit``; raises InvalidInput."""
-    given = f"{number} {unit_text}"
+    raw = f"{number} {unit_text}"
     if len(unit_text) > LONGEST_TEXT:
-        raise refusal(field, given, _allowed(unit), _cure(unit))
+        raise refusal(field, raw, _allowed(unit), _cure(unit))
     try:
         factor = _FACTORS.get((unit_text, unit))
         factor, offset = (factor, Decimal(0)) if factor else _conversion(unit_text, unit)
     except WrongDimension:
-        raise refusal(field, given, _allowed(unit), _cure(unit)) from None
+        raise refusal(field, raw, _allowed(unit), _cure(unit)) from None
     except ValueError:
         limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
-        raise refusal(field, given, limit, _cure(unit)) from None
-    return _bounded(number * factor + offset, given, field, _cure(unit))
+        raise refusal(field, raw, limit, _cure(unit)) from None
+    return _bounded(number * factor + offset, raw, field, _cure(unit))
 
 
-def exact_number(given: object, field: str, sample: str = "0.5") -> Decimal:
+def exact_number(raw: object, field: str, sample: str = "0.5") -> Decimal:
     """A plain number, given as a number or as text, exactly; raises InvalidInput, whose cure shows the sample.
 
     >>> exact_number(0.31, "n")
     Decimal('0.31')
     """
     cure = f"write a number such as {sample}"
-    if isinstance(given, str):
-        match = _QUANTITY.fullmatch(given[: LONGEST_TEXT + 1])
-        if match is None or len(given) > LONGEST_TEXT or match[2]:
-            raise refusal(field, given, "a plain number without unit", cure)
-        return _decimal(match[1], given, field, cure)
-    if not is_number(given):
-        raise refusal(field, given, "a plain number", cure)
-    return _decimal(_digits(given), given, field, cure)
+    if isinstance(raw, str):
+        match = _QUANTITY.fullmatch(raw[: LONGEST_TEXT + 1])
+        if match is None or len(raw) > LONGEST_TEXT or match[2]:
+            raise refusal(field, raw, "a plain number without unit", cure)
+        return _decimal(match[1], raw, field, cure)
+    if not is_number(raw):
+        raise refusal(field, raw, "a plain number", cure)
+    return _decimal(_digits(raw), raw, field, cure)
 
 
-def is_number(given: object) -> bool:
+def is_number(raw: object) -> bool:
     """Whether a value is a number; true and false are not."""
-    return isinstance(given, Real | Decimal) and not isinstance(given, bool)
+    return isinstance(raw, Real | Decimal) and not isinstance(raw, bool)
 
 
 def dimension_of(unit: str) -> str:
@@ -213,42 +213,42 @@ def a_quantity(unit: str) -> str:
     >>> a_quantity("rad"), a_quantity("m")
     ('an angle', 'a length')
     """
-    words = dimension_of(unit)
-    return f"{'an' if words[0] in 'aeiou' else 'a'} {words}"
+    dimension = dimension_of(unit)
+    return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
 
 
-def refusal(field: str, given: object, limit: str, cure: str) -> InvalidInput:
+def refusal(field: str, raw: object, limit: str, cure: str) -> InvalidInput:
     """The error of one finding."""
-    return InvalidInput([Finding(field, shown(given), limit, cure)])
+    return InvalidInput([Finding(field, shown(raw), limit, cure)])
 
 
-def _split(given: object, unit: str, field: str) -> tuple[str, str]:
+def _split(raw: object, unit: str, field: str) -> tuple[str, str]:
     """Number text and unit text of a quantity."""
-    if not isinstance(given, str) or len(given) > LONGEST_TEXT:
-        raise refusal(field, given, _allowed(unit), _cure(unit))
-    match = _QUANTITY.fullmatch(given)
+    if not isinstance(raw, str) or len(raw) > LONGEST_TEXT:
+        raise refusal(field, raw, _allowed(unit), _cure(unit))
+    match = _QUANTITY.fullmatch(raw)
     if match is None:
-        raise refusal(field, given, _allowed(unit), _cure(unit))
+        raise refusal(field, raw, _allowed(unit), _cure(unit))
     return match[1], (match[2] or "").strip()
 
 
-def _digits(given: Any) -> str:
+def _digits(raw: Any) -> str:
     """A number as decimal text; a float as the shortest text that reads back as itself."""
-    if isinstance(given, Decimal | Rational):
-        return str(given) if abs(given) < 10**LARGEST_EXPONENT else "inf"
-    return repr(float(given))
+    if isinstance(raw, Decimal | Rational):
+        return str(raw) if abs(raw) < 10**LARGEST_EXPONENT else "inf"
+    return repr(float(raw))
 
 
-def _decimal(text: str, given: object, field: str, cure: str) -> Decimal:
+def _decimal(text: str, raw: object, field: str, cure: str) -> Decimal:
     try:
-        return _bounded(Decimal(text), given, field, cure)
+        return _bounded(Decimal(text), raw, field, cure)
     except DecimalException:
-        raise refusal(field, given, "a finite number", cure) from None
+        raise refusal(field, raw, "a finite number", cure) from None
 
 
-def _bounded(number: Decimal, given: object, field: str, cure: str) -> Decimal:
+def _bounded(number: Decimal, raw: object, field: str, cure: str) -> Decimal:
     if not number.is_finite() or (number and abs(number.adjusted()) > LARGEST_EXPONENT):
-        raise refusal(field, given, "a finite number of ordinary size", cure)
+        raise refusal(field, raw, "a finite number of ordinary size", cure)
     return number
 
 
@@ -290,7 +290,7 @@ def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
         given_unit = registry.parse_units(_expression(unit_text))
         target_unit = registry.parse_units(_expression(unit))
         zero = registry.Quantity(Decimal(0), given_unit).to(target_unit).magnitude
-        one = registry.Quantity(Decimal(1), given_unit).to(target_unit).magnitude
+        unity = registry.Quantity(Decimal(1), given_unit).to(target_unit).magnitude
         basis = registry.get_root_units(given_unit)[1]
         target_basis = registry.get_root_units(target_unit)[1]
     except pint.DimensionalityError as error:
@@ -301,7 +301,7 @@ def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
         raise WrongDimension(
             f"{unit_text!r} is made of {basis!s}, and {unit!r} of {target_basis!s}"
         )
-    return Decimal(one - zero).normalize(), Decimal(zero).normalize()
+    return Decimal(unity - zero).normalize(), Decimal(zero).normalize()
 
 
 def _expression(unit_text: str) -> str:

@@ -114,7 +114,7 @@ def test_runs__have_the_values_of_their_cells(case: Case) -> None:
 def test_mesh_statement__says_whether_the_mesh_error_is_known(case: Case) -> None:
     dataset, document, shown = case
     refined = "cells_per_diameter" in dataset.dims
-    assert ("Its error bar joins mesh error" in document["mesh"]) == refined
+    assert ("squares of mesh error" in document["mesh"]) == refined
     judged = {
         row["everywhere"]["judged"] > 0
         for row in document["residuals"]
