@@ -84,7 +84,7 @@ class Sample:
     nothing: bool = (
         False  # without a value because there was nothing to measure, not because it failed
     )
-    doubts: tuple[str, ...] = ()  # flags of the run that concern its value
+    quality_flags: tuple[str, ...] = ()  # flags of the run that concern its value
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class Level:
     sub_cell: float  # root mean square over the offsets that have a value
     rest: float
     nothing: int = 0  # offsets that succeeded and found nothing to measure
-    doubts: tuple[str, ...] = ()  # of the offsets that have a value, each once
+    quality_flags: tuple[str, ...] = ()  # of the offsets that have a value, each once
 
     @property
     def noise(self) -> float:
@@ -144,10 +144,10 @@ def converge(samples: Iterable[Sample]) -> Convergence:
         _too_coarse(known) or _contradicted(levels, known) or judged
     )
     finest = known[0]
-    unknown = TOO_COARSE in finest.doubts
+    unknown = TOO_COARSE in finest.quality_flags
     return Convergence(
         verdict,
-        "; ".join([reason, *_unstated(known), *_doubted(known), *_left_out(levels)]),
+        "; ".join([reason, *_unstated(known), *_flagged(known), *_left_out(levels)]),
         value,
         mesh,
         math.nan if unknown else finest.noise,
@@ -185,7 +185,7 @@ def _level(spacing: float, samples: Sequence[Sample]) -> Level:
         _root_mean_square([sample.sub_cell for sample in known]),
         _root_mean_square([sample.rest for sample in known]),
         sum(sample.nothing for sample in samples),
-        tuple(sorted({doubt for sample in known for doubt in sample.doubts})),
+        tuple(sorted({flag for sample in known for flag in sample.quality_flags})),
     )
 
 
@@ -211,13 +211,13 @@ def _unstated(known: Sequence[Level]) -> Iterator[str]:
         yield "one offset, and no statement of what it cannot see"
 
 
-def _doubted(known: Sequence[Level]) -> Iterator[str]:
+def _flagged(known: Sequence[Level]) -> Iterator[str]:
     """What the runs of the resolutions that count say against their own values, in words."""
     counted = known[:3]
-    for doubt in sorted({doubt for level in counted for doubt in level.doubts}):
-        places = [place for place, level in enumerate(counted) if doubt in level.doubts]
+    for flag in sorted({flag for level in counted for flag in level.quality_flags}):
+        places = [place for place, level in enumerate(counted) if flag in level.quality_flags]
         which = " and ".join(("the finest", "the second", "the third")[place] for place in places)
-        yield f"{doubt.replace('_', ' ')} at {which} of the resolutions that count"
+        yield f"{flag.replace('_', ' ')} at {which} of the resolutions that count"
 
 
 def _left_out(levels: Sequence[Level]) -> list[str]:
@@ -242,7 +242,7 @@ _Judged = tuple[Verdict, str, float, float, dict[str, float]]  # with value, mes
 
 def _too_coarse(known: Sequence[Level]) -> _Judged | None:
     """The verdict where even the finest resolution with a value is too coarse to have an error bar."""
-    if TOO_COARSE not in known[0].doubts:
+    if TOO_COARSE not in known[0].quality_flags:
         return None
     verdict: Verdict = "single grid" if len(known) == 1 else "not in the asymptotic range"
     reason = "the finest resolution has too few cells for any error bar"

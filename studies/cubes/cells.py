@@ -117,4 +117,6 @@ def _sample(cell: Cell, measured: Any | None) -> Sample:
         return Sample(spacing, np.nan, nothing=True)
     rest = math.hypot(*(size for part, size in measured.parts.items() if part != SUB_CELL))
     flags = (*cell.result.flags, *measured.flags)
-    return Sample(spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, doubts=flags)
+    return Sample(
+        spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, quality_flags=flags
+    )

@@ -43,7 +43,7 @@ class Observation:
     # SI, by the names of the scenario.
     parameters: Mapping[str, Value] = field(default_factory=dict)
 
-    def document(self, allowed: "Known") -> dict[str, Any]:
+    def document(self, allowed: "AllowedNames") -> dict[str, Any]:
         """The shot as a row that ``read_observations`` reads as itself."""
         unit = allowed.quantities[self.quantity]
         row: dict[str, Any] = {
@@ -57,7 +57,7 @@ class Observation:
 
 
 @dataclass(frozen=True)
-class Known:
+class AllowedNames:
     """The names that a sweep and its table of shots may use."""
 
     quantities: Mapping[str, str]  # of the scenario, with their SI units
@@ -73,7 +73,7 @@ def written(value: Value, unit: str | None) -> Any:
 
 
 def read_observations(
-    raw: object, allowed: Known, path: str = "observations"
+    raw: object, allowed: AllowedNames, path: str = "observations"
 ) -> tuple[Observation, ...]:
     """The shots of a CSV text, or of a list of mappings; raises InvalidInput naming each row."""
     rows = list(islice(_rows(raw, path), MOST_ROWS + 1))
@@ -137,7 +137,7 @@ def _cells(reader: Any, path: str) -> Iterator[list[str]]:
         raise refusal(where, str(error), "CSV text", "correct this line") from None
 
 
-def _observation(row: Mapping[str, Any], allowed: Known, where: str) -> Observation:
+def _observation(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> Observation:
     """One row; raises InvalidInput with every finding in it."""
     findings = Findings()
     cells: dict[str, Any] = {}
@@ -178,7 +178,7 @@ def _cell(header: object, raw: Any, where: str) -> tuple[str, Any]:
     return match[1], f"{cell} {unit}" if is_bare and unit not in (None, "1", "-") else cell
 
 
-def _parameter(name: str, cell: Any, allowed: Known, where: str) -> Value:
+def _parameter(name: str, cell: Any, allowed: AllowedNames, where: str) -> Value:
     """A parameter of the shot; an empty cell states nothing."""
     parameter = find(allowed.parameters, name, f"{where}:")
     if cell in (None, ""):
@@ -186,7 +186,7 @@ def _parameter(name: str, cell: Any, allowed: Known, where: str) -> Value:
     return parse_value(parameter, cell, f"{where}: {name}", materials=allowed.materials)
 
 
-def _checked(cells: Mapping[str, Any], allowed: Known, where: str) -> Observation:
+def _checked(cells: Mapping[str, Any], allowed: AllowedNames, where: str) -> Observation:
     quantity, source = cells["quantity"], cells["source"]
     if quantity not in allowed.quantities:
         cure = nearest_cure(quantity, allowed.quantities)

@@ -16,7 +16,7 @@ except ImportError:
 from studies import materials as shipped
 from studies import scenarios
 from studies.materials import Material, read_document
-from studies.observations import Known, Observation, read_observations, written
+from studies.observations import AllowedNames, Observation, read_observations, written
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sweep import OFFSET, RESOLUTION, Combine, Sweep, SweepLimits, known_words
 from studies.values.errors import Finding, Findings, InvalidInput
@@ -222,14 +222,14 @@ class _DocumentReading:
         name = self.given_fixed.get(role, self.record[role].default)
         return [name] if isinstance(name, str) else []
 
-    def _fixed(self, known: Known) -> dict[str, Value]:
+    def _fixed(self, known: AllowedNames) -> dict[str, Value]:
         values, findings = parse_values(
             known.parameters, self.given_fixed, "fixed", materials=known.materials
         )
         self.findings.extend(findings)
         return values
 
-    def _axes(self, known: Known, combine: Combine) -> tuple[Axis, ...]:
+    def _axes(self, known: AllowedNames, combine: Combine) -> tuple[Axis, ...]:
         """All axes, and the number of runs that they make."""
         if not self.given_axes:
             limit, cure = "at least one axis", "give an axis; one value is enough: speed: [6 km/s]"
@@ -249,7 +249,7 @@ class _DocumentReading:
             self._check_combination(axes, combine)
         return axes
 
-    def _axis(self, reader: AxisReader, known: Known, name: str, given: Any) -> Axis:
+    def _axis(self, reader: AxisReader, known: AllowedNames, name: str, given: Any) -> Axis:
         where = f"axes.{name}"
         if name == "resolution" and name not in known.parameters:
             cure = f"the axis is called {RESOLUTION!r}"
@@ -361,7 +361,7 @@ class _DocumentReading:
                     finding = Finding("resolution", "nothing", finding.limit, cure)
                 self.findings.append(finding)
 
-    def _observations(self, known: Known) -> tuple[Observation, ...]:
+    def _observations(self, known: AllowedNames) -> tuple[Observation, ...]:
         given = self.document.get("observations")
         return () if given is None else read_observations(given, known)
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from studies import materials as shipped
 from studies import measurements, scenarios
 from studies.materials import Material
-from studies.observations import Known, Observation, written
+from studies.observations import AllowedNames, Observation, written
 from studies.runs import run
 from studies.sweeps.axes import Axis
 from studies.values.errors import Finding, InvalidInput
@@ -213,7 +213,7 @@ class Sweep:
 
 def known_words(
     scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]
-) -> Known:
+) -> AllowedNames:
     """What a document of this scenario may name: parameters, constants of materials, quantities.
 
     ``roles`` are the materials that each material parameter takes: a constant must belong to all.
@@ -223,7 +223,7 @@ def known_words(
     for role, names in roles.items():
         parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
     quantities = {name: measurements.load(name).unit for name in scenario.measurements}
-    return Known(quantities, parameters, sorted({*shipped.names(), *own}))
+    return AllowedNames(quantities, parameters, sorted({*shipped.names(), *own}))
 
 
 def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:

@@ -9,7 +9,7 @@ import typer.main
 from service.cli.main import app
 from service.records.jobs import Cause, Keep, Scope, State, SweepState
 from service.records.settings import Settings
-from studies.observations import OWN_COLUMNS, Known, read_observations
+from studies.observations import OWN_COLUMNS, AllowedNames, read_observations
 from studies.values.errors import InvalidInput
 
 ROOT = Path(__file__).parents[2]
@@ -65,7 +65,7 @@ def test_words__of_the_service_are_explained(words: type) -> None:
 
 def test_observations__columns_are_told_where_the_error_points() -> None:
     with pytest.raises(InvalidInput) as refused:
-        read_observations(3, Known({}, {}))
+        read_observations(3, AllowedNames({}, {}))
     [finding] = refused.value.findings
     found = re.search(r"'([^']+)' in README\.md", finding.cure)
     assert found

@@ -461,12 +461,17 @@ def test_coarse_grid_without_anything_to_measure__decides_nothing() -> None:
     assert found.verdict == "converging"
 
 
-def test_doubts__are_named_with_the_resolutions_that_have_them() -> None:
-    doubtful = [
-        Sample(h, LIMIT + ERROR * h, doubts=doubts)
-        for h, doubts in ((1.0, ()), (2.0, ("late",)), (4.0, ("late", "coarse")), (8.0, ("odd",)))
+def test_quality_flags__are_named_with_the_resolutions_that_have_them() -> None:
+    flagged = [
+        Sample(h, LIMIT + ERROR * h, quality_flags=quality_flags)
+        for h, quality_flags in (
+            (1.0, ()),
+            (2.0, ("late",)),
+            (4.0, ("late", "coarse")),
+            (8.0, ("odd",)),
+        )
     ]
-    found = converge(doubtful)
+    found = converge(flagged)
     assert found.verdict == "converging"
     assert "late at the second and the third of the resolutions that count" in found.reason
     assert "coarse at the third of the resolutions that count" in found.reason
@@ -541,7 +546,7 @@ def test_converge__extrapolates_only_what_converges(levels: list[list[float]]) -
 @pytest.mark.parametrize("grids", [1, 2, 3])
 def test_finest_grid__that_is_too_coarse_has_no_error_bar(grids: int) -> None:
     samples = [
-        Sample(2.0**n, 10.0 + 2.0**n, 0.1, 0.1, doubts=("too_coarse",) if n == 0 else ())
+        Sample(2.0**n, 10.0 + 2.0**n, 0.1, 0.1, quality_flags=("too_coarse",) if n == 0 else ())
         for n in range(grids)
     ]
     found = converge(samples)

@@ -2,11 +2,11 @@
 
 import pytest
 
-from studies.observations import Known, Observation, read_observations
+from studies.observations import AllowedNames, Observation, read_observations
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, Value
 
-KNOWN = Known(
+KNOWN = AllowedNames(
     quantities={"hole_diameter": "m", "crater_depth_over_diameter": "1"},
     parameters={
         "speed": Parameter(name="speed", kind="quantity", unit="m s-1", minimum=100.0),
