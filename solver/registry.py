@@ -1,4 +1,4 @@
-"""Entries of a folder: each module of a kind's package offers one, and there is no list to edit.
+"""The entries of a folder: each module of a kind's package offers one, or a tuple of several; no list is edited.
 
 A module named ``maiden.py`` in ``studies/laws`` offers its law under the attribute ``LAW``;
 ``entries("studies.laws", "LAW")`` finds it. Another distribution adds an entry through the entry-point group
@@ -23,7 +23,10 @@ def entries(package: str, kind: str) -> Mapping[str, Any]:
     members: dict[str, Any] = {}
     for module_name in sorted(module.name for module in pkgutil.iter_modules(folder.__path__)):
         if not module_name.startswith("_"):
-            _add(members, _load(f"{package}.{module_name}", kind), f"{package}.{module_name}")
+            offered = _load(f"{package}.{module_name}", kind)
+            # Entries may be named tuples themselves.
+            for entry in offered if type(offered) is tuple else (offered,):
+                _add(members, entry, f"{package}.{module_name}")
     for point in points(package):
         _add(members, _loaded(point), point.value)
     return MappingProxyType(dict(sorted(members.items())))

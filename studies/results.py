@@ -1,8 +1,8 @@
-"""What a run leaves: measurements with uncertainty and history, balances, flags, provenance; JSON both ways."""
+"""The result of a run: measurements with uncertainty and history, balances, flags, provenance; JSON both ways."""
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,9 +21,7 @@ class Measured:
     """A number read off the state of a run."""
 
     value: float | None  # None where the flags say why
-    uncertainty: (
-        float | None
-    )  # standard, the root of the sum of the squares of the parts; None where too coarse
+    uncertainty: float | None  # standard: root of the sum of squares of the parts; None: too coarse
     parts: Mapping[str, float]  # resolution, azimuth, growth: same unit as the value
     flags: tuple[str, ...]
     history: Mapping[str, list[float | None]]  # time (s) and value
@@ -40,6 +38,27 @@ class Progress:
     fraction: float  # 0..1 of the cap; a run may end earlier
     eta_seconds: float | None
     measured: Mapping[str, float]
+
+
+def _ignore(_: object) -> None:
+    """Take a report and do nothing."""
+
+
+def _never() -> bool:
+    return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunControl:
+    """The reports that a run makes to its caller while it computes, and the caller's wish that it leaves."""
+
+    progress: Callable[[Progress], object] = _ignore  # after each observation
+    log: Callable[[str], object] = _ignore  # each line of the run log
+    checkpointed: Callable[[int], object] = _ignore  # step of a checkpoint, written or resumed from
+    must_leave: Callable[[], bool] = _never  # asked after each step
+
+
+NO_CONTROL = RunControl()
 
 
 @dataclass(frozen=True)

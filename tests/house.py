@@ -33,8 +33,8 @@ class House:
         try:
             TopologicalSorter(self._imported()).prepare()
         except CycleError as error:
-            found: list[str] = error.args[1]
-            return found
+            circle: list[str] = error.args[1]
+            return circle
         return []
 
     @property

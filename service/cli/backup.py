@@ -20,8 +20,8 @@ from service.queue import data_identity as identity
 from service.records.jobs import Stored
 from service.records.settings import Settings
 from service.store import Store
-from studies.values.atomic import to_disk, write_atomically
 from studies.values.errors import Finding, InvalidInput
+from studies.values.files import to_disk, write_atomically
 
 DATABASE = "whipple.db"
 PART = f".{DATABASE}.part"

@@ -27,8 +27,7 @@ from solver.errors import WhippleError
 from studies.results import RunResult
 from studies.runs.remeasure import outdated, remeasure
 from studies.runs.run import Run
-from studies.values.atomic import write_text
-from studies.values.files import ANSWER, STATE
+from studies.values.files import RESULT, STATE, write_text
 
 if TYPE_CHECKING:
     from service.store import Store
@@ -119,7 +118,7 @@ def renew(settings: Settings, store: "Store", run_ids: Sequence[str]) -> Iterato
 def _order(store: "Store", artifacts: Artifacts, id: str) -> _Order:
     answer, state = (
         replace(file, path=str(artifacts.path(file)))
-        for file in (store.run_file(id, name) for name in (ANSWER, STATE))
+        for file in (store.run_file(id, name) for name in (RESULT, STATE))
     )
     return _Order(id, store.run_spec(id), answer, state)
 
@@ -134,7 +133,7 @@ def _registered(
     if isinstance(read, str):
         return Renewal(order.run_id, reason=read)
     file, summary = read
-    answer = replace(file, name=ANSWER, path=artifacts.relative(Path(file.path)))
+    answer = replace(file, name=RESULT, path=artifacts.relative(Path(file.path)))
     marked = store.replace_result(order.run_id, order.answer.sha256, answer, summary)
     return Renewal(order.run_id, marked)
 

@@ -22,7 +22,7 @@ import httpx
 from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
 from solver.errors import WhippleError
-from studies.values.files import OF_A_SWEEP
+from studies.values.files import SWEEP_FILES
 
 if TYPE_CHECKING:
     from studies.values.opening import Dataset
@@ -286,7 +286,7 @@ class SweepHandle:
         held = held_in(folder)
         if held is not None and not overwrite:
             check_same(folder, held, self.document())
-        for name in OF_A_SWEEP:
+        for name in SWEEP_FILES:
             self._connection.download(f"{self._path}/{name}", folder / name)
         return folder
 

@@ -19,8 +19,8 @@ import httpx
 
 from service.client.server_events import ServerEvent, messages
 from solver.errors import WhippleError
-from studies.values.atomic import write_atomically
 from studies.values.errors import Finding, InvalidInput
+from studies.values.files import write_atomically
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.2, 5.0  # s, between two attempts
 QUIET_SECONDS = 60.0  # an event stream says something every 15 s

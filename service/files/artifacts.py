@@ -20,12 +20,11 @@ from pathlib import Path
 from typing import Any
 
 from service.records.jobs import Claim, Kind, Stored
-from studies.values.atomic import to_disk, write_atomically
-from studies.values.files import ANSWER, FILM, STATE
+from studies.values.files import FILM, RESULT, STATE, to_disk, write_atomically
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"
-OF_A_RUN = (ANSWER, STATE, FILM, LOG)  # the answer is written last but for the log
+OF_A_RUN = (RESULT, STATE, FILM, LOG)  # the answer is written last but for the log
 CHECKPOINT = "checkpoint"
 PART = "*.part"  # a file that is being written, or was when its process was killed
 ID = re.compile("[0-9a-f]{32}")
@@ -88,7 +87,7 @@ class Artifacts:
     def complete_files(self, claim: Claim) -> tuple[Stored, ...]:
         """What an attempt of a run left, if it has an answer; else nothing."""
         directory = self.attempt_directory(claim)
-        if not (directory / ANSWER).is_file():
+        if not (directory / RESULT).is_file():
             return ()
         found = (directory / name for name in OF_A_RUN)
         return tuple(describe(file) for file in found if file.is_file())

@@ -21,7 +21,7 @@ from service.records.jobs import Cause, Claim, Kind, Result, Stored
 from service.records.timings import Timings
 from service.workers.supervisor import BROKEN_MOUNT
 from solver.errors import WhippleError
-from studies.values.files import ANSWER
+from studies.values.files import RESULT
 
 log = logging.getLogger(__name__)
 
@@ -160,9 +160,9 @@ class Verification:
 
     def _result(self, files: tuple[Stored, ...], seconds: float) -> Result:
         """What rows keep of a result: everything but histories."""
-        answer_file = next((file for file in files if file.name == ANSWER), None)
+        answer_file = next((file for file in files if file.name == RESULT), None)
         if answer_file is None:
-            raise ValueError(f"there is no {ANSWER}")
+            raise ValueError(f"there is no {RESULT}")
         answer = self._artifacts.read_json(answer_file)
         reason, failure = (
             None if text is None else legible(str(text))

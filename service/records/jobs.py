@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from solver.errors import WhippleError
-from studies.values.files import ANSWER, FILM, STATE
+from studies.values.files import FILM, RESULT, STATE
 
 if TYPE_CHECKING:
     from studies.sweeps.sweep import Sweep
@@ -236,7 +236,7 @@ class RunRow:
     failure: str | None  # short kind: "UnphysicalState", "SIGABRT"
     reason: str | None  # for people
     summary: Mapping[str, Any] | None  # measurements, flags, numbers, stop
-    path: str | None  # ANSWER of the attempt that counts, relative to the data directory
+    path: str | None  # RESULT of the attempt that counts, relative to the data directory
     size: int | None  # bytes
     sha256: str | None
     cost: float  # estimated core seconds
@@ -348,7 +348,7 @@ class LastAttempt:
 class Result:
     """A finished run, ready to be registered."""
 
-    files: tuple[Stored, ...]  # ANSWER, and what is kept beside it
+    files: tuple[Stored, ...]  # RESULT, and what is kept beside it
     succeeded: bool  # False: the solver's verdict
     reason: str | None
     failure: str | None
@@ -358,7 +358,7 @@ class Result:
     @property
     def answer(self) -> Stored:
         """The file that the run's row points to."""
-        return next(file for file in self.files if file.name == ANSWER)
+        return next(file for file in self.files if file.name == RESULT)
 
 
 @dataclass(frozen=True)

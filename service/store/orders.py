@@ -38,7 +38,7 @@ from service.store.queries import (
 from service.store.rows import Acceptance, acceptance_of
 from service.store.tables import ARTIFACTS, CONTROL, IDEMPOTENCY, JOBS, POINTS, SWEEPS
 from service.store.turns import IS_WANTED, MOVED_TURN, URGENCY
-from studies.values.files import ANSWER
+from studies.values.files import RESULT
 
 if TYPE_CHECKING:
     from studies.runs.run import Run
@@ -173,7 +173,7 @@ class Orders(Overview):
         moment = now()
         file = {"path": answer.path, "size": answer.size, "sha256": answer.sha256}
         run = JOBS.update().where(JOBS.c.id == id, JOBS.c.sha256 == was)
-        registered = ARTIFACTS.update().where(ARTIFACTS.c.job_id == id, ARTIFACTS.c.name == ANSWER)
+        registered = ARTIFACTS.update().where(ARTIFACTS.c.job_id == id, ARTIFACTS.c.name == RESULT)
         using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == id, ~POINTS.c.detached)
         publication = JOBS.c.sweep_id.in_(using)
         stale = JOBS.update().where(publication, JOBS.c.state.in_([State.SUCCEEDED, State.RUNNING]))

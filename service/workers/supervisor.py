@@ -21,12 +21,12 @@ from service.records.jobs import Cause, Kind, Stored
 from service.records.timings import DEFAULT, Timings
 from service.workers.warm import Message, Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
-from studies.values.files import ANSWER, OF_A_SWEEP
+from studies.values.files import RESULT, SWEEP_FILES
 
 SendProgress = Callable[[Message], None]
 
 # What each kind of job must leave behind, and what it may.
-FILES = {Kind.RUN: (ANSWER,), Kind.PUBLISH: OF_A_SWEEP}
+FILES = {Kind.RUN: (RESULT,), Kind.PUBLISH: SWEEP_FILES}
 MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (LOG,)}
 
 MOST_STARTS = 3  # processes that may die before they accept the attempt

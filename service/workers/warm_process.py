@@ -34,6 +34,7 @@ from service.files.artifacts import LOG
 from service.files.lost_results import Loss, leave_list
 from service.records.jobs import Keep, Kind
 from solver.errors import Interrupted
+from studies.results import RunControl
 
 Message = Mapping[str, Any]
 Send = Callable[[Message], None]
@@ -96,16 +97,19 @@ def perform(attempt: Message, send: Send, must_leave: Callable[[], bool]) -> Non
     if attempt["run"] not in (None, run.id):
         target.refuse(attempt["run"], directory)
         return
+    control = RunControl(
+        progress=lambda progress: send({"progress": _finite(asdict(progress))}),
+        log=_log,
+        checkpointed=lambda step: send({"progress": {"checkpoint": step}}),
+        must_leave=must_leave,
+    )
     target.execute(
         run,
         directory,
-        lambda progress: send({"progress": _finite(asdict(progress))}),
+        control,
         threads=attempt["threads"],
         checkpoint=Path(attempt["checkpoint"]) if attempt["checkpoint"] else None,
-        leave=must_leave,
-        saved=lambda step: send({"progress": {"checkpoint": step}}),
         film=attempt["keep"] == Keep.FILM,
-        say=_log,
     )
 
 

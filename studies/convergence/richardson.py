@@ -128,26 +128,26 @@ class Convergence:
     def uncertainty(self) -> float:
         """Root of the sum of the squares of the known parts; NaN without any."""
         if math.isnan(self.mesh):
-            return _known(math.hypot(self.offsets, self.measurement))
+            return _unknown_if_zero(math.hypot(self.offsets, self.measurement))
         return math.hypot(self.mesh, self.offsets, self.measurement)
 
 
 def converge(samples: Iterable[Sample]) -> Convergence:
     """The verdict over runs at several spacings and offsets, in any order."""
     levels = levels_of(samples)
-    known = [level for level in levels if level.values]
-    if not known:
+    valued = [level for level in levels if level.values]
+    if not valued:
         nothing = (math.nan, math.nan, math.nan, math.nan)
         return Convergence("no value", "no run has a value", *nothing, levels=levels)
-    judged = (_of_one, _of_two, _of_three)[min(len(known), 3) - 1](known)
+    judged = (_of_one, _of_two, _of_three)[min(len(valued), 3) - 1](valued)
     verdict, reason, value, mesh, more = (
-        _too_coarse(known) or _contradicted(levels, known) or judged
+        _too_coarse(valued) or _contradicted(levels, valued) or judged
     )
-    finest = known[0]
+    finest = valued[0]
     unknown = TOO_COARSE in finest.quality_flags
     return Convergence(
         verdict,
-        "; ".join([reason, *_unstated(known), *_flagged(known), *_left_out(levels)]),
+        "; ".join([reason, *_unstated(valued), *_flagged(valued), *_left_out(levels)]),
         value,
         mesh,
         math.nan if unknown else finest.noise,
@@ -174,18 +174,18 @@ def extrapolate(fine: Level, middle: Level, order: float) -> float:
 
 
 def _level(spacing: float, samples: Sequence[Sample]) -> Level:
-    known = [sample for sample in samples if math.isfinite(sample.value)]
-    values = sorted(sample.value for sample in known)  # so that their order changes no bit
+    valued = [sample for sample in samples if math.isfinite(sample.value)]
+    values = sorted(sample.value for sample in valued)  # so that their order changes no bit
     return Level(
         spacing,
         math.fsum(values) / len(values) if values else math.nan,
         _scatter(values),
         len(values),
         len(samples),
-        _root_mean_square([sample.sub_cell for sample in known]),
-        _root_mean_square([sample.rest for sample in known]),
+        _root_mean_square([sample.sub_cell for sample in valued]),
+        _root_mean_square([sample.rest for sample in valued]),
         sum(sample.nothing for sample in samples),
-        tuple(sorted({flag for sample in known for flag in sample.quality_flags})),
+        tuple(sorted({doubt for sample in valued for doubt in sample.quality_flags})),
     )
 
 
@@ -200,22 +200,22 @@ def _scatter(values: Sequence[float]) -> float:
 
 
 def _root_mean_square(values: Sequence[float]) -> float:
-    known = sorted(value for value in values if math.isfinite(value))
-    return math.sqrt(math.fsum(value**2 for value in known) / len(known)) if known else 0.0
+    valued = sorted(value for value in values if math.isfinite(value))
+    return math.sqrt(math.fsum(value**2 for value in valued) / len(valued)) if valued else 0.0
 
 
-def _unstated(known: Sequence[Level]) -> Iterator[str]:
+def _unstated(valued: Sequence[Level]) -> Iterator[str]:
     """That differences stand against no noise, in words."""
-    alone = any(math.isnan(level.scatter) and not level.sub_cell for level in known[:3])
-    if alone and len(known) > 1:
+    alone = any(math.isnan(level.scatter) and not level.sub_cell for level in valued[:3])
+    if alone and len(valued) > 1:
         yield "one offset, and no statement of what it cannot see"
 
 
-def _flagged(known: Sequence[Level]) -> Iterator[str]:
+def _flagged(valued: Sequence[Level]) -> Iterator[str]:
     """What the runs of the resolutions that count say against their own values, in words."""
-    counted = known[:3]
-    for flag in sorted({flag for level in counted for flag in level.quality_flags}):
-        places = [place for place, level in enumerate(counted) if flag in level.quality_flags]
+    counted = valued[:3]
+    for doubt in sorted({doubt for level in counted for doubt in level.quality_flags}):
+        places = [place for place, level in enumerate(counted) if doubt in level.quality_flags]
         which = " and ".join(("the finest", "the second", "the third")[place] for place in places)
         yield f"{flag.replace('_', ' ')} at {which} of the resolutions that count"
 
@@ -224,15 +224,15 @@ def _left_out(levels: Sequence[Level]) -> list[str]:
     """What has no value, in words."""
     empty = [level for level in levels if not level.values]
     gaps = [level for level in levels if 0 < level.values < level.runs]
-    words = []
+    notes = []
     if empty:
-        words.append(f"{len(empty)} of {len(levels)} resolutions without a value")
+        notes.append(f"{len(empty)} of {len(levels)} resolutions without a value")
         if not levels[0].values:
-            words.append("the finest among them")
+            notes.append("the finest among them")
     if gaps:
         lost = sum(level.runs - level.values for level in gaps)
-        words.append(f"{lost} of {sum(level.runs for level in gaps)} offsets without a value")
-    return words
+        notes.append(f"{lost} of {sum(level.runs for level in gaps)} offsets without a value")
+    return notes
 
 
 # ---- verdicts ------------------------------------------------------------------------------------
@@ -240,45 +240,51 @@ def _left_out(levels: Sequence[Level]) -> list[str]:
 _Judged = tuple[Verdict, str, float, float, dict[str, float]]  # with value, mesh, and more numbers
 
 
-def _too_coarse(known: Sequence[Level]) -> _Judged | None:
+def _too_coarse(valued: Sequence[Level]) -> _Judged | None:
     """The verdict where even the finest resolution with a value is too coarse to have an error bar."""
-    if TOO_COARSE not in known[0].quality_flags:
+    if TOO_COARSE not in valued[0].quality_flags:
         return None
-    verdict: Verdict = "single grid" if len(known) == 1 else "not in the asymptotic range"
+    verdict: Verdict = "single grid" if len(valued) == 1 else "not in the asymptotic range"
     reason = "the finest resolution has too few cells for any error bar"
-    return verdict, reason, known[0].value, math.nan, {}
+    return verdict, reason, valued[0].value, math.nan, {}
 
 
-def _contradicted(levels: Sequence[Level], known: Sequence[Level]) -> _Judged | None:
+def _contradicted(levels: Sequence[Level], valued: Sequence[Level]) -> _Judged | None:
     """The verdict where runs that count found nothing to measure; None where none did, or one grid stands alone."""
-    counted = known[:3]
+    counted = valued[:3]
     judged = [level for level in levels if level.spacing <= counted[-1].spacing]
     nothing = sum(level.nothing for level in judged)
-    if len(known) == 1 or not nothing:
+    if len(valued) == 1 or not nothing:
         return None
     runs = sum(level.runs for level in judged)
     reason = f"{nothing} of {runs} runs found nothing to measure, and the others did"
-    return "not in the asymptotic range", reason, known[0].value, math.nan, {}
+    return "not in the asymptotic range", reason, valued[0].value, math.nan, {}
 
 
-def _of_one(known: Sequence[Level]) -> _Judged:
-    return "single grid", "one resolution says nothing about the mesh", known[0].value, math.nan, {}
+def _of_one(valued: Sequence[Level]) -> _Judged:
+    return (
+        "single grid",
+        "one resolution says nothing about the mesh",
+        valued[0].value,
+        math.nan,
+        {},
+    )
 
 
-def _of_two(known: Sequence[Level]) -> _Judged:
-    fine, coarse = known
+def _of_two(valued: Sequence[Level]) -> _Judged:
+    fine, coarse = valued
     index = SAFETY_UNOBSERVED * abs(_error(fine, coarse, ASSUMED_ORDER))
     reason = (
         f"two resolutions show no order; order {ASSUMED_ORDER:g} assumed, "
         f"factor of safety {SAFETY_UNOBSERVED:g}"
     )
     hidden = _noise(fine, coarse) / (coarse.spacing / fine.spacing - 1.0)  # of first order, too
-    mesh = _known(max(index, hidden, _noise(fine, coarse)))
+    mesh = _unknown_if_zero(max(index, hidden, _noise(fine, coarse)))
     return "two grids", reason, fine.value, mesh, {"gci": _relative(index, fine)}
 
 
-def _of_three(known: Sequence[Level]) -> _Judged:
-    fine, middle, coarse = three = known[:3]
+def _of_three(valued: Sequence[Level]) -> _Judged:
+    fine, middle, coarse = three = valued[:3]
     steps = middle.value - fine.value, coarse.value - middle.value
     order = observed_order([level.spacing for level in three], [level.value for level in three])
     mesh = _unsettled(three, order)
@@ -311,7 +317,7 @@ def _unsettled(three: Sequence[Level], order: float) -> float:
     safety = SAFETY if turned or order >= ORDERS[0] else SAFETY_UNOBSERVED
     slowest = safety * abs(_error(fine, middle, ORDERS[0]))
     farthest = _farthest(three, fine.value)
-    return _known(max(max(values) - min(values), slowest, _noise(fine, middle), farthest))
+    return _unknown_if_zero(max(max(values) - min(values), slowest, _noise(fine, middle), farthest))
 
 
 def _farthest(three: Sequence[Level], origin: float) -> float:
@@ -347,7 +353,7 @@ def _noise(fine: Level, coarse: Level) -> float:
     return max(fine.noise, coarse.noise)
 
 
-def _known(error: float) -> float:
+def _unknown_if_zero(error: float) -> float:
     """An error that something tells; NaN for zero, which nothing can tell."""
     return error or math.nan
 

@@ -81,10 +81,10 @@ def answers(choices: Sequence[LawChoice], shots: np.ndarray) -> np.ndarray:
 def catalogue_of(sweep: Any) -> Catalogue:
     """The catalogue of a sweep, from the scenario, laws and materials that are installed."""
     from studies import scenarios
-    from studies.sweeps.sweep import known_words
+    from studies.sweeps.sweep import vocabulary
 
     scenario = scenarios.load(sweep.scenario)
-    allowed = known_words(sweep.scenario, sweep.roles(), sweep.materials)
+    allowed = vocabulary(sweep.scenario, sweep.roles(), sweep.materials)
     own = declared(scenario.parameters)
     axes = [axis.name for axis in sweep.axes]
     stated = [name for shot in sweep.observations for name in shot.parameters]

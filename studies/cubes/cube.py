@@ -23,7 +23,7 @@ from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
 from studies.cubes.cells import Cell, Layout, converge_cells, lay_out
 from studies.cubes.variables import Quantity, Variable, variable_name
-from studies.values.atomic import write_atomically
+from studies.values.files import write_atomically
 from studies.values.parameters import Parameter
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it

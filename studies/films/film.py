@@ -18,7 +18,7 @@ import numpy as np
 from solver.debris import flown
 from solver.problem import Problem
 from solver.state import Snapshot
-from studies.values.atomic import write_atomically
+from studies.values.files import write_atomically
 
 FRAMES = 48  # evenly in time; the first and the last state come on top
 BYTES = 32 << 20  # of all frames; the file is smaller, it is compressed

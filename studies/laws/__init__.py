@@ -138,10 +138,10 @@ def names() -> list[str]:
 
 def load(name: str) -> Law:
     """The law of a name; raises InvalidInput with the nearest one."""
-    known: Mapping[str, Law] = entries(__name__, "LAW")
-    if name not in known:
-        raise refusal("law", name, "a law that ships", nearest_cure(name, known))
-    return known[name]
+    laws: Mapping[str, Law] = entries(__name__, "LAW")
+    if name not in laws:
+        raise refusal("law", name, "a law that ships", nearest_cure(name, laws))
+    return laws[name]
 
 
 def answering(quantity: str) -> list[Law]:
@@ -161,28 +161,28 @@ def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material]) 
     KeyError where speed, projectile_diameter, projectile, target or a cylinder's length are missing
     or None.
     """
-    given = {name: value for name, value in parameters.items() if value is not None}
+    values = {name: value for name, value in parameters.items() if value is not None}
     return Shot(
-        speed=given["speed"],
-        projectile_diameter=_equivalent_diameter(given),
-        plate_thickness=given.get("plate_thickness"),
+        speed=values["speed"],
+        projectile_diameter=_equivalent_diameter(values),
+        plate_thickness=values.get("plate_thickness"),
         projectile=materials["projectile"],
         target=materials["target"],
-        obliquity=given.get("obliquity", 0.0),
-        length_ratio=_length_ratio(given),
+        obliquity=values.get("obliquity", 0.0),
+        length_ratio=_length_ratio(values),
     )
 
 
-def _equivalent_diameter(given: Mapping[str, Any]) -> float:
+def _equivalent_diameter(values: Mapping[str, Any]) -> float:
     """Diameter of the sphere of equal volume: pi/6 d_eq^3 = pi/4 d^2 L of a cylinder."""
-    diameter = given["projectile_diameter"]
-    if given.get("projectile_shape") != "cylinder":
+    diameter = values["projectile_diameter"]
+    if values.get("projectile_shape") != "cylinder":
         return diameter
-    return (1.5 * diameter**2 * given["projectile_length"]) ** (1.0 / 3.0)
+    return (1.5 * diameter**2 * values["projectile_length"]) ** (1.0 / 3.0)
 
 
-def _length_ratio(given: Mapping[str, Any]) -> float:
+def _length_ratio(values: Mapping[str, Any]) -> float:
     """L/d of a cylinder; 1 of a sphere."""
-    if given.get("projectile_shape") != "cylinder":
+    if values.get("projectile_shape") != "cylinder":
         return 1.0
-    return given["projectile_length"] / given["projectile_diameter"]
+    return values["projectile_length"] / values["projectile_diameter"]

@@ -52,8 +52,8 @@ class Range:
 
     def reasons(self, shot: "Shot") -> list[str]:
         """Why a shot lies outside; empty inside."""
-        found = [limit.outside(shot) for limit in self.every if limit.outside is not None]
-        return [reason for reason in found if reason]
+        reasons = [limit.outside(shot) for limit in self.every if limit.outside is not None]
+        return [reason for reason in reasons if reason]
 
     def describe(self) -> list[dict[str, Any]]:
         """The limits as plain values, for a catalogue."""
@@ -81,8 +81,8 @@ def family(name: str, confidence: str) -> Limit:
     """A target of one family of materials."""
 
     def outside(shot: "Shot") -> str:
-        given = shot.target.family
-        return "" if given == name else f"calibrated on {name}, the target is {given}"
+        family = shot.target.family
+        return "" if family == name else f"calibrated on {name}, the target is {family}"
 
     return Limit(f"{name} target", confidence, outside)
 

@@ -27,7 +27,7 @@ def _variants(shot: Shot) -> Sequence[str]:
 
 
 def _ratio(shot: Shot, variant: str) -> float:
-    yields = {one.label: one.value for one in shot.target.yield_stresses}
+    yields = {stated.label: stated.value for stated in shot.target.yield_stresses}
     return float(hole_ratio(shot.speed, yields[variant], shot.target.density))
 
 

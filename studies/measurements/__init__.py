@@ -1,12 +1,13 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
-How to add one: a module here that offers a ``Measurement`` as ``MEASUREMENT``; modules whose name starts with an
-underscore are shared by several. A measurement looks at one state, through the view that its family of scenarios has
-of it: an impact (``_view``), a bar (``_bar``), two plates (``_plates``). A view does not say whether the model was a
-body of revolution or a quarter in three dimensions. What no single state shows (when contact ended, the largest pull)
-names other measurements that it ``follows`` and looks at their ``History``. Contract tests give it states with a known
-answer (a drilled disc, a scooped half space, a stretched bar) and shuffle the particles. ``version`` grows when the
-definition changes, that of its uncertainty included: a stored state is then read again, not solved again.
+How to add one: a module here that offers a ``Measurement`` as ``MEASUREMENT``, or a tuple of them where one quantity
+is read of several bodies; modules whose name starts with an underscore are shared. A measurement reads one state,
+through the view of its family of scenarios: an impact (``_impact``), a bar (``_bar``), two plates (``_plates``). A view
+hides whether the model was a body of revolution or a quarter in three dimensions. A measurement of the course of a run
+(when contact ended, the largest pull) names other measurements that it ``follows`` and reads their ``History``.
+Contract tests give it states with a known answer (a drilled disc, a scooped half space, a stretched bar) and shuffle
+the particles. ``version`` grows when the definition changes, that of its uncertainty included: a stored state is then
+read again, not solved again.
 """
 
 import math
@@ -29,15 +30,14 @@ class Reading:
     """A measurement at one time."""
 
     value: float  # NaN where the flags say why there is none
-    parts: Mapping[str, float] = field(
-        default_factory=dict
-    )  # of its standard uncertainty, same unit
+    # Parts of its standard uncertainty, in the same unit.
+    parts: Mapping[str, float] = field(default_factory=dict)
     flags: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class History:
-    """What other measurements read at each observation so far."""
+    """Readings of other measurements at each observation so far."""
 
     times: "np.ndarray"  # (n,) s
     values: Mapping[str, "np.ndarray"]  # (n,) of each measurement, NaN where it had none
@@ -45,7 +45,7 @@ class History:
 
 @dataclass(frozen=True)
 class Measurement:
-    """What can be measured: its name, unit, meaning and how."""
+    """A quantity that can be measured: its name, unit, meaning and definition."""
 
     name: str
     title: str

@@ -1,4 +1,4 @@
-"""What measurements of a bar look at: its particles by their place in the initial lattice, edges, motion and energy.
+"""The view of a bar: its particles by their place in the initial lattice, edges, motion and energy.
 
 An edge is that of a particle: the centre of the outermost particle of a lattice row, and half of the particle's own
 width beyond. The width is that of the moment, stretched with the body: the distance to the neighbour in the row. An
@@ -94,26 +94,26 @@ def _strain_energy(body: Any, particles: Any, living: np.ndarray) -> np.ndarray:
 # ---- edges ---------------------------------------------------------------------------------------
 
 
-def side_edges(seen: BarView) -> tuple[np.ndarray, np.ndarray]:
+def side_edges(view: BarView) -> tuple[np.ndarray, np.ndarray]:
     """Height and radius (m) of the bar's side, layer by layer from the impact face: mean over the rows across.
 
     NaN for a layer whose rows have lost particles.
     """
-    directions = [0, 1] if seen.place[:, 1].any() else [0]
-    ends = np.stack([_row_ends(seen, direction) for direction in directions])
+    directions = [0, 1] if view.place[:, 1].any() else [0]
+    ends = np.stack([_row_ends(view, direction) for direction in directions])
     heights: np.ndarray = ends[:, :, 2].mean(axis=0)
     radii = np.stack([end[:, direction] for direction, end in zip(directions, ends, strict=True)])
     return heights, radii.mean(axis=0)
 
 
-def end_edges(seen: BarView) -> tuple[float, float]:
+def end_edges(view: BarView) -> tuple[float, float]:
     """Height of the impact face and of the rear (m): the lowest and the highest end of the columns along the bar.
 
     NaN where the bar has lost particles.
     """
-    column = np.unique(seen.place[:, :2], axis=0, return_inverse=True)[1].ravel()
-    height = np.full((column.max() + 1, seen.place[:, 2].max() + 1), math.nan)
-    height[column, seen.place[:, 2]] = seen.position[:, 2]
+    column = np.unique(view.place[:, :2], axis=0, return_inverse=True)[1].ravel()
+    height = np.full((column.max() + 1, view.place[:, 2].max() + 1), math.nan)
+    height[column, view.place[:, 2]] = view.position[:, 2]
     if height.shape[1] < 2:
         return math.nan, math.nan
     foot = height[:, 0] - 0.5 * (height[:, 1] - height[:, 0])
@@ -121,18 +121,18 @@ def end_edges(seen: BarView) -> tuple[float, float]:
     return float(np.min(foot)), float(np.max(rear))
 
 
-def _row_ends(seen: BarView, direction: int) -> np.ndarray:
+def _row_ends(view: BarView, direction: int) -> np.ndarray:
     """Where the row along ``direction`` beside the axis ends in each layer, (layers, 3) m."""
-    row = seen.place[:, 1 - direction] == 0
-    layer, step = seen.place[row, 2], seen.place[row, direction]
-    points = np.full((seen.place[:, 2].max() + 1, step.max() + 1, 3), math.nan)
-    points[layer, step] = seen.position[row]
+    row = view.place[:, 1 - direction] == 0
+    layer, step = view.place[row, 2], view.place[row, direction]
+    points = np.full((view.place[:, 2].max() + 1, step.max() + 1, 3), math.nan)
+    points[layer, step] = view.position[row]
     last = points[:, -1]
     if points.shape[1] > 1:
         ends: np.ndarray = last + 0.5 * (last - points[:, -2])
         return ends
     alone = last.copy()
-    alone[:, direction] += 0.5 * seen.width
+    alone[:, direction] += 0.5 * view.width
     return alone
 
 
@@ -141,26 +141,26 @@ def _row_ends(seen: BarView, direction: int) -> np.ndarray:
 LOST = Reading(math.nan, flags=("lost_particles",))
 
 
-def length_of(seen: BarView) -> Reading:
+def length_of(view: BarView) -> Reading:
     """From the impact face to the rear."""
-    foot, rear = end_edges(seen)
+    foot, rear = end_edges(view)
     if math.isnan(rear - foot):
         return LOST
-    return Reading(rear - foot, {"resolution": seen.resolution})
+    return Reading(rear - foot, {"resolution": view.resolution})
 
 
-def mushroom_of(seen: BarView) -> Reading:
+def mushroom_of(view: BarView) -> Reading:
     """The widest layer."""
-    _, radii = side_edges(seen)
+    _, radii = side_edges(view)
     if np.isnan(radii).any():
         return LOST
-    return Reading(2.0 * float(radii.max()), {"resolution": seen.resolution})
+    return Reading(2.0 * float(radii.max()), {"resolution": view.resolution})
 
 
-def width_of(seen: BarView, part: float) -> Reading:
+def width_of(view: BarView, part: float) -> Reading:
     """Diameter at a part of the initial length above the impact face, between the layers beside it."""
-    heights, radii = side_edges(seen)
-    level = end_edges(seen)[0] + part * seen.length
+    heights, radii = side_edges(view)
+    level = end_edges(view)[0] + part * view.length
     if np.isnan(radii).any() or math.isnan(level):
         return LOST
     below = np.flatnonzero(heights < level)
@@ -169,7 +169,7 @@ def width_of(seen: BarView, part: float) -> Reading:
     first = int(below[-1])  # from the rear down: a lip beside the foot may curl
     share = (level - heights[first]) / (heights[first + 1] - heights[first])
     radius = radii[first] + share * (radii[first + 1] - radii[first])
-    return Reading(2.0 * float(radius), {"resolution": seen.resolution})
+    return Reading(2.0 * float(radius), {"resolution": view.resolution})
 
 
 @dataclass(frozen=True)
@@ -181,11 +181,11 @@ class Energies:
     strain: float  # elastic
 
 
-def energies(seen: BarView) -> Energies:
+def energies(view: BarView) -> Energies:
     """Kinetic energy split at the axial velocity of the centre of mass, and elastic energy."""
-    mass = float(seen.mass.sum())
-    initial = 0.5 * mass * seen.speed**2
-    kinetic = 0.5 * float((seen.mass * (seen.velocity**2).sum(axis=1)).sum())
-    rigid = 0.5 * float((seen.mass * seen.velocity[:, 2]).sum()) ** 2 / mass
-    strain = float((seen.mass * seen.strain_energy).sum())
+    mass = float(view.mass.sum())
+    initial = 0.5 * mass * view.speed**2
+    kinetic = 0.5 * float((view.mass * (view.velocity**2).sum(axis=1)).sum())
+    rigid = 0.5 * float((view.mass * view.velocity[:, 2]).sum()) ** 2 / mass
+    strain = float((view.mass * view.strain_energy).sum())
     return Energies(rigid / initial, (kinetic - rigid) / initial, strain / initial)

@@ -1,4 +1,4 @@
-"""What measurements of two colliding plates look at: layers, the plateau behind each shock, and the shock's front.
+"""The view of two colliding plates: layers, the plateau behind each shock, and the shock's front.
 
 The plateau of a plate is its matter between the interface and its shock, without the three cells next to the interface
 and without the outer 20 % of that distance. The front is where the pressure, layer by layer, falls to half of the
@@ -13,15 +13,15 @@ import numpy as np
 
 from studies.measurements import RESOLUTION_IN_CELLS, History, Reading
 
-AT_INTERFACE = (
-    3.0  # cells left out there: matter that met at the touch is heated by the start of the shock
-)
+# Cells left out at the interface: matter that met at the touch is heated by the start of the shock.
+AT_INTERFACE = 3.0
 OUTER = 0.2  # of the shocked distance, left out behind the front: its rise is smeared over cells
 FEWEST = 4  # layers that make a plateau
 HALF = 0.5  # of the pressure behind the front: where the front is
 LATE = 0.5  # of the time of a run, from which on its fronts are fitted: the start of a shock is not steady
 
 FLYER, TARGET = 0, 1
+PLATES = {"flyer": FLYER, "target": TARGET}
 
 
 @dataclass(frozen=True)
@@ -80,23 +80,23 @@ def view(setting: Any, snapshot: Any) -> PlateView:
     )
 
 
-def interface(seen: PlateView) -> float:
+def interface(view: PlateView) -> float:
     """Where the plates meet: between their first layers (m)."""
-    first = [seen.place[(seen.body == plate) & (seen.layer == 0)].mean() for plate in (0, 1)]
+    first = [view.place[(view.body == plate) & (view.layer == 0)].mean() for plate in (0, 1)]
     return float(0.5 * (first[FLYER] + first[TARGET]))
 
 
-def profile(seen: PlateView, plate: int) -> Profile:
+def profile(view: PlateView, plate: int) -> Profile:
     """The layers of a plate."""
-    mine = seen.body == plate
-    layer, mass = seen.layer[mine], seen.mass[mine]
-    volume = mass / seen.density[mine]
+    mine = view.body == plate
+    layer, mass = view.layer[mine], view.mass[mine]
+    volume = mass / view.density[mine]
     volumes, masses = np.bincount(layer, volume), np.bincount(layer, mass)
-    place = np.bincount(layer, mass * seen.place[mine]) / masses
+    place = np.bincount(layer, mass * view.place[mine]) / masses
     return Profile(
-        distance=np.abs(place - interface(seen)),
+        distance=np.abs(place - interface(view)),
         mass=masses,
-        pressure=np.bincount(layer, volume * seen.pressure[mine]) / volumes,
+        pressure=np.bincount(layer, volume * view.pressure[mine]) / volumes,
     )
 
 
@@ -114,56 +114,56 @@ def front(layers: Profile) -> Front:
     return Front(float(near + (above - level) / (above - below) * (far - near)))
 
 
-def plateau(seen: PlateView, plate: int) -> tuple[np.ndarray, str]:
+def plateau(view: PlateView, plate: int) -> tuple[np.ndarray, str]:
     """The layers (k,) that make the plateau of a plate; a flag says why there are none."""
-    layers = profile(seen, plate)
+    layers = profile(view, plate)
     ends = front(layers)
     if ends.flag:
         return np.zeros(0, np.int64), ends.flag
-    first, last = AT_INTERFACE * seen.cell, (1.0 - OUTER) * ends.distance
+    first, last = AT_INTERFACE * view.cell, (1.0 - OUTER) * ends.distance
     chosen = np.flatnonzero((layers.distance > first) & (layers.distance < last))
     if chosen.size < FEWEST:
         return np.zeros(0, np.int64), "no_plateau"
     return chosen, ""
 
 
-def plateau_mean(seen: PlateView, values: np.ndarray, plates: tuple[int, ...]) -> Reading:
+def plateau_mean(view: PlateView, values: np.ndarray, plates: tuple[int, ...]) -> Reading:
     """Volume-weighted mean over the plateaus of some plates; its scatter is the part of its uncertainty."""
-    inside = np.zeros(seen.body.size, bool)
+    inside = np.zeros(view.body.size, bool)
     for plate in plates:
-        chosen, flag = plateau(seen, plate)
+        chosen, flag = plateau(view, plate)
         if flag:
             return Reading(math.nan, flags=(flag,))
-        inside |= (seen.body == plate) & np.isin(seen.layer, chosen)
-    volume = seen.mass[inside] / seen.density[inside]
+        inside |= (view.body == plate) & np.isin(view.layer, chosen)
+    volume = view.mass[inside] / view.density[inside]
     mean = float((volume * values[inside]).sum() / volume.sum())
     variance = float((volume * (values[inside] - mean) ** 2).sum() / volume.sum())
     return Reading(mean, {"scatter": math.sqrt(variance)})
 
 
-def density_from_spacing(seen: PlateView, plate: int) -> Reading:
+def density_from_spacing(view: PlateView, plate: int) -> Reading:
     """Mass between the outermost layers of a plateau over the volume between them."""
-    chosen, flag = plateau(seen, plate)
+    chosen, flag = plateau(view, plate)
     if flag:
         return Reading(math.nan, flags=(flag,))
-    layers = profile(seen, plate)
+    layers = profile(view, plate)
     first, last = int(chosen[0]), int(chosen[-1])
     mass = layers.mass[first : last + 1].sum() - 0.5 * (layers.mass[first] + layers.mass[last])
-    volume = seen.section * (layers.distance[last] - layers.distance[first])
+    volume = view.section * (layers.distance[last] - layers.distance[first])
     steps = np.diff(layers.distance[first : last + 1])
     # The spread of single spacings, of which the ends have two.
     scatter = float(mass / volume * np.std(steps) * math.sqrt(2.0) / steps.sum())
     return Reading(float(mass / volume), {"scatter": scatter})
 
 
-def front_in_matter(seen: PlateView, plate: int) -> Reading:
-    """How far a shock has run in its plate, which before it is undisturbed (m)."""
-    ends = front(profile(seen, plate))
+def front_in_matter(view: PlateView, plate: int) -> Reading:
+    """The distance (m) that a shock has run in its plate, in undisturbed matter."""
+    ends = front(profile(view, plate))
     if ends.flag:
         return Reading(math.nan, flags=(ends.flag,))
-    place = interface(seen) + (ends.distance if plate == TARGET else -ends.distance)
-    run = place if plate == TARGET else seen.speed * seen.time - place
-    return Reading(run, {"resolution": RESOLUTION_IN_CELLS * seen.cell})
+    place = interface(view) + (ends.distance if plate == TARGET else -ends.distance)
+    run = place if plate == TARGET else view.speed * view.time - place
+    return Reading(run, {"resolution": RESOLUTION_IN_CELLS * view.cell})
 
 
 def speed_from(history: History, name: str) -> Reading:

@@ -15,7 +15,7 @@ class Push:
 
     times: np.ndarray  # (n - 1,) of the middles of the intervals, s
     rates: np.ndarray  # (n - 1,) share of the bar's initial momentum per second; negative: a pull
-    impulse: np.ndarray  # (n,) given so far, share of the initial momentum
+    impulse: np.ndarray  # (n,) so far, share of the initial momentum
     at: np.ndarray  # (n,) times of the observations, s
 
 

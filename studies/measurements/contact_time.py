@@ -16,8 +16,8 @@ def _read(history: History) -> Reading:
     push = push_of(history)
     if push.rates.size < 2 or push.impulse.max() <= 0.0:
         return Reading(math.nan, flags=("in_contact",))
-    given = int(np.argmax(push.impulse >= WHOLE * push.impulse[-1]))
-    level = END * push.impulse[given] / (push.at[given] - push.at[0])
+    whole = int(np.argmax(push.impulse >= WHOLE * push.impulse[-1]))
+    level = END * push.impulse[whole] / (push.at[whole] - push.at[0])
     last = int(np.flatnonzero(push.rates >= level)[-1])
     if last + 1 == push.rates.size:
         return Reading(math.nan, flags=("in_contact",))

@@ -3,7 +3,7 @@
 import math
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._view import View, edge_from_inside
+from studies.measurements._impact import ImpactView, edge_from_inside
 
 # Crater depths of thickness from which a block is deep: thinner ones have attached spall at their back (Gehring, in
 # Cour-Palais 1987).
@@ -12,27 +12,27 @@ DEEP = 3.0
 COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: the floor of a crater is flat there
 
 
-def _read(seen: View) -> Reading:
+def _read(view: ImpactView) -> Reading:
     """Where matter connected to the target begins, in a column about the axis, walking down into the crater.
 
     Each particle fills its undisturbed volume. A void below the floor, which spall leaves, is not the floor.
     """
-    column = max(COLUMN * seen.projectile_diameter, seen.cell)
-    inside = seen.attached & (seen.radius < column)
-    back = seen.thickness - seen.cell
+    column = max(COLUMN * view.projectile_diameter, view.cell)
+    inside = view.attached & (view.radius < column)
+    back = view.thickness - view.cell
     floor = edge_from_inside(
-        seen.depth[inside],
-        seen.mass[inside] / seen.sectors,
-        width=seen.axial_width,
-        window=seen.cell,
+        view.depth[inside],
+        view.mass[inside] / view.sectors,
+        width=view.axial_width,
+        window=view.cell,
         start=back,
-        stop=-seen.projectile_diameter,
-        nominal=lambda low, high: 0.5 * column**2 * seen.density * (high - low),
+        stop=-view.projectile_diameter,
+        nominal=lambda low, high: 0.5 * column**2 * view.density * (high - low),
     )
     if math.isnan(floor) or floor >= back:
         return Reading(math.nan, flags=("perforated",) if floor >= back else ("no_crater",))
-    near_back = seen.thickness < DEEP * floor and not seen.back_absorbs
-    return Reading(floor, {"resolution": seen.resolution}, ("near_back",) if near_back else ())
+    near_back = view.thickness < DEEP * floor and not view.back_absorbs
+    return Reading(floor, {"resolution": view.resolution}, ("near_back",) if near_back else ())
 
 
 MEASUREMENT = Measurement(

@@ -3,11 +3,11 @@
 import math
 
 from studies.measurements import Measurement, Reading, load
-from studies.measurements._view import View
+from studies.measurements._impact import ImpactView
 
 
-def _read(seen: View) -> Reading:
-    depth, diameter = load("crater_depth").read(seen), load("crater_diameter").read(seen)
+def _read(view: ImpactView) -> Reading:
+    depth, diameter = load("crater_depth").read(view), load("crater_diameter").read(view)
     ratio = depth.value / diameter.value
     parts = {
         name: math.hypot(

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading, load
-from studies.measurements._view import (
-    View,
+from studies.measurements._impact import (
+    ImpactView,
     azimuthal_spread,
     contained,
     edge_from_inside,
@@ -23,38 +23,38 @@ CENTRES = np.array([1.0, 2.0, 3.0])  # of the layers below the original surface,
 DEEPEST = 0.5
 
 
-def _read(seen: View) -> Reading:
+def _read(view: ImpactView) -> Reading:
     """Where walls begin on the way out from the axis, in three layers, continued to the original surface."""
-    depth = load("crater_depth").read(seen).value
-    if depth < seen.cell:
+    depth = load("crater_depth").read(view).value
+    if depth < view.cell:
         return Reading(math.nan, flags=("no_crater",))
-    unit = seen.cell
+    unit = view.cell
     if math.isfinite(depth):
         unit = min(unit, DEEPEST * depth / (CENTRES[-1] + 0.5 * LAYER))
-    walls = np.array([_wall(seen, centre * unit, LAYER * unit) for centre in CENTRES])
+    walls = np.array([_wall(view, centre * unit, LAYER * unit) for centre in CENTRES])
     if np.isnan(walls).any():
         return Reading(math.nan, flags=("no_crater",))
-    if not contained(seen, walls):
+    if not contained(view, walls):
         return Reading(math.nan, flags=("not_contained",))
     # Squares of the radii: linear in the depth for a paraboloid, and but for the square of the depth for a sphere.
     _, squares = np.polyfit(CENTRES, walls**2, 1)
     radii = np.sqrt(np.maximum(squares, 0.0))
     return Reading(
         equal_area_diameter(radii),
-        {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
+        {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)},
     )
 
 
-def _wall(seen: View, centre: float, height: float) -> np.ndarray:
+def _wall(view: ImpactView, centre: float, height: float) -> np.ndarray:
     """Radius of the wall (sectors,) in a layer about a depth; NaN where matter stands on the axis."""
-    share = overlap(seen.depth, seen.axial_width, centre - 0.5 * height, centre + 0.5 * height)
+    share = overlap(view.depth, view.axial_width, centre - 0.5 * height, centre + 0.5 * height)
     return radii_by_sector(
-        seen,
-        seen.attached,
-        seen.mass * share,
-        seen.density * height,
+        view,
+        view.attached,
+        view.mass * share,
+        view.density * height,
         edge=edge_from_inside,
-        window=LAYER * seen.cell,
+        window=LAYER * view.cell,
     )
 
 

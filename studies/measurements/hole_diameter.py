@@ -5,29 +5,29 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._perforation import film_flags, is_whole
-from studies.measurements._view import (
-    View,
+from studies.measurements._impact import (
+    ImpactView,
     azimuthal_spread,
     contained,
     equal_area_diameter,
     radii_by_sector,
     rim_flags,
 )
+from studies.measurements._perforation import film_flags, is_whole
 
 
-def _read(seen: View) -> Reading:
+def _read(view: ImpactView) -> Reading:
     """Where the areal density of plate that hangs together with the rim falls to half its nominal value."""
-    radii = radii_by_sector(seen, seen.attached_target, seen.mass, seen.density * seen.thickness)
-    if np.isnan(radii).any() or is_whole(seen):
+    radii = radii_by_sector(view, view.attached_target, view.mass, view.density * view.thickness)
+    if np.isnan(radii).any() or is_whole(view):
         return Reading(math.nan, flags=("not_perforated",))
-    if not contained(seen, radii):
+    if not contained(view, radii):
         return Reading(math.nan, flags=("not_contained",))
     diameter = equal_area_diameter(radii)
     return Reading(
         diameter,
-        {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
-        film_flags(seen) + rim_flags(seen, diameter),
+        {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)},
+        film_flags(view) + rim_flags(view, diameter),
     )
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._view import (
-    View,
+from studies.measurements._impact import (
+    ImpactView,
     azimuthal_spread,
     contained,
     equal_area_diameter,
@@ -14,29 +14,29 @@ from studies.measurements._view import (
 )
 
 
-def innermost(seen: View, keep: np.ndarray) -> Reading:
+def innermost(view: ImpactView, keep: np.ndarray) -> Reading:
     """Equal-area diameter of the innermost particle edges of kept matter in each sector."""
     radii = np.array(
         [
-            np.min(seen.radius[keep & (seen.sector == sector)], initial=math.inf)
-            for sector in range(seen.sectors)
+            np.min(view.radius[keep & (view.sector == sector)], initial=math.inf)
+            for sector in range(view.sectors)
         ]
     )
-    radii = radii - 0.5 * seen.radial_width
-    if (radii < seen.cell).any():  # plate still stands on the axis
+    radii = radii - 0.5 * view.radial_width
+    if (radii < view.cell).any():  # plate still stands on the axis
         return Reading(math.nan, flags=("not_perforated",))
-    if not np.isfinite(radii).all() or not contained(seen, radii):
+    if not np.isfinite(radii).all() or not contained(view, radii):
         return Reading(math.nan, flags=("not_contained",))
     diameter = equal_area_diameter(radii)
     return Reading(
         diameter,
-        {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
-        rim_flags(seen, diameter),
+        {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)},
+        rim_flags(view, diameter),
     )
 
 
-def _read(seen: View) -> Reading:
-    return innermost(seen, seen.attached_target)
+def _read(view: ImpactView) -> Reading:
+    return innermost(view, view.attached_target)
 
 
 MEASUREMENT = Measurement(

@@ -5,30 +5,30 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._view import View, azimuthal_spread, equal_area_diameter
+from studies.measurements._impact import ImpactView, azimuthal_spread, equal_area_diameter
 
 # Projectile diameters from the hole. Lips of copper plates of a quarter to half a projectile diameter flare by 0.4 to
 # 0.9 of it (2 to 7 km/s, 32 cells per diameter); farther out the whole plate dishes.
 REACH = 1.0
 
 
-def _read(seen: View) -> Reading:
+def _read(view: ImpactView) -> Reading:
     """Radius of the particle that stands highest above the entry face near the hole, in each sector."""
-    radii, ends = np.full((2, seen.sectors), math.nan)
-    for sector in range(seen.sectors):
-        mine = np.flatnonzero(seen.attached_target & (seen.sector == sector))
-        inner = np.min(seen.radius[mine], initial=math.inf)
-        ends[sector] = inner + REACH * seen.projectile_diameter
-        mine = mine[seen.radius[mine] < ends[sector]]
-        above = mine[seen.depth[mine] < -0.5 * seen.axial_width]
+    radii, ends = np.full((2, view.sectors), math.nan)
+    for sector in range(view.sectors):
+        mine = np.flatnonzero(view.attached_target & (view.sector == sector))
+        inner = np.min(view.radius[mine], initial=math.inf)
+        ends[sector] = inner + REACH * view.projectile_diameter
+        mine = mine[view.radius[mine] < ends[sector]]
+        above = mine[view.depth[mine] < -0.5 * view.axial_width]
         if above.size:
-            radii[sector] = seen.radius[above[np.argmin(seen.depth[above])]]
+            radii[sector] = view.radius[above[np.argmin(view.depth[above])]]
     if np.isnan(radii).any():
         return Reading(math.nan, flags=("no_lip",))
     return Reading(
         equal_area_diameter(radii),
-        {"resolution": seen.resolution, "azimuth": azimuthal_spread(radii)},
-        ("lip_at_window",) if (radii > ends - seen.cell).any() else (),
+        {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)},
+        ("lip_at_window",) if (radii > ends - view.cell).any() else (),
     )
 
 

@@ -6,20 +6,20 @@ from dataclasses import replace
 import numpy as np
 
 from studies.measurements import Measurement, Reading
+from studies.measurements._impact import ImpactView
 from studies.measurements._perforation import film_flags, is_whole
-from studies.measurements._view import View
 from studies.measurements.hole_diameter_clear import innermost
 
 
-def _read(seen: View) -> Reading:
+def _read(view: ImpactView) -> Reading:
     """Innermost edges within half a cell of the original mid-plane."""
-    if is_whole(seen):
+    if is_whole(view):
         return Reading(math.nan, flags=("not_perforated",))
-    near = np.abs(seen.depth - 0.5 * seen.thickness) <= 0.5 * seen.cell
-    reading = innermost(seen, seen.attached_target & near)
+    near = np.abs(view.depth - 0.5 * view.thickness) <= 0.5 * view.cell
+    reading = innermost(view, view.attached_target & near)
     if math.isnan(reading.value):
         return reading
-    return replace(reading, flags=film_flags(seen) + reading.flags)
+    return replace(reading, flags=film_flags(view) + reading.flags)
 
 
 MEASUREMENT = Measurement(

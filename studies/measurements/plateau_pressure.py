@@ -4,8 +4,8 @@ from studies.measurements import Measurement, Reading
 from studies.measurements._plates import FLYER, TARGET, PlateView, plateau_mean
 
 
-def _read(seen: PlateView) -> Reading:
-    return plateau_mean(seen, seen.pressure, (FLYER, TARGET))
+def _read(view: PlateView) -> Reading:
+    return plateau_mean(view, view.pressure, (FLYER, TARGET))
 
 
 MEASUREMENT = Measurement(

@@ -6,8 +6,8 @@ from studies.measurements import Measurement, Reading, load
 from studies.measurements._plates import PlateView
 
 
-def _read(seen: PlateView) -> Reading:
-    pressure = load("plateau_pressure").read(seen)
+def _read(view: PlateView) -> Reading:
+    pressure = load("plateau_pressure").read(view)
     if pressure.flags:
         return Reading(math.nan, flags=pressure.flags)
     return Reading(pressure.parts["scatter"] / pressure.value)

@@ -4,10 +4,10 @@ from studies.measurements import Measurement, Reading
 from studies.measurements._bar import BarView
 
 
-def _read(seen: BarView) -> Reading:
-    momentum = float((seen.mass * seen.velocity[:, 2]).sum())
-    initial = float(seen.mass.sum()) * seen.speed
-    return Reading(momentum / initial, {"resolution": seen.share})
+def _read(view: BarView) -> Reading:
+    momentum = float((view.mass * view.velocity[:, 2]).sum())
+    initial = float(view.mass.sum()) * view.speed
+    return Reading(momentum / initial, {"resolution": view.share})
 
 
 MEASUREMENT = Measurement(

@@ -8,16 +8,16 @@ from studies.measurements._bar import BarView
 PARTS = ("final_length", "mushroom_diameter", "width_at_fifth")
 
 
-def _read(seen: BarView) -> Reading:
+def _read(view: BarView) -> Reading:
     """(|dL| / L + |dD| / D + |dW| / W) / 3, relative to the reference."""
-    readings = [load(name).read(seen) for name in PARTS]
-    flags = tuple(sorted({flag for one in readings for flag in one.flags}))
+    readings = [load(name).read(view) for name in PARTS]
+    flags = tuple(sorted({flag for reading in readings for flag in reading.flags}))
     errors, uncertainties = [], []
-    for one, reference in zip(readings, seen.references, strict=True):
+    for reading, reference in zip(readings, view.references, strict=True):
         if reference is None:
             return Reading(math.nan, flags=("no_reference",))
-        errors.append(abs(one.value - reference) / reference)
-        uncertainties.append(one.parts.get("resolution", 0.0) / reference)
+        errors.append(abs(reading.value - reference) / reference)
+        uncertainties.append(reading.parts.get("resolution", 0.0) / reference)
     if flags:
         return Reading(math.nan, flags=flags)
     return Reading(sum(errors) / 3.0, {"resolution": math.hypot(*uncertainties) / 3.0})

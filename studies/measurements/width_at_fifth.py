@@ -6,8 +6,8 @@ from studies.measurements._bar import BarView, width_of
 HEIGHT = 0.2  # of the initial length: Ma (2005), section 2.3.2
 
 
-def _read(seen: BarView) -> Reading:
-    return width_of(seen, HEIGHT)
+def _read(view: BarView) -> Reading:
+    return width_of(view, HEIGHT)
 
 
 MEASUREMENT = Measurement(

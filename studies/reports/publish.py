@@ -14,8 +14,7 @@ from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import MissingResult
 from studies.reports import compare, page, report
-from studies.values.atomic import write_text
-from studies.values.files import CUBE, OF_A_SWEEP, REPORT_HTML, REPORT_JSON
+from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, SWEEP_FILES, write_text
 
 
 def publish(
@@ -37,7 +36,7 @@ def publish_sweep(
 ) -> dict[str, str]:
     """Publish a parsed sweep from results that are records."""
     directory.mkdir(parents=True, exist_ok=True)
-    files = {name: directory / name for name in OF_A_SWEEP}
+    files = {name: directory / name for name in SWEEP_FILES}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
     with xr.open_dataset(files[CUBE]) as dataset:
         document = report.document(dataset, compare.compare(dataset))

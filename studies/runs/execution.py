@@ -9,7 +9,6 @@ from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -20,83 +19,82 @@ from solver.jit import software
 from solver.simulation import Outcome, simulate, threads_for
 from studies import scenarios
 from studies.films.film import Film
-from studies.results import ENERGY_DRIFT_LIMIT, Progress, RunResult
-from studies.runs.journal import Journal, Say
+from studies.results import ENERGY_DRIFT_LIMIT, NO_CONTROL, Progress, RunControl, RunResult
 from studies.runs.observer import Observer
 from studies.runs.run import Run, materials_of
+from studies.runs.run_log import RunLog
 from studies.scenarios import Setting
-from studies.values.atomic import write_atomically, write_text
-from studies.values.files import ANSWER, FILM, STATE
+from studies.values.files import FILM, RESULT, STATE, write_atomically, write_text
 
 # Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
 # end; half of it means that single particles have run away.
 HOTTEST_SHARE_FLAG = 0.5
 
-FILM_SO_FAR = ".film.npz"  # in place of the suffix of the checkpoint
+UNFINISHED_FILM = ".film.npz"  # in place of the suffix of the checkpoint
 
 
 def execute(
     run: Run,
     directory: Path,
-    progress: Callable[[Progress], None] | None = None,
+    control: RunControl = NO_CONTROL,
     *,
     threads: int | None = None,
     checkpoint: Path | None = None,
-    leave: Callable[[], bool] | None = None,
-    saved: Callable[[int], object] | None = None,
     film: bool = False,
-    say: Say | None = None,
 ) -> RunResult:
     """Compute a run; leaves ``result.json`` in the directory, and if it succeeded ``state.npz`` (and ``film.npz``).
 
-    The solver's own verdict, an unphysical state, is a result with state "failed"; it is not raised. ``threads``
+    An unphysical state that the solver finds is a result with state "failed"; it is not raised. ``threads``
     (``solver.simulation.threads_for``) decide how long it takes, and no number. With ``checkpoint`` the run goes on
     from that file where it is this run's and this machine's, and writes it as it goes; the numbers are those of a run
-    that never stopped. ``saved`` is told the step of each checkpoint that it writes or goes on from, and ``say`` each
-    line of the run's log. Raises Interrupted once ``leave`` says so.
+    that never stopped. Raises Interrupted once ``control.must_leave`` is true.
     """
     directory.mkdir(parents=True, exist_ok=True)
     started = datetime.now(UTC).isoformat(timespec="seconds")
     clock = time.perf_counter()
-    resumed: list[str] = []
-    log = Journal(say)
+    log = RunLog(control.log)
+    made_by = provenance()
+    resumptions: list[str] = []
+
+    def report(progress: Progress) -> None:
+        log.progress(progress)
+        control.progress(progress)
 
     def explain(sentence: str) -> None:
-        resumed.append(sentence)
-        log.say(sentence)
+        resumptions.append(sentence)
+        control.log(sentence)
 
-    def listen(news: Progress) -> None:
-        log.progress(news)
-        if progress:
-            progress(news)
-
-    made = provenance()
     try:
-        watched = observer_of(run, listen, film=film)
-        problem = watched.setting.problem
+        observer = observer_of(run, report, film=film)
+        problem = observer.setting.problem
         threads = threads_for(sum(body.mass.size for body in problem.bodies), threads)
-        made["threads"] = threads
-        log.question(run, problem, made)
-        kept = None
-        if checkpoint:
-            listeners = {"leave": leave, "saved": saved, "tell": explain}
-            kept = _checkpointing(checkpoint, watched, listeners)
-        result = _succeed(run, directory, watched, threads, kept)
+        made_by["threads"] = threads
+        log.begin(run, problem, made_by)
+        outcome = simulate(
+            problem,
+            observer,
+            interval=observer.pace.interval,
+            threads=threads,
+            checkpoint=_checkpointing(checkpoint, observer, control, explain)
+            if checkpoint
+            else None,
+        )
+        result = _succeeded(run.id, directory, observer, outcome)
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
-    made |= {"started": started, "seconds": time.perf_counter() - clock}
-    if resumed:
-        made["checkpoint"] = "; ".join(resumed)
-    result = replace(result, provenance=made)
+    made_by |= {"started": started, "seconds": time.perf_counter() - clock}
+    if resumptions:
+        made_by["checkpoint"] = "; ".join(resumptions)
+    result = replace(result, provenance=made_by)
     log.end(result)
     _write_result(directory, result)
     return result
 
 
 def refuse(run_id: str, directory: Path) -> None:
-    """Leave the result of a run that was submitted under another physics, or under other defaults: failed, with why.
+    """Write a failed result for a run that was submitted to another version of physics or defaults.
 
-    Its number is that of what was asked then; computed now, other numbers would stand under it.
+    Its id names the numbers of that version; this version would store other numbers under it.
     """
     directory.mkdir(parents=True, exist_ok=True)
     reason = (
@@ -107,22 +105,22 @@ def refuse(run_id: str, directory: Path) -> None:
 
 
 def observer_of(
-    run: Run, progress: Callable[[Progress], None] | None = None, *, film: bool = False
+    run: Run, report: Callable[[Progress], object] | None = None, *, film: bool = False
 ) -> Observer:
-    """The observer of a run, with the problem that it is to watch."""
+    """The observer of a run, with the problem that it observes."""
     scenario, setting = scenarios.load(run.scenario), setting_of(run)
-    shown = Film(setting.problem) if film else None
-    return Observer(scenario, scenario.parameters(**run.parameters), setting, progress, shown)
+    frames = Film(setting.problem) if film else None
+    return Observer(scenario, scenario.parameters(**run.parameters), setting, report, frames)
 
 
 def setting_of(run: Run) -> Setting:
-    """The problem of a run, and what an observer needs to know of it."""
+    """The problem of a run, with the sizes that its observer reads."""
     scenario = scenarios.load(run.scenario)
     return scenario.build(scenario.parameters(**run.parameters), materials_of(run))
 
 
 def provenance() -> dict[str, str | float]:
-    """What computed: versions and processor."""
+    """Versions and processor of this process."""
     try:
         release = version("whipple")
     except PackageNotFoundError:
@@ -137,68 +135,61 @@ def provenance() -> dict[str, str | float]:
 
 
 def _checkpointing(
-    path: Path, watched: Observer, listeners: Mapping[str, Callable[..., Any] | None]
+    path: Path, observer: Observer, control: RunControl, explain: Callable[[str], object]
 ) -> Checkpointing:
-    """Checkpoints of the solver with what was read so far in them, and the film so far in a file beside."""
-    film, so_far = watched.film, path.with_suffix(FILM_SO_FAR)
+    """Checkpoints of the solver with the readings so far in them, and the film so far in a file beside."""
+    film, film_file = observer.film, path.with_suffix(UNFINISHED_FILM)
 
-    def remember() -> str:
+    def state_text() -> str:
         if film:
             with suppress(OSError):  # no space: the film will begin where the run goes on
-                film.save(so_far)
+                film.save(film_file)
         frames = len(film.times) if film else 0
-        return json.dumps({"observer": watched.remember(), "frames": frames})
+        return json.dumps({"observer": observer.as_text(), "frames": frames})
 
-    def recall(text: str) -> None:
-        remembered = json.loads(text)
-        watched.recall(remembered["observer"])
+    def restore(text: str) -> None:
+        stored = json.loads(text)
+        observer.restore(stored["observer"])
         if film:
-            film.resume(so_far, remembered["frames"])
+            film.resume(film_file, stored["frames"])
 
-    given: dict[str, Any] = {name: one for name, one in listeners.items() if one is not None}
     return Checkpointing(
-        path=path, caller=watched.definitions(), remember=remember, recall=recall, **given
+        path=path,
+        caller=observer.definitions(),
+        remember=state_text,
+        recall=restore,
+        leave=control.must_leave,
+        saved=control.checkpointed,
+        tell=explain,
     )
 
 
 def _write_result(directory: Path, result: RunResult) -> None:
-    write_text(directory / ANSWER, json.dumps(result.as_json(), allow_nan=False, indent=1))
+    write_text(directory / RESULT, json.dumps(result.as_json(), allow_nan=False, indent=1))
 
 
-def _succeed(
-    run: Run,
-    directory: Path,
-    watched: Observer,
-    threads: int | None,
-    kept: Checkpointing | None,
-) -> RunResult:
-    outcome = simulate(
-        watched.setting.problem,
-        watched,
-        interval=watched.pace.interval,
-        threads=threads,
-        checkpoint=kept,
-    )
-    numbers = _numbers(watched, outcome)
+def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcome) -> RunResult:
+    """The result of a simulation that ended; writes its final state and its film."""
+    numbers = _numbers(observer, outcome)
     _save_state(directory, outcome)
-    if watched.film:
-        watched.film.save(directory / FILM, compressed=True)
+    if observer.film:
+        observer.film.save(directory / FILM, compressed=True)
     return RunResult(
-        run.id,
+        run_id,
         "succeeded",
-        measurements=watched.measured(),
-        flags=_flags(numbers, watched.scenario.watch.least_cells),
+        measurements=observer.measured(),
+        flags=_flags(numbers, observer.scenario.watch.least_cells),
         numbers=numbers,
         stop=outcome.stop,
     )
 
 
-def _numbers(watched: Observer, outcome: Outcome) -> dict[str, float]:
+def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
     audit = outcome.audit
     counted = {name: float(count) for name, count in asdict(outcome.counters).items()}
     return {
-        **watched.scenario.cells(watched.given),
-        "particles": float(sum(body.mass.size for body in watched.setting.problem.bodies)),
+        **observer.scenario.cells(observer.parameters),
+        "particles": float(sum(body.mass.size for body in observer.setting.problem.bodies)),
         "particle_steps": float(outcome.particle_steps),
         "steps": float(outcome.snapshot.step),
         "end_time": outcome.snapshot.time,
@@ -213,7 +204,7 @@ def _numbers(watched: Observer, outcome: Outcome) -> dict[str, float]:
         "outflow_energy_fraction": audit.outflow_energy,
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
-        **watched.scenario.watch.numbers(watched.last_view),
+        **observer.scenario.watch.numbers(observer.last_view),
         **counted,
     }
 

@@ -1,4 +1,4 @@
-"""Watches a run: reads its measurements at each observation, and decides when they have settled."""
+"""Observes a run: reads its measurements at each observation, and decides when they have settled."""
 
 import json
 import math
@@ -20,9 +20,8 @@ from studies.scenarios import Scenario, Setting
 # the share of the value.
 SETTLED_IN_CELLS = 0.25
 
-LEAST_SHARE = (
-    0.02  # of a run that has to be done here before the time left is told: an observation or two
-)
+# Share of a run that this process must have computed before it estimates the time left: an observation or two.
+LEAST_SHARE = 0.02
 
 
 @dataclass
@@ -30,47 +29,45 @@ class Observer:
     """Reads the scenario's measurements at each observation and decides when they have settled."""
 
     scenario: Scenario
-    given: Any  # parameters
+    parameters: Any  # record of the scenario
     setting: Setting
-    progress: Callable[[Progress], None] | None
+    report: Callable[[Progress], object] | None
     film: Film | None = None
     times: list[float] = field(default_factory=list)
     readings: list[dict[str, Reading]] = field(default_factory=list)
     last_view: Any = None
-    first: tuple[float, float] | None = (
-        None  # clock (s) and share of the run at our first observation
-    )
+    # Clock (s) and share of the run at the first observation of this process.
+    first: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        self.pace = self.scenario.watch.pace(self.given, self.setting)
+        self.pace = self.scenario.watch.pace(self.parameters, self.setting)
         measured = [measurements.load(name) for name in self.scenario.measurements]
-        self.of_a_state = [one for one in measured if not one.follows]
-        self.of_a_history = [one for one in measured if one.follows]
+        self.of_a_state = [measurement for measurement in measured if not measurement.follows]
+        self.of_a_history = [measurement for measurement in measured if measurement.follows]
 
     def __call__(self, snapshot: Snapshot) -> str | None:
         """Observe a state; returns "settled" when the run may end."""
-        seen = self.scenario.watch.view(self.setting, snapshot)
+        view = self.last_view = self.scenario.watch.view(self.setting, snapshot)
         self.times.append(snapshot.time)
-        self.readings.append({one.name: one.read(seen) for one in self.of_a_state})
-        self.readings[-1].update({one.name: self._follow(one) for one in self.of_a_history})
-        self.last_view = seen
-        if self.progress:
-            self.progress(self._progress(snapshot))
+        self.readings.append({m.name: m.read(view) for m in self.of_a_state})
+        self.readings[-1].update({m.name: self._follow(m) for m in self.of_a_history})
+        if self.report:
+            self.report(self._progress(snapshot))
         settled = self.pace.early and all(self._settled(name) for name in self.scenario.settles)
         if self.film:
             self.film.add(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
         return "settled" if settled else None
 
-    def remember(self) -> str:
-        """What was read so far, as text: ``recall`` gives it back, bit for bit."""
+    def as_text(self) -> str:
+        """All readings so far; ``restore`` gives them back, bit for bit."""
         readings = [
-            {name: (one.value, dict(one.parts), one.flags) for name, one in reading.items()}
-            for reading in self.readings
+            {name: (r.value, dict(r.parts), r.flags) for name, r in observed.items()}
+            for observed in self.readings
         ]
         return json.dumps({"times": self.times, "readings": readings})
 
-    def recall(self, text: str) -> None:
-        """Go on from what ``remember`` wrote."""
+    def restore(self, text: str) -> None:
+        """Go on from the readings that ``as_text`` wrote."""
         plain = json.loads(text)
         self.times = list(plain["times"])
         self.readings = [
@@ -79,8 +76,8 @@ class Observer:
         ]
 
     def definitions(self) -> str:
-        """Scenario and versions of what it measures: another set could not go on from ``remember``."""
-        versions = {one.name: one.version for one in (*self.of_a_state, *self.of_a_history)}
+        """Scenario and versions of its measurements: another set could not go on from ``as_text``."""
+        versions = {m.name: m.version for m in (*self.of_a_state, *self.of_a_history)}
         return json.dumps([self.scenario.name, versions], sort_keys=True)
 
     def measured(self) -> dict[str, Measured]:
@@ -110,9 +107,9 @@ class Observer:
         return measurement.read(History(np.array(self.times), values))
 
     def _is_judged(self, name: str) -> bool:
-        """Whether it is said of a measurement that it still grows: of lengths, and of what a run waits for."""
-        waited = name in self.scenario.settles
-        return waited or (measurements.load(name).unit == "m" and math.isfinite(self.pace.window))
+        """Whether a measurement can be flagged as growing: lengths, and those that end a run when they settle."""
+        is_length = measurements.load(name).unit == "m" and math.isfinite(self.pace.window)
+        return name in self.scenario.settles or is_length
 
     def _settled(self, name: str) -> bool:
         """Two windows at least, and a range within the last one below a share of the value or a quarter of a cell."""
@@ -124,30 +121,32 @@ class Observer:
 
     def measured_as(self, name: str) -> Measured:
         """The last reading of a measurement with its uncertainty, flags and history."""
-        reading = self.readings[-1][name]
-        growth = self.growth(name)
-        parts = dict(reading.parts)
-        if math.isfinite(growth):
+        measurement, reading, growth = (
+            measurements.load(name),
+            self.readings[-1][name],
+            self.growth(name),
+        )
+        has_value, flags = math.isfinite(reading.value), reading.flags
+        parts = dict(reading.parts) if has_value else {}
+        if has_value and math.isfinite(growth):
             parts["growth"] = growth
-        known = math.isfinite(reading.value)
-        flags = reading.flags
-        if known and self._is_judged(name) and not self._settled(name):
+        if has_value and self._is_judged(name) and not self._settled(name):
             flags = (*flags, "still_growing")
-        uncertainty = math.hypot(*parts.values()) if known and parts else None
-        if uncertainty and uncertainty > measurements.load(name).widest * abs(reading.value):
+        uncertainty = math.hypot(*parts.values()) if parts else None
+        if uncertainty and uncertainty > measurement.widest * abs(reading.value):
             flags = (*flags, "wide_bar")
-        if known and self.scenario.watch.too_coarse(self.scenario.cells(self.given)):
+        if has_value and self.scenario.watch.too_coarse(self.scenario.cells(self.parameters)):
             uncertainty, flags = None, (*flags, TOO_COARSE)
         return Measured(
-            value=reading.value if known else None,
+            value=_finite(reading.value),
             uncertainty=uncertainty,
-            parts=parts if known else {},
+            parts=parts,
             flags=flags,
             history={
                 "time": list(self.times),
                 "value": [_finite(reading[name].value) for reading in self.readings],
             },
-            version=measurements.load(name).version,
+            version=measurement.version,
         )
 
     def _progress(self, snapshot: Snapshot) -> Progress:
@@ -164,7 +163,7 @@ class Observer:
         )
 
     def _time_left(self, fraction: float) -> float | None:
-        """Seconds at the pace of this process, which may have gone on from a checkpoint; None until it has one."""
+        """Seconds at the rate of this process, which may have resumed from a checkpoint; None until it has a rate."""
         now = time.monotonic()
         if self.first is None:
             self.first = (now, fraction)

@@ -45,26 +45,32 @@ def outdated(scenario: str, stored: Mapping[str, Mapping[str, Any]]) -> tuple[st
 
 
 def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult:
-    """The result of a run with all that is outdated read off its final state; ``by`` is who did it, for provenance.
+    """The result of a run with all that is outdated read off its final state; ``by`` is the author, for provenance.
 
-    Raises whatever numpy does (OSError, ValueError, KeyError, BadZipFile) where the file is no state.
+    Raises numpy's errors (OSError, ValueError, KeyError, BadZipFile) where the file is no state.
     """
-    known = result.as_json()["measurements"]
-    names = outdated(run.scenario, known)
-    if not names:
+    chosen = [
+        measurements.load(name) for name in outdated(run.scenario, result.as_json()["measurements"])
+    ]
+    if not chosen:
         return result
-    chosen = [measurements.load(name) for name in names]
     renewed = dict(result.measurements)
-    seen = _view_of(run, result, state) if any(not one.follows for one in chosen) else None
-    for one in chosen:
-        if one.follows:
-            renewed[one.name] = _renewed(one, _follow(one, result), result)
+    view = (
+        None if all(measurement.follows for measurement in chosen) else _view_of(run, result, state)
+    )
+    for measurement in chosen:
+        if measurement.follows:
+            renewed[measurement.name] = _from_histories(measurement, result)
         else:
-            renewed[one.name] = _without_history(run, one, one.read(seen), result)
+            renewed[measurement.name] = _from_state(
+                run, measurement, measurement.read(view), result
+            )
+    # Names as the scenario has them, then those that it no longer has.
+    order = dict.fromkeys([*(n for n in definitions(run.scenario) if n in renewed), *renewed])
     return replace(
         result,
-        measurements={name: renewed[name] for name in _in_order(run.scenario, renewed)},
-        provenance={**result.provenance, "remeasured": _told(result, chosen, by)},
+        measurements={name: renewed[name] for name in order},
+        provenance={**result.provenance, "remeasured": _provenance(result, chosen, by)},
     )
 
 
@@ -82,46 +88,39 @@ def load_state(file: Path, *, step: int = 0) -> Any:
 
 
 def _view_of(run: Run, result: RunResult, state: Path) -> Any:
-    """What measurements of one state look at."""
+    """The view of the stored final state that the scenario's measurements read."""
     from studies.runs.execution import setting_of
 
     step = int(result.numbers.get("steps", 0))
     return scenarios.load(run.scenario).watch.view(setting_of(run), load_state(state, step=step))
 
 
-def _follow(measurement: Measurement, result: RunResult) -> Reading | None:
-    """A reading off stored histories; None where one of them is not whole, or of another definition."""
+def _from_histories(measurement: Measurement, result: RunResult) -> Measured:
+    """A measurement read off stored histories; where one of them is incomplete or outdated it keeps its value."""
     import numpy as np
 
     from studies.measurements import History
 
-    whole = max((_observations(one) for one in result.measurements.values()), default=0)
+    longest = max((len(m.history["time"]) for m in result.measurements.values()), default=0)
     followed = {name: result.measurements.get(name, NEVER) for name in measurement.follows}
-    for name, one in followed.items():
-        if one.version != measurements.load(name).version or not 0 < _observations(one) == whole:
-            return None
-    times = next(_floats(one.history["time"]) for one in followed.values())
-    values = {name: _floats(one.history["value"]) for name, one in followed.items()}
-    return measurement.read(History(np.asarray(times), values))
+    for name, measured in followed.items():
+        is_whole = 0 < len(measured.history["time"]) == longest
+        if not is_whole or measured.version != measurements.load(name).version:
+            before = result.measurements.get(measurement.name)
+            kept = before or replace(NEVER, version=measurement.version)
+            return replace(kept, flags=tuple(dict.fromkeys((*kept.flags, NEEDS_SOLVING))))
+    times = next(iter(followed.values())).history["time"]
+    values = {
+        name: np.array([math.nan if v is None else v for v in measured.history["value"]], float)
+        for name, measured in followed.items()
+    }
+    return _measured(measurement, measurement.read(History(np.array(times, float), values)), result)
 
 
-def _observations(measured: Measured) -> int:
-    return len(measured.history["time"])
-
-
-def _renewed(measurement: Measurement, reading: Reading | None, result: RunResult) -> Measured:
-    """What a run measured, after another reading; with None there could be none."""
-    before = result.measurements.get(measurement.name)
-    if reading is None:
-        kept = before or replace(NEVER, version=measurement.version)
-        return replace(kept, flags=tuple(dict.fromkeys((*kept.flags, NEEDS_SOLVING))))
-    return _measured(measurement, reading, result)
-
-
-def _without_history(
+def _from_state(
     run: Run, measurement: Measurement, reading: Reading, result: RunResult
 ) -> Measured:
-    """What a run measured, read off its final state alone."""
+    """A measurement read off the final state alone."""
     measured = _measured(measurement, reading, result)
     flags: tuple[str, ...] = (*measured.flags, NEEDS_SOLVING)
     if measured.value is not None and scenarios.load(run.scenario).watch.too_coarse(result.numbers):
@@ -130,36 +129,26 @@ def _without_history(
 
 
 def _measured(measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
-    known = math.isfinite(reading.value)
-    value = reading.value if known else None
+    value = reading.value if math.isfinite(reading.value) else None
+    parts = {} if value is None else dict(reading.parts)
     return Measured(
         value=value,
-        uncertainty=math.hypot(*reading.parts.values()) if known and reading.parts else None,
-        parts=dict(reading.parts) if known else {},
+        uncertainty=math.hypot(*parts.values()) if parts else None,
+        parts=parts,
         flags=reading.flags,
         history={"time": [result.numbers["end_time"]], "value": [value]},
         version=measurement.version,
     )
 
 
-def _told(result: RunResult, chosen: Iterable[Measurement], by: str) -> str:
-    """What was read again, from which definition to which; behind what was told before."""
-    news = []
-    for one in chosen:
-        before = result.measurements.get(one.name)
-        was = before.version if before else "nothing"
-        news.append(f"{one.name} {was} to {one.version}")
-    told = f"{', '.join(news)} by {by}"
+def _provenance(result: RunResult, chosen: Iterable[Measurement], by: str) -> str:
+    """The measurements that were read again, with old and new version; appended to earlier entries."""
+    changes = []
+    for measurement in chosen:
+        before = result.measurements.get(measurement.name)
+        changes.append(
+            f"{measurement.name} {before.version if before else 'nothing'} to {measurement.version}"
+        )
+    entry = f"{', '.join(changes)} by {by}"
     earlier = result.provenance.get("remeasured")
-    return f"{earlier}; {told}" if earlier else told
-
-
-def _in_order(scenario: str, found: Iterable[str]) -> Iterable[str]:
-    """Names as the scenario has them, then those that it no longer has."""
-    return dict.fromkeys([*(name for name in definitions(scenario) if name in found), *found])
-
-
-def _floats(values: Iterable[float | None]) -> Any:
-    import numpy as np
-
-    return np.array([math.nan if value is None else value for value in values], float)
+    return f"{earlier}; {entry}" if earlier else entry

@@ -1,7 +1,7 @@
 """A run: one point of a sweep, its identity, and its cost.
 
 The identity of a run is its content: the fully resolved problem (every default filled in, every quantity rounded to 12
-significant digits) and ``PHYSICS_VERSION``. The same question asked twice is the same run. ``studies.runs.execution``
+significant digits) and ``PHYSICS_VERSION``. Equal content is the same run. ``studies.runs.execution``
 computes it; this module loads no solver.
 """
 
@@ -28,7 +28,7 @@ BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a run is expected to cost."""
+    """The expected cost of a run."""
 
     particles: int
     steps: int
@@ -38,7 +38,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Run:
-    """One resolved question; everything in SI."""
+    """A resolved point of a sweep; everything in SI."""
 
     scenario: str
     parameters: Mapping[str, float | str | int | bool | None]
@@ -66,11 +66,11 @@ class Run:
         chosen = scenarios.load(self.scenario)
         described = marked(chosen.parameters, Described)
         labels = {name for name, mark in described.items() if mark.label}
-        words = labels.union(chosen.materials)  # what they stand for is here itself
+        names = labels.union(chosen.materials)  # the values that they name are content themselves
         return {
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,
-            "parameters": {k: v for k, v in self.parameters.items() if k not in words},
+            "parameters": {k: v for k, v in self.parameters.items() if k not in names},
             "materials": {role: simulated(plain) for role, plain in self.materials.items()},
         }
 
@@ -84,12 +84,12 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
         raise InvalidInput(
             Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent
         )
-    given = chosen.fill(chosen.parameters(**values))
+    filled = chosen.fill(chosen.parameters(**values))
     resolved = {name: materials[name].resolved() for name in chosen.materials}
-    findings = chosen.check(given, {name: materials[name] for name in chosen.materials})
+    findings = chosen.check(filled, {name: materials[name] for name in chosen.materials})
     if findings:
         raise InvalidInput(findings)
-    return Run(scenario, dict(vars(given)), resolved)
+    return Run(scenario, dict(vars(filled)), resolved)
 
 
 def materials_of(run: Run) -> "Materials":
@@ -98,7 +98,7 @@ def materials_of(run: Run) -> "Materials":
 
 
 def estimate(run: Run) -> Estimate:
-    """What a run is expected to cost on one core."""
+    """The expected cost of a run on one core."""
     chosen = scenarios.load(run.scenario)
     size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
     flat = run.parameters.get("geometry") == "axisymmetric"

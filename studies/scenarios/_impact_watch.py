@@ -23,7 +23,7 @@ def _pace(parameters: Any, setting: Any) -> Pace:
 
 
 def _view(setting: ImpactSetting, snapshot: Any) -> Any:
-    from studies.measurements._view import view
+    from studies.measurements._impact import view
 
     return view(setting, snapshot)
 

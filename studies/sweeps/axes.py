@@ -36,26 +36,26 @@ class Axis:
 
 @dataclass(frozen=True)
 class AxisReader:
-    """What turns a document's axis into an ``Axis``."""
+    """Turns a document's axis into an ``Axis``."""
 
     most_values: int
     materials: Collection[str]  # names that an axis over materials may take
 
-    def read(self, parameter: Parameter, name: str, given: Any, field: str) -> Axis:
+    def read(self, parameter: Parameter, name: str, raw: Any, field: str) -> Axis:
         """One axis, every value checked; raises InvalidInput with every finding."""
-        if isinstance(given, Mapping):
-            values = self._range(parameter, given, field)
-        elif isinstance(given, list | tuple):
-            values = self._list(parameter, given, field)
+        if isinstance(raw, Mapping):
+            values = self._range(parameter, raw, field)
+        elif isinstance(raw, list | tuple):
+            values = self._list(parameter, raw, field)
         else:
-            raise refusal(field, given, FORMS, EXAMPLE)
+            raise refusal(field, raw, FORMS, EXAMPLE)
         return Axis(name, parameter.unit, tuple(values))
 
-    def _list(self, parameter: Parameter, given: Collection[Any], field: str) -> list[Value]:
-        self._check_count(len(given), field)
+    def _list(self, parameter: Parameter, raw: Collection[Any], field: str) -> list[Value]:
+        self._check_count(len(raw), field)
         values: list[Value] = []
         findings = Findings()
-        for position, value in enumerate(given):
+        for position, value in enumerate(raw):
             where = f"{field}[{position}]"
             try:
                 if value is None:
@@ -67,10 +67,10 @@ class AxisReader:
             raise InvalidInput(findings)
         return values
 
-    def _range(self, parameter: Parameter, given: Mapping[str, Any], field: str) -> list[Value]:
+    def _range(self, parameter: Parameter, raw: Mapping[str, Any], field: str) -> list[Value]:
         if parameter.kind not in ("quantity", "integer"):
-            raise refusal(field, given, "a list of values", "write [first, second]")
-        start, stop, step = _bounds(parameter, given, field)
+            raise refusal(field, raw, "a list of values", "write [first, second]")
+        start, stop, step = _bounds(parameter, raw, field)
         count = self._steps(start, stop, step, (parameter, field)) + 1
         values = [start + step * number for number in range(count)]
         return [parse_value(parameter, round_quantity(value), field, si=True) for value in values]
@@ -104,26 +104,26 @@ class AxisReader:
 
 def repeated(values: tuple[Any, ...]) -> Iterator[Any]:
     """The values that stand a second time."""
-    seen: set[Any] = set()
+    earlier: set[Any] = set()
     for value in values:
-        if value in seen:
+        if value in earlier:
             yield value
-        seen.add(value)
+        earlier.add(value)
 
 
 def _bounds(
-    parameter: Parameter, given: Mapping[str, Any], field: str
+    parameter: Parameter, raw: Mapping[str, Any], field: str
 ) -> tuple[Decimal, Decimal, Decimal]:
     """Start, stop and step, exact, in SI; raises InvalidInput with every finding."""
     findings = Findings()
-    for key in given:
+    for key in raw:
         if key not in RANGE_KEYS:
             cure = nearest_cure(key, RANGE_KEYS)
             findings.append(Finding(f"{field}.{key}", shown(key), FORMS, cure))
     numbers: dict[str, Decimal] = {}
     for key in RANGE_KEYS:
         try:
-            numbers[key] = _bound(parameter, key, given, field)
+            numbers[key] = _bound(parameter, key, raw, field)
         except InvalidInput as error:
             findings.extend(error.findings)
     if findings:
@@ -131,12 +131,12 @@ def _bounds(
     return numbers["start"], numbers["stop"], numbers["step"]
 
 
-def _bound(parameter: Parameter, key: str, given: Mapping[str, Any], field: str) -> Decimal:
+def _bound(parameter: Parameter, key: str, raw: Mapping[str, Any], field: str) -> Decimal:
     where = f"{field}.{key}"
-    if given.get(key) is None:
+    if raw.get(key) is None:
         raise refusal(where, None, FORMS, f"give {key}")
     if key != "step":
-        parse_value(parameter, given[key], where)  # the bounds of the parameter
+        parse_value(parameter, raw[key], where)  # the bounds of the parameter
     if parameter.kind == "integer":
-        return exact_number(given[key], where)
-    return parse_quantity(given[key], parameter.unit or "1", where)
+        return exact_number(raw[key], where)
+    return parse_quantity(raw[key], parameter.unit or "1", where)

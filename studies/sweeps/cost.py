@@ -1,4 +1,4 @@
-"""What a sweep is expected to cost: as it is, and at each accuracy that a preset offers."""
+"""The expected cost of a sweep: as it is, and at each accuracy that a preset offers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -39,11 +39,9 @@ def cost_of(sweep: Sweep) -> Cost:
     """The cost of a sweep; raises InvalidInput where one of its points is refused."""
     points = sweep.runs()
     different = {point.run.id: point.run for point in points}
-    estimates = [run.estimate(one) for one in different.values()]
+    estimates = [run.estimate(each) for each in different.values()]
     return Cost(
-        len(points),
-        sum(one.core_seconds for one in estimates),
-        sum(one.bytes for one in estimates),
+        len(points), sum(e.core_seconds for e in estimates), sum(e.bytes for e in estimates)
     )
 
 

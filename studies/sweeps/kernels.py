@@ -22,10 +22,10 @@ Kind = tuple[Any, ...]
 
 def kinds_of(runs: Iterable[Run]) -> list[Run]:
     """One run of each kind."""
-    found: dict[Kind, Run] = {}
+    first: dict[Kind, Run] = {}
     for run in runs:
-        found.setdefault(_kind(run), run)
-    return list(found.values())
+        first.setdefault(_kind(run), run)
+    return list(first.values())
 
 
 def compile_kernels(runs: Iterable[Run]) -> int:
@@ -50,7 +50,7 @@ def _compile(run: Mapping[str, Any]) -> None:
 
 
 def _kind(run: Run) -> Kind:
-    """What runs share whose kernels are the same: scenario, choices, and the laws of their materials."""
+    """Scenario, choices and laws of the materials: runs that agree in them share their kernels."""
     choices = {
         name: value
         for name, value in run.parameters.items()

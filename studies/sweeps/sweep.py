@@ -40,7 +40,7 @@ class SweepLimits:
     max_particles: int = MOST_PARTICLES  # of one run, as estimated
 
 
-# Of a sweep that was accepted before: the door that let it in had limits of its own.
+# For a sweep that was accepted before, under the limits of its own door.
 ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 
 
@@ -55,7 +55,7 @@ class Point:
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """What a user asks: every value checked, in SI, at 12 significant digits."""
+    """A checked sweep: every value in SI, at 12 significant digits."""
 
     name: str
     title: str
@@ -71,9 +71,9 @@ class Sweep:
 
     @staticmethod
     def parse(document: Any, limits: SweepLimits | None = None) -> "Sweep":
-        """The sweep of a document; raises InvalidInput with everything that is wrong with it.
+        """The sweep of a document; raises InvalidInput with all findings.
 
-        What depends on several parameters at once is checked by ``runs()``.
+        Conditions between several parameters are checked by ``runs()``.
         """
         from studies.sweeps.document import read_sweep
 
@@ -81,7 +81,7 @@ class Sweep:
 
     @property
     def refinements(self) -> tuple[Axis, ...]:
-        """What each point is computed several times over: resolution, offset, or neither."""
+        """The axes over which each point is refined: resolution, offset, both or neither."""
         positions = tuple(round_quantity(place / self.offsets) for place in range(self.offsets))
         both = (Axis(RESOLUTION, "1", self.resolutions), Axis(OFFSET, "1", positions))
         return tuple(axis for axis in both if len(axis.values) > 1)
@@ -100,21 +100,21 @@ class Sweep:
 
     def document(self) -> dict[str, Any]:
         """The sweep as plain values that ``parse`` reads as itself; the order of axes counts."""
-        known = known_words(self.scenario, self.roles(), self.materials)
+        terms = vocabulary(self.scenario, self.roles(), self.materials)
         document: dict[str, Any] = {
             "name": self.name,
             "title": self.title,
             "scenario": self.scenario,
             "fixed": {
-                name: written(value, known.parameters[name].unit)
+                name: written(value, terms.parameters[name].unit)
                 for name, value in self.fixed.items()
             },
             "axes": {a.name: [written(value, a.unit) for value in a.values] for a in self.axes},
             "combine": self.combine,
             "resolution": _one_or_all(self.resolutions),
             "offsets": self.offsets if self.offsets > 1 else None,
-            "materials": {name: one.document() for name, one in self.materials.items()},
-            "observations": [one.document(known) for one in self.observations],
+            "materials": {name: each.document() for name, each in self.materials.items()},
+            "observations": [each.document(terms) for each in self.observations],
         }
         return {key: value for key, value in document.items() if value not in (None, {}, [])}
 
@@ -126,14 +126,20 @@ class Sweep:
             try:
                 points.append(Point(index, coordinates, self._run(coordinates)))
             except InvalidInput as error:
-                place = _words(coordinates, (*self.axes, *self.refinements))
+                place = ", ".join(
+                    f"{axis.name} = {written(coordinates[axis.name], axis.unit)}"
+                    for axis in (*self.axes, *self.refinements)
+                )
                 findings |= {
                     finding: place for finding in error.findings if finding not in findings
                 }
             if len(findings) >= FINDINGS_SHOWN:
                 break
         if findings:
-            raise InvalidInput(_placed(finding, place) for finding, place in findings.items())
+            raise InvalidInput(
+                replace(finding, value=f"{finding.value} (at {place})")
+                for finding, place in findings.items()
+            )
         return points
 
     def roles(self) -> dict[str, tuple[str, ...]]:
@@ -154,13 +160,13 @@ class Sweep:
         return self.materials[name] if name in self.materials else shipped.load(name)
 
     def at_accuracy(self, name: str) -> "Sweep":
-        """The same sweep with the resolutions and offsets of a preset; ValueError where it has none.
+        """The sweep with the resolutions and offsets of a preset.
 
-        A sweep has none whose scenario is not resolved so, or that fixes or varies what a preset sets.
+        Raises ValueError where the scenario lacks the parameters that the preset sets, or the sweep sets them.
         """
         preset = ACCURACY[name]
-        known = declared(scenarios.load(self.scenario).parameters)
-        free = known.keys() - {*self.fixed, *(axis.name for axis in self.axes)}
+        parameters = declared(scenarios.load(self.scenario).parameters)
+        free = parameters.keys() - {*self.fixed, *(axis.name for axis in self.axes)}
         if RESOLUTION not in free or (preset.offsets > 1 and OFFSET not in free):
             raise ValueError(f"{self.name}: the preset {name} cannot set its resolution")
         return replace(self, resolutions=preset.resolutions, offsets=preset.offsets)
@@ -181,16 +187,16 @@ class Sweep:
             yield (number,), dict(zip(names, values, strict=True))
 
     def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
-        given = {**self.fixed, **coordinates}
+        values = {**self.fixed, **coordinates}
         if len(self.resolutions) == 1:
-            given[RESOLUTION] = self.resolutions[0]
-        parameters = {name: value for name, value in given.items() if "." not in name}
+            values[RESOLUTION] = self.resolutions[0]
+        parameters = {name: value for name, value in values.items() if "." not in name}
         defaults = declared(scenarios.load(self.scenario).parameters)
         materials = {
             role: self.material(str(parameters.get(role, defaults[role].default)))
             for role in scenarios.load(self.scenario).materials
         }
-        for path, value in given.items():
+        for path, value in values.items():
             role, dot, constant = path.partition(".")
             if dot:
                 assert value is None or isinstance(value, float)
@@ -200,10 +206,10 @@ class Sweep:
         return resolved
 
     def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
-        """One run fits into a machine."""
+        """A run fits into a machine."""
         scenario = scenarios.load(self.scenario)
-        given = scenario.parameters(**resolved.parameters)
-        particles = scenario.estimate(given, materials).particles
+        size = scenario.estimate(scenario.parameters(**resolved.parameters), materials)
+        particles = size.particles
         if particles > self.max_particles:
             count = f"about {particles:.2g} particles"
             limit = f"at most {self.max_particles:.12g} in a run"
@@ -211,7 +217,7 @@ class Sweep:
             raise InvalidInput([Finding("particles", count, limit, cure)])
 
 
-def known_words(
+def vocabulary(
     scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]
 ) -> AllowedNames:
     """What a document of this scenario may name: parameters, constants of materials, quantities.
@@ -231,13 +237,13 @@ def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
 
     Where no material of the role is known, one finding says so; any constant is let through then.
     """
-    known = [material.parameters() for material in candidates] or [_all_constants()]
-    units = [{path: one.unit for path, one in constants.items()} for constants in known]
-    shared = set.intersection(*(set(one.items()) for one in units))
+    constants = [material.parameters() for material in candidates] or [_all_constants()]
+    units = [{(path, constant.unit) for path, constant in each.items()} for each in constants]
+    shared = set.intersection(*units)
     return {
-        f"{role}.{path}": known[0][path]
-        for path, unit in units[0].items()
-        if (path, unit) in shared
+        f"{role}.{path}": constant
+        for path, constant in constants[0].items()
+        if (path, constant.unit) in shared
     }
 
 
@@ -260,12 +266,3 @@ def _product(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str
 def _one_or_all(values: tuple[float, ...]) -> float | list[float] | None:
     """Values as a document writes them: one as itself, several as a list."""
     return list(values) if len(values) > 1 else next(iter(values), None)
-
-
-def _words(coordinates: Mapping[str, Value], axes: tuple[Axis, ...]) -> str:
-    """The coordinates of a point in words: "speed = 6 km/s, plate_thickness = 2 mm"."""
-    return ", ".join(f"{a.name} = {written(coordinates[a.name], a.unit)}" for a in axes)
-
-
-def _placed(finding: Finding, place: str) -> Finding:
-    return Finding(finding.field, f"{finding.value} (at {place})", finding.limit, finding.cure)

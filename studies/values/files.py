@@ -1,6 +1,43 @@
-"""Names of the files that a run and a sweep leave, for whoever writes, moves or serves them."""
+"""The files of a run and of a sweep: their names, and writing that leaves a whole file or none."""
 
-ANSWER = "result.json"  # of a run: what was measured, or why nothing was
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+RESULT = "result.json"  # of a run: its measurements, or why it failed
 STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
-CUBE, REPORT_HTML, REPORT_JSON = OF_A_SWEEP = ("cube.nc", "report.html", "report.json")
+CUBE, REPORT_HTML, REPORT_JSON = SWEEP_FILES = ("cube.nc", "report.html", "report.json")
+
+READABLE_BY_ALL = 0o644  # mkstemp makes private files; results are for others too
+
+
+def write_atomically(path: Path, fill: Callable[[Path], object]) -> Path:
+    """Let ``fill`` write a temporary file beside ``path``, sync it, and give it its name."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        fill(temporary)
+        temporary.chmod(READABLE_BY_ALL)
+        to_disk(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    to_disk(path.parent)
+    return path
+
+
+def write_text(path: Path, text: str) -> Path:
+    """Write a text file atomically, as UTF-8."""
+    return write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def to_disk(path: Path) -> None:
+    """fsync a file, or a folder (its list of names)."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -8,7 +8,7 @@ LONGEST_NAME = 100  # characters of a text that may be meant for a name
 MOST_NAMES = 200  # that are compared with it, and listed: one takes up to 30 us (2026-11)
 
 
-def nearest_cure(given: object, allowed: Iterable[str]) -> str:
+def nearest_cure(value: object, allowed: Iterable[str]) -> str:
     """The cure for an unknown name: the nearest allowed one, or all of them where none is near.
 
     >>> nearest_cure("thin_plat", ["thin_plate", "thick_plate"])
@@ -17,7 +17,7 @@ def nearest_cure(given: object, allowed: Iterable[str]) -> str:
     'use one of: speed, target'
     """
     names = sorted(allowed)
-    written = given if isinstance(given, str) else ""
+    written = value if isinstance(value, str) else ""
     close = _close(written, names) if len(written) <= LONGEST_NAME else []
     if close:
         return f"did you mean {close[0]!r}?"
@@ -33,18 +33,18 @@ def _close(written: str, names: list[str]) -> list[str]:
     return get_close_matches(written, names, n=1, cutoff=0.6)
 
 
-def shown(given: object) -> str:
+def shown(value: object) -> str:
     """A refused value as short text, whatever it is and however large.
 
     >>> shown("abc"), shown(6), shown(None)
     ("'abc'", '6', 'null')
     """
-    if given is None:
+    if value is None:
         return "null"
-    if isinstance(given, Mapping | list | tuple):
-        return "a mapping" if isinstance(given, Mapping) else "a list"
+    if isinstance(value, Mapping | list | tuple):
+        return "a mapping" if isinstance(value, Mapping) else "a list"
     try:
-        text = repr(given[: SHOWN_LENGTH + 1]) if isinstance(given, str) else str(given)
+        text = repr(value[: SHOWN_LENGTH + 1]) if isinstance(value, str) else str(value)
     except ValueError:  # an integer of thousands of digits
-        text = f"<{type(given).__name__}>"
+        text = f"<{type(value).__name__}>"
     return text if len(text) <= SHOWN_LENGTH else text[: SHOWN_LENGTH - 3] + "..."

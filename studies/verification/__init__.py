@@ -1,22 +1,25 @@
-"""Verification: problems whose answer is known exactly, and what the solver makes of them.
+"""Verification: problems whose answer is known exactly, with the answers of the solver beside them.
 
-How to add one: a module here that offers a ``Case`` as ``CASE``. Its ``run`` takes the numerics (a ``Recipe``) and
-yields rows: what is compared, what the exact answer is, what came out, how far it is off, and how far it may be. A
+How to add one: a module here that offers a ``Case`` as ``CASE``, or a tuple of cases. Its ``run`` takes the numerics (a
+``Recipe``) and yields rows: the compared quantity, the exact answer, the computed one, the error and its tolerance. A
 tolerance is set from the numerics' order or from what the answer is needed for; a row without one is reported, and
 ``reported`` asks that its figure is a number. Where the figure was known when the tolerance, or what it gates, was
 decided, the line says so: ``thesis_bar`` (the grid of 8 cells), ``contact`` (parting, sliding), ``vibrating_bar`` (the
 finest pair), ``sod`` (GIMP), ``energy`` (the hottest share), ``absorbing`` (the burst), ``absorbing_block`` (its size).
 Exact answers are functions of their own, in modules whose name starts with an underscore, with their own doctests; they
-share no code with the solver. Nothing here is heavy to import: ``run`` alone reaches for the solver.
+share no code with the solver. A case loads the solver; this module does not.
 
-``verify`` runs cases and ``whipple validate --verification`` prints them; ``tests/claims`` makes each a claim, and the
-test command runs those that are quick. ``tests/verification`` tests this frame and fields with an exact answer.
+``verify`` runs cases and ``whipple validate --verification`` prints them. Each case is a claim of ``tests/claims`` by
+its own sentence, and the test command runs the quick ones. ``Row`` is the record of every compared figure, here and in
+the claims and acceptance checks of ``tests``.
 """
 
 import math
 import time
+import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any
 
 from solver.errors import WhippleError
@@ -30,31 +33,34 @@ DEFAULT = RECIPES["whipple"]
 
 @dataclass(frozen=True)
 class Row:
-    """One comparison with an exact answer."""
+    """A compared figure: its claim, the expected and the computed value, and whether it passes."""
 
-    claim: str  # what is compared, with its unit: "plateau pressure, Cu 6 km/s (GPa)"
-    expected: float | str  # the exact answer, or the limit in words
-    got: float
-    error: float  # as the tolerance counts it: relative to the answer, or in the unit of the claim; NaN: none
-    tolerance: float | None  # None: reported, not gated
+    claim: str  # the compared quantity, with its unit: "plateau pressure, Cu 6 km/s (GPa)"
+    expected: Any  # the exact answer, or the limit in words; "" where there is none
+    got: Any  # computed now
+    passed: bool | None  # None: reported, not gated
+    error: float = math.nan  # relative to the answer, or in the unit of the claim; NaN: none
+    tolerance: float | None = None  # of the error
     order: float | None = None  # observed order of convergence
-
-    @property
-    def passed(self) -> bool | None:
-        """Whether the error is within the tolerance; None where it is reported. Not a number fails."""
-        return None if self.tolerance is None else bool(self.error <= self.tolerance)
 
     @property
     def verdict(self) -> str:
         """PASS, FAIL or REPORT."""
         return {None: "REPORT", True: "PASS", False: "FAIL"}[self.passed]
 
+    def ungated(self, limit: float | None = None) -> "Row":
+        """The row as a report; with ``limit`` its claim says whether that gate would hold."""
+        if self.passed is None:
+            return self
+        note = "" if limit is None else f", {'holds' if self.passed else 'misses'} {limit:g}"
+        return replace(self, claim=self.claim + note, passed=None, tolerance=None)
+
     def __str__(self) -> str:
         return " | ".join(
             (
                 f"{self.verdict:6}",
                 self.claim,
-                f"expected {_figure(self.expected)}" if self.expected != "" else "reported",
+                "reported" if self.expected == "" else f"expected {_figure(self.expected)}",
                 f"got {_figure(self.got)}",
                 *([] if math.isnan(self.error) else [f"error {self.error:.3g}"]),
                 *([] if self.tolerance is None else [f"tolerance {self.tolerance:g}"]),
@@ -63,12 +69,9 @@ class Row:
         )
 
     def as_json(self) -> dict[str, Any]:
-        """As plain objects; what is not a number is null."""
-        plain = {**asdict(self), "verdict": self.verdict}
-        return {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in plain.items()
-        }
+        """As plain objects; a number that is not finite is null."""
+        plain = {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+        return {**plain, "verdict": self.verdict}
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ class Case:
     """A problem with a known answer."""
 
     name: str
-    title: str
+    says: str  # the sentence that its rows prove
     source: str
     run: Callable[[Recipe], Iterable[Row]]
     quick: bool = True  # below ten seconds with kernels from the cache: part of the test command
@@ -84,19 +87,33 @@ class Case:
 
 @dataclass(frozen=True)
 class Verified:
-    """A row of a case with the wall time since the row before it."""
+    """A computed row of a case or claim with the wall time since the row before it."""
 
     case: str
     row: Row
     seconds: float
+    trace: str = ""  # of the exception that failed the row
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""
         return {"case": self.case, **self.row.as_json(), "seconds": round(self.seconds, 3)}
 
 
-def _figure(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:.6g}"
+def _plain(value: Any) -> Any:
+    """A value that JSON can hold."""
+    if isinstance(value, bool | int | str) or value is None:
+        return value
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return str(value)
+    return number if math.isfinite(number) else None
+
+
+def _figure(value: Any) -> str:
+    """A value as one line, numbers with six digits."""
+    text = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return " ".join(text.split())
 
 
 def relative(
@@ -114,7 +131,7 @@ def relative(
     >>> relative("pressure (GPa)", expected=225.22, got=math.nan, within=0.015).verdict
     'FAIL'
     """
-    return Row(claim, expected, got, abs(got - expected) / abs(expected), within, order)
+    return _row(claim, expected, got, abs(got - expected) / abs(expected), within, order)
 
 
 def absolute(
@@ -126,36 +143,58 @@ def absolute(
     order: float | None = None,
 ) -> Row:
     """A row whose error is in the unit of the answer."""
-    return Row(claim, expected, got, abs(got - expected), within, order)
+    return _row(claim, expected, got, abs(got - expected), within, order)
 
 
 def at_most(claim: str, *, limit: float, got: float) -> Row:
-    """A row that passes when a figure does not exceed a limit; the error is by how much it does.
+    """A row that passes when a figure does not exceed a limit; the error is the excess.
 
     >>> at_most("drift", limit=0.01, got=0.02).verdict, at_most("drift", limit=0.01, got=math.nan).verdict
     ('FAIL', 'FAIL')
     """
-    return Row(claim, f"at most {limit:g}", got, _excess(got - limit), 0.0)
+    return _row(claim, f"at most {limit:g}", got, _excess(got - limit), 0.0)
 
 
 def at_least(claim: str, *, limit: float, got: float) -> Row:
-    """A row that passes when a figure does not fall below a limit; the error is by how much it does.
+    """A row that passes when a figure does not fall below a limit; the error is the shortfall.
 
     >>> at_least("rebound", limit=0.93, got=0.97).verdict
     'PASS'
     """
-    return Row(claim, f"at least {limit:g}", got, _excess(limit - got), 0.0)
+    return _row(claim, f"at least {limit:g}", got, _excess(limit - got), 0.0)
+
+
+def equal(claim: str, *, expected: Any, got: Any) -> Row:
+    """A row that passes when two values are equal.
+
+    >>> equal("runs", expected=22, got=21).verdict
+    'FAIL'
+    """
+    return Row(claim, expected, got, bool(got == expected))
 
 
 def reported(claim: str, got: float, *, order: float | None = None) -> Row:
-    """A figure that stands beside others: whatever it is, it must be one; not a finite number fails.
+    """A figure without an expected value; it fails where it is not a finite number.
 
     >>> reported("scatter", 0.03).verdict, reported("scatter", math.nan).verdict
     ('REPORT', 'FAIL')
     """
     if math.isfinite(got):
-        return Row(claim, "", got, math.nan, None, order)
-    return Row(claim, "a number", got, math.nan, 0.0, order)
+        return _row(claim, "", got, math.nan, None, order)
+    return _row(claim, "a number", got, math.nan, 0.0, order)
+
+
+def _row(
+    claim: str,
+    expected: float | str,
+    got: float,
+    error: float,
+    tolerance: float | None,
+    order: float | None = None,
+) -> Row:
+    """A row that passes when its error is within its tolerance; not a number fails."""
+    passed = None if tolerance is None else bool(error <= tolerance)
+    return Row(claim, expected, got, passed, error, tolerance, order)
 
 
 def _excess(value: float) -> float:
@@ -181,22 +220,32 @@ def names(*, quick: bool = False) -> list[str]:
 
 def load(name: str) -> Case:
     """The case of a name; raises InvalidInput with the nearest one."""
-    known: Mapping[str, Case] = entries(__name__, "CASE")
-    if name not in known:
-        raise refusal("case", name, "a verification case", nearest_cure(name, known))
-    return known[name]
+    cases: Mapping[str, Case] = entries(__name__, "CASE")
+    if name not in cases:
+        raise refusal("case", name, "a verification case", nearest_cure(name, cases))
+    return cases[name]
 
 
 def verify(chosen: Iterable[str], recipe: Recipe = DEFAULT) -> Iterator[Verified]:
-    """Run cases one after the other; what the solver raises is a row that failed."""
+    """Run cases one after the other; an error of the solver is a row that failed."""
     for name in chosen:
         case = load(name)
-        begin = time.perf_counter()
-        try:
-            for row in case.run(recipe):
-                now = time.perf_counter()
-                yield Verified(name, row, now - begin)
-                begin = now
-        except WhippleError as error:
-            row = Row(f"{case.title}: {error}", "no error", math.nan, math.nan, 0.0)
-            yield Verified(name, row, time.perf_counter() - begin)
+        yield from timed(name, case.says, partial(case.run, recipe), WhippleError)
+
+
+def timed(
+    name: str,
+    title: str,
+    compute: Callable[[], Iterable[Row]],
+    errors: type[Exception] = Exception,
+) -> Iterator[Verified]:
+    """The rows of a case or claim, each with its wall time; an exception of the given kind is a row that failed."""
+    begin = time.perf_counter()
+    try:
+        for row in compute():
+            now = time.perf_counter()
+            yield Verified(name, row, now - begin)
+            begin = now
+    except errors as error:
+        row = Row(title, "no error", f"{type(error).__name__}: {error}", passed=False)
+        yield Verified(name, row, time.perf_counter() - begin, traceback.format_exc())

@@ -7,8 +7,10 @@ tenths of the flyer; the first reading is taken at half that time.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from solver.problem import Matter, Problem
+from solver.simulation import Outcome, simulate
+from solver.state import Snapshot
 from solver.units import Metre, MetrePerSecond
 from studies.values.recipes import Recipe
 from studies.verification._column import (
@@ -21,11 +23,6 @@ from studies.verification._column import (
     profile,
 )
 
-if TYPE_CHECKING:
-    from solver.problem import Matter, Problem
-    from solver.simulation import Outcome
-    from solver.state import Snapshot
-
 FLYER_CELLS = 100
 SPACING: Metre = 1e-4
 CROSSED = 0.9  # of the flyer, at the end
@@ -36,7 +33,7 @@ SPARE_CELLS = 10  # behind the front in the target, and around both bodies
 class Piece:
     """One of the two bodies: its matter, and how fast its front will run into it (m/s)."""
 
-    matter: "Matter"
+    matter: Matter
     density: float
     front_speed: MetrePerSecond
 
@@ -56,7 +53,7 @@ class Collision:
 
     flyer: Wave
     target: Wave
-    outcome: "Outcome"
+    outcome: Outcome
 
 
 def collision_problem(
@@ -67,7 +64,7 @@ def collision_problem(
     *,
     boost: float = 0.0,
     flyer_cells: int = FLYER_CELLS,
-) -> "Problem":
+) -> Problem:
     """The problem; with ``boost`` (m/s) seen from a frame that moves the other way."""
     end_time = CROSSED * flyer_cells * SPACING / flyer.front_speed
     target_cells = math.ceil(target.front_speed * end_time / SPACING) + SPARE_CELLS
@@ -87,21 +84,19 @@ def collision_problem(
     )
 
 
-def collide(problem: "Problem") -> Collision:
+def collide(problem: Problem) -> Collision:
     """Run the problem and read both waves off it."""
-    from solver.simulation import simulate
-
     lines: list[tuple[ColumnProfile, ColumnProfile]] = []
 
-    def watch(snapshot: "Snapshot") -> None:
+    def watch(snapshot: Snapshot) -> None:
         if snapshot.time > 0.0:
             lines.append((profile(snapshot, 0), profile(snapshot, 1)))
 
     flyer, target = (float(body.velocity[0, 0]) for body in problem.bodies)
     outcome = simulate(problem, watch, interval=0.5 * problem.end_time)
     return Collision(
-        flyer=_wave([(mirrored(one), mirrored(other)) for one, other in lines], -flyer),
-        target=_wave([(other, one) for one, other in lines], target),
+        flyer=_wave([(mirrored(first), mirrored(second)) for first, second in lines], -flyer),
+        target=_wave([(second, first) for first, second in lines], target),
         outcome=outcome,
     )
 

@@ -4,22 +4,23 @@ Across the column stands one particle: nothing varies there, so that more would 
 read off as a ``Profile``, and a front and the plateau behind it off that.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+
+from solver.geometry import grid
+from solver.geometry.cartesian3d import Cartesian3D
+from solver.problem import Body, Face, Matter, Problem
+from solver.state import Snapshot
 from solver.units import JoulePerKilogram, KilogramPerCubicMetre, Metre, MetrePerSecond
+from studies.scenarios._numerics import Numerics, numerics
 from studies.values.recipes import Recipe
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from solver.problem import Body, Matter, Problem
-    from solver.state import Snapshot
-
-INTERFACE_CELLS = (
-    3.0  # left out of a plateau at the interface or wall: start-up errors of the shock stay there
-)
+# Cells left out of a plateau at the interface or wall: start-up errors of the shock stay there.
+INTERFACE_CELLS = 3.0
 OUTER_SHARE = 0.2  # of a plateau, left out at its front: the front itself is a few cells wide
 
 
@@ -28,19 +29,23 @@ class Stretch:
     """A part of a column that is one body."""
 
     name: str
-    matter: "Matter"
+    matter: Matter
     density: KilogramPerCubicMetre
     begin: Metre
     end: Metre
-    velocity: MetrePerSecond | Callable[["np.ndarray"], "np.ndarray"] = 0.0  # of the place
+    velocity: MetrePerSecond | Callable[[np.ndarray], np.ndarray] = 0.0  # of the place
     energy: JoulePerKilogram = 0.0
 
 
 def solver_numerics(recipe: Recipe) -> dict[str, Any]:
-    """What ``Problem`` takes for the numerics of a recipe."""
-    from studies.scenarios._numerics import Numerics, numerics
-
+    """The fields of ``Problem`` for the numerics of a recipe."""
     return numerics(Numerics(**asdict(recipe)))
+
+
+def lattice(*lines: np.ndarray) -> np.ndarray:
+    """Points (n, 3) of the lattice of three lines, the last fastest; two lines lie in the plane z = 0."""
+    points = np.meshgrid(*lines, *[np.zeros(1)] * (3 - len(lines)), indexing="ij")
+    return np.stack([axis.ravel() for axis in points], axis=-1)
 
 
 def column(
@@ -55,15 +60,11 @@ def column(
     across: int = 1,
     boost: float = 0.0,
     **changes: Any,
-) -> "Problem":
+) -> Problem:
     """The problem of a column from ``lower`` on, ``ends`` by the names of faces.
 
     ``across`` particles stand along each of the other axes of a cell, and ``boost`` (m/s) is added to all velocities.
     """
-    from solver.geometry import grid
-    from solver.geometry.cartesian3d import Cartesian3D
-    from solver.problem import Face, Problem
-
     side = (Face.SYMMETRIC, Face.SYMMETRIC)
     geometry = grid(Cartesian3D, lower=(lower, 0.0, 0.0), cells=(cells, 1, 1), spacing=spacing)
     bodies = tuple(
@@ -78,20 +79,15 @@ def column(
     )
 
 
-def _body(stretch: Stretch, spacing: float, along: int, across: int, boost: float) -> "Body":
-    import numpy as np
-
-    from solver.problem import Body
-
+def _body(stretch: Stretch, spacing: float, along: int, across: int, boost: float) -> Body:
     count = round((stretch.end - stretch.begin) / spacing * along)
     step = (stretch.end - stretch.begin) / count
     x = stretch.begin + step * (np.arange(count) + 0.5)
     side = spacing / across * (np.arange(across) + 0.5)
-    points = np.meshgrid(x, side, side, indexing="ij")
-    position = np.stack([axis.ravel() for axis in points], axis=-1)
+    position = lattice(x, side, side)
     velocity = np.zeros_like(position)
-    given = stretch.velocity
-    velocity[:, 0] = boost + (given(position[:, 0]) if callable(given) else given)
+    flow = stretch.velocity
+    velocity[:, 0] = boost + (flow(position[:, 0]) if callable(flow) else flow)
     volume = step * (spacing / across) ** 2
     return Body(
         name=stretch.name,
@@ -110,33 +106,31 @@ class ColumnProfile:
     """Particles of one body along a line or radius, by place; stress is that along the line, compression positive."""
 
     time: float
-    place: "np.ndarray"  # m
-    velocity: "np.ndarray"  # along the line, m/s
-    stress: "np.ndarray"  # of equation of state and deviator, without artificial viscosity, Pa
-    density: "np.ndarray"  # kg/m3
-    energy: "np.ndarray"  # J/kg
-    mass: "np.ndarray"  # kg
-    number: "np.ndarray"
+    place: np.ndarray  # m
+    velocity: np.ndarray  # along the line, m/s
+    stress: np.ndarray  # of equation of state and deviator, without artificial viscosity, Pa
+    density: np.ndarray  # kg/m3
+    energy: np.ndarray  # J/kg
+    mass: np.ndarray  # kg
+    number: np.ndarray
 
     @property
-    def volume(self) -> "np.ndarray":
+    def volume(self) -> np.ndarray:
         """m3."""
         return self.mass / self.density
 
-    def part(self, keep: "np.ndarray") -> "ColumnProfile":
+    def part(self, keep: np.ndarray) -> "ColumnProfile":
         """Some of the particles."""
         fields = {name: value[keep] for name, value in vars(self).items() if name != "time"}
         return ColumnProfile(time=self.time, **fields)
 
-    def mean(self, values: "np.ndarray") -> float:
+    def mean(self, values: np.ndarray) -> float:
         """Mean weighted by volume."""
         return float((self.volume * values).sum() / self.volume.sum())
 
 
-def profile(snapshot: "Snapshot", body: int, axis: int = 0) -> ColumnProfile:
+def profile(snapshot: Snapshot, body: int, axis: int = 0) -> ColumnProfile:
     """The living particles of a body along an axis, as copies."""
-    import numpy as np
-
     p = snapshot.particles
     index = np.flatnonzero((snapshot.body == body) & (p.alive == 1))
     index = index[np.argsort(p.position[index, axis], kind="stable")]
@@ -152,10 +146,8 @@ def profile(snapshot: "Snapshot", body: int, axis: int = 0) -> ColumnProfile:
     )
 
 
-def radial_profile(snapshot: "Snapshot") -> ColumnProfile:
+def radial_profile(snapshot: Snapshot) -> ColumnProfile:
     """All living particles of an axisymmetric problem by their distance from the origin; stress is the pressure."""
-    import numpy as np
-
     p = snapshot.particles
     radius = np.hypot(p.position[:, 0], p.position[:, 1])
     index = np.argsort(radius, kind="stable")
@@ -180,9 +172,8 @@ class Plateau:
     stress: float  # Pa
     scatter: float  # standard deviation of the stress over its mean
     density: float  # of the particles, kg/m3
-    spacing_density: (
-        float  # from the places of the particles alone, in a column of one cell's width, kg/m3
-    )
+    # From the places of the particles alone, in a column of one cell's width, kg/m3.
+    spacing_density: float
     velocity: float  # m/s
     energy: float  # J/kg, weighted by mass
     particles: int
@@ -193,8 +184,6 @@ def front(line: ColumnProfile, spacing: float, level: float) -> float:
 
     Between the middles of two cells it is interpolated; NaN where no cell reaches the level.
     """
-    import numpy as np
-
     first = float(np.floor(line.place.min() / spacing))
     cell = np.floor(line.place / spacing - first).astype(int)
     volume = np.bincount(cell, line.volume)
@@ -209,8 +198,6 @@ def front(line: ColumnProfile, spacing: float, level: float) -> float:
 
 def half_front(line: ColumnProfile, spacing: float, begin: float) -> tuple[float, Plateau]:
     """The front at half of the plateau's own stress, and the plateau from ``begin`` to it."""
-    import numpy as np
-
     # A first guess of the level: half the median over the quarter of the particles next to the beginning.
     near = line.part(line.place > begin)
     level = 0.5 * float(np.median(near.stress[: max(1, near.place.size // 4)]))
@@ -229,12 +216,10 @@ def plateau(line: ColumnProfile, spacing: float, begin: float, end: float) -> Pl
 
 def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Plateau:
     """What stands between two places; not a number where fewer than two particles do."""
-    import numpy as np
-
     inside = line.part((line.place > low) & (line.place < high))
     if inside.place.size < 2:
-        nothing = float("nan")
-        return Plateau(nothing, nothing, nothing, nothing, nothing, nothing, 0)
+        nan = math.nan
+        return Plateau(nan, nan, nan, nan, nan, nan, 0)
     stress = inside.mean(inside.stress)
     # Mass up to each particle over its place, as a least-squares line: particles at the ends weigh no more than others.
     slope = np.polyfit(inside.place - low, np.cumsum(inside.mass) - 0.5 * inside.mass, 1)[0]

@@ -2,17 +2,18 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import numpy as np
+
+from solver.geometry import grid
+from solver.problem import Clamp, Problem
+from solver.simulation import Simulation, start
+from solver.state import Particles
+from studies import scenarios
+from studies.materials import load
+from studies.scenarios import ImpactSetting
 from studies.values.recipes import Recipe
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from solver.problem import Clamp, Problem
-    from solver.simulation import Simulation
-    from solver.state import Particles
-    from studies.scenarios import ImpactSetting
 
 # Round-off of 50 steps: each adds a few units in the last place (1e-16), a stress is a small difference of large
 # numbers (1e3), and what differs may grow from step to step.
@@ -36,20 +37,17 @@ COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 def impact_setting(
     recipe: Recipe, *, material: str = RATE_INDEPENDENT, **parameters: Any
-) -> "ImpactSetting":
+) -> ImpactSetting:
     """The thin plate of a recipe; parameters (SI) on top of the small one."""
-    from studies import scenarios
-    from studies.materials import load
-
     scenario = scenarios.load("thin_plate")
     names = {"projectile": material, "target": material}
-    given = scenario.parameters(**{**SMALL, **asdict(recipe), **names, **parameters})
+    values = scenario.parameters(**{**SMALL, **asdict(recipe), **names, **parameters})
     loaded = {role: load(name) for role, name in names.items()}
-    setting: ImpactSetting = scenario.build(scenario.fill(given), loaded)  # type: ignore[assignment]
+    setting: ImpactSetting = scenario.build(scenario.fill(values), loaded)  # type: ignore[assignment]
     return setting
 
 
-def scaled(problem: "Problem", factor: float) -> "Problem":
+def scaled(problem: Problem, factor: float) -> Problem:
     """The same problem ``factor`` times as large in length and time."""
     geometry = problem.geometry
     return replace(
@@ -74,14 +72,12 @@ def scaled(problem: "Problem", factor: float) -> "Problem":
         fixed_dt=problem.fixed_dt and problem.fixed_dt * factor,
         damping=problem.damping._replace(rate=problem.damping.rate / factor),
         clamp=_moved(problem.clamp, scale=factor),
-        absorbers=tuple(one._replace(place=one.place * factor) for one in problem.absorbers),
+        absorbers=tuple(a._replace(place=a.place * factor) for a in problem.absorbers),
     )
 
 
-def enlarged(problem: "Problem", before: "np.ndarray", behind: "np.ndarray") -> "Problem":
+def enlarged(problem: Problem, before: np.ndarray, behind: np.ndarray) -> Problem:
     """The same bodies in a grid with more cells in front of its lower corner and behind its upper one."""
-    from solver.geometry import grid
-
     old = problem.geometry
     geometry = grid(
         type(old),
@@ -92,31 +88,27 @@ def enlarged(problem: "Problem", before: "np.ndarray", behind: "np.ndarray") -> 
     return replace(problem, geometry=geometry)
 
 
-def shifted(problem: "Problem", offset: "np.ndarray") -> "Problem":
+def shifted(problem: Problem, offset: np.ndarray) -> Problem:
     """The same grid with its bodies moved by an offset (3,), m."""
     bodies = tuple(replace(body, position=body.position + offset) for body in problem.bodies)
-    absorbers = tuple(
-        one._replace(place=one.place + float(offset[one.axis])) for one in problem.absorbers
-    )
+    absorbers = tuple(a._replace(place=a.place + float(offset[a.axis])) for a in problem.absorbers)
     return replace(
         problem, bodies=bodies, clamp=_moved(problem.clamp, offset=offset), absorbers=absorbers
     )
 
 
-def _moved(clamp: "Clamp", *, scale: float = 1.0, offset: "np.ndarray | float" = 0.0) -> "Clamp":
+def _moved(clamp: Clamp, *, scale: float = 1.0, offset: np.ndarray | float = 0.0) -> Clamp:
     return clamp._replace(lower=clamp.lower * scale + offset, upper=clamp.upper * scale + offset)
 
 
-def boosted(problem: "Problem", velocity: "np.ndarray") -> "Problem":
+def boosted(problem: Problem, velocity: np.ndarray) -> Problem:
     """The same problem with a velocity (3,), m/s, added to all bodies."""
     bodies = tuple(replace(body, velocity=body.velocity + velocity) for body in problem.bodies)
     return replace(problem, bodies=bodies)
 
 
-def mirrored(problem: "Problem", axis: int = 0) -> "Problem":
+def mirrored(problem: Problem, axis: int = 0) -> Problem:
     """The mirror image in the plane where a coordinate is zero."""
-    from solver.geometry import grid
-
     old, sign = problem.geometry, _sign(axis)
     lower = old.lower.copy()
     lower[axis] = -(old.lower[axis] + old.cells[axis] * old.spacing)
@@ -133,12 +125,8 @@ def mirrored(problem: "Problem", axis: int = 0) -> "Problem":
     )
 
 
-def unfolded(problem: "Problem", axis: int) -> "Problem":
+def unfolded(problem: Problem, axis: int) -> Problem:
     """The whole of which the problem is the half above a symmetric face at zero; each body is followed by its image."""
-    import numpy as np
-
-    from solver.geometry import grid
-
     old, sign = problem.geometry, _sign(axis)
     lower, cells = old.lower.copy(), old.cells.copy()
     lower[axis] = -old.cells[axis] * old.spacing
@@ -161,26 +149,20 @@ def unfolded(problem: "Problem", axis: int) -> "Problem":
     )
 
 
-def _sign(axis: int) -> "np.ndarray":
-    import numpy as np
-
+def _sign(axis: int) -> np.ndarray:
     sign = np.ones(3)
     sign[axis] = -1.0
     return sign
 
 
-def _field(body: Any) -> "np.ndarray":
-    import numpy as np
-
+def _field(body: Any) -> np.ndarray:
     return np.ones((body.mass.size, 1)) * body.velocity
 
 
 def advanced(
-    problem: "Problem", steps: int = STEPS, *, threads: int = 1, shares: int = 0
-) -> "Simulation":
+    problem: Problem, steps: int = STEPS, *, threads: int = 1, shares: int = 0
+) -> Simulation:
     """The problem after some steps; without ``shares`` its particles are cut as their number asks for."""
-    from solver.simulation import start
-
     simulation = start(problem, threads=threads, shares=shares)
     for _ in range(steps):
         simulation.advance()
@@ -207,23 +189,17 @@ class Gap:
     @property
     def largest(self) -> float:
         """The largest of all; not a number where one of them is none."""
-        import numpy as np
-
         return float(np.max(astuple(self)))
 
 
-def ordered(particles: "Particles") -> "Particles":
+def ordered(particles: Particles) -> Particles:
     """The particles by their permanent numbers."""
-    import numpy as np
-
     index = np.argsort(particles.number)
     return type(particles)(*(field[index] for field in particles))
 
 
-def image(particles: "Particles", axis: int = 0) -> "Particles":
+def image(particles: Particles, axis: int = 0) -> Particles:
     """The mirror image of a state in the plane where a coordinate is zero."""
-    import numpy as np
-
     sign = _sign(axis)
     return particles._replace(
         position=particles.position * sign,
@@ -232,38 +208,37 @@ def image(particles: "Particles", axis: int = 0) -> "Particles":
     )
 
 
-def gap(one: "Particles", other: "Particles", *, spacing: float, speed: float) -> Gap:
+def gap(first: Particles, second: Particles, *, spacing: float, speed: float) -> Gap:
     """How far two runs are apart; both in the order of their numbers."""
-    stress = float(one.density.max()) * speed**2
+    stress = float(first.density.max()) * speed**2
     return Gap(
-        position=_farthest(one.position, other.position) / spacing,
-        velocity=_farthest(one.velocity, other.velocity) / speed,
-        mass=_farthest(one.mass / other.mass, 1.0),
-        density=_farthest(one.density / other.density, 1.0),
-        energy=_farthest(one.energy, other.energy) / speed**2,
-        pressure=_farthest(one.pressure, other.pressure) / stress,
-        viscosity=_farthest(one.viscosity, other.viscosity) / stress,
-        deviator=_farthest(one.deviator, other.deviator) / stress,
-        plastic_strain=_farthest(one.plastic_strain, other.plastic_strain),
-        temperature=_farthest(one.temperature, other.temperature) / float(one.temperature.max()),
-        damage=_farthest(one.damage, other.damage),
-        gone=int((one.alive != other.alive).sum()),
+        position=_farthest(first.position, second.position) / spacing,
+        velocity=_farthest(first.velocity, second.velocity) / speed,
+        mass=_farthest(first.mass / second.mass, 1.0),
+        density=_farthest(first.density / second.density, 1.0),
+        energy=_farthest(first.energy, second.energy) / speed**2,
+        pressure=_farthest(first.pressure, second.pressure) / stress,
+        viscosity=_farthest(first.viscosity, second.viscosity) / stress,
+        deviator=_farthest(first.deviator, second.deviator) / stress,
+        plastic_strain=_farthest(first.plastic_strain, second.plastic_strain),
+        temperature=_farthest(first.temperature, second.temperature)
+        / float(first.temperature.max()),
+        damage=_farthest(first.damage, second.damage),
+        gone=int((first.alive != second.alive).sum()),
     )
 
 
-def _farthest(one: "np.ndarray", other: "np.ndarray | float") -> float:
-    return float(abs(one - other).max())
+def _farthest(first: np.ndarray, second: np.ndarray | float) -> float:
+    return float(abs(first - second).max())
 
 
-def differing_values(one: "Particles", other: "Particles") -> int:
+def differing_values(first: Particles, second: Particles) -> int:
     """Values that differ in any bit, over all fields; both in the order of their numbers."""
-    import numpy as np
-
     return sum(
         int(np.count_nonzero(left.view(np.uint8) != right.view(np.uint8)))
         if left.shape == right.shape
         else max(left.size, right.size)
         for left, right in zip(
-            map(np.ascontiguousarray, one), map(np.ascontiguousarray, other), strict=True
+            map(np.ascontiguousarray, first), map(np.ascontiguousarray, second), strict=True
         )
     )

@@ -7,7 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import WhippleError
+from studies.materials import load
 from studies.results import RunResult
+from studies.runs.execution import execute
+from studies.runs.run import resolve
 from studies.values.recipes import Recipe
 
 
@@ -18,13 +21,9 @@ def executed(
     materials: Mapping[str, str] | None = None,
 ) -> RunResult:
     """The result of a scenario with the numerics of a recipe; raises WhippleError where the run failed."""
-    from studies.materials import load
-    from studies.runs.execution import execute
-    from studies.runs.run import resolve
-
     named = dict(materials or {})
-    given = {**asdict(recipe), **named, **parameters}
-    run = resolve(scenario, given, {role: load(name) for role, name in named.items()})
+    values = {**asdict(recipe), **named, **parameters}
+    run = resolve(scenario, values, {role: load(name) for role, name in named.items()})
     with tempfile.TemporaryDirectory() as folder:
         result = execute(run, Path(folder), threads=1)
     if result.state != "succeeded":

@@ -3,6 +3,9 @@
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
+from solver.state import Particles
 from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal
 
 
@@ -41,6 +44,13 @@ class Isotropic:
         3889
         """
         return math.sqrt((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density)
+
+
+def strain_energy_density(matter: Isotropic, p: Particles) -> np.ndarray:
+    """Elastic energy (n,) of the particles' stress, p^2 / 2 K + s:s / 4 G, J/m3."""
+    shear = (p.deviator[:, :3] ** 2).sum(axis=1) + 2.0 * (p.deviator[:, 3:] ** 2).sum(axis=1)
+    energy: np.ndarray = p.pressure**2 / (2.0 * matter.bulk_modulus)
+    return energy + shear / (4.0 * matter.shear_modulus)
 
 
 @dataclass(frozen=True)

@@ -7,19 +7,19 @@ viscosity is left out.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.absorb import absorber
+from solver.geometry import grid, lattice_measure
+from solver.geometry.axisymmetric import Axisymmetric
+from solver.problem import Body, Face, Problem
+from solver.simulation import Outcome, simulate
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_most, reported
-from studies.verification._column import Stretch, column, solver_numerics
+from studies.verification._column import Stretch, column, lattice, solver_numerics
 from studies.verification._matter import elastic
-from studies.verification._waves import Isotropic
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from solver.problem import Problem
-    from solver.simulation import Outcome
+from studies.verification._waves import Isotropic, strain_energy_density
 
 MATTER = Isotropic(8930.0, 117e9, 0.35)  # copper: Ma (2005), Table 2.1
 SPEED = 1.0  # m/s: strains of 1e-4
@@ -74,7 +74,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 class Open:
     """A problem, and where waves may leave it."""
 
-    problem: "Problem"
+    problem: Problem
     surfaces: list[tuple[int, int, float]]  # axis, side and place (m)
 
 
@@ -82,10 +82,7 @@ def _energy_left(case: Open, *, absorbing: bool) -> float:
     return _share(case, _end(case, absorbing=absorbing))
 
 
-def _end(case: Open, *, absorbing: bool) -> "Outcome":
-    from solver.absorb import absorber
-    from solver.simulation import simulate
-
+def _end(case: Open, *, absorbing: bool) -> Outcome:
     matter = case.problem.bodies[0].matter
     absorbers = tuple(
         absorber(matter, body=0, axis=axis, side=side, place=place)
@@ -94,24 +91,21 @@ def _end(case: Open, *, absorbing: bool) -> "Outcome":
     return simulate(replace(case.problem, absorbers=absorbers if absorbing else ()))
 
 
-def _share(case: Open, outcome: "Outcome") -> float:
+def _share(case: Open, outcome: Outcome) -> float:
     """Kinetic and elastic energy at the end, of the initial kinetic energy."""
     [body] = case.problem.bodies
     p = outcome.snapshot.particles
     volume = p.mass / p.density
-    squared = (p.deviator[:, :3] ** 2).sum(axis=1) + 2.0 * (p.deviator[:, 3:] ** 2).sum(axis=1)
-    elastic = p.pressure**2 / (2.0 * MATTER.bulk_modulus) + squared / (4.0 * MATTER.shear_modulus)
-    left = 0.5 * (p.mass * (p.velocity**2).sum(axis=1)).sum() + (volume * elastic).sum()
+    elastic = (volume * strain_energy_density(MATTER, p)).sum()
+    left = 0.5 * (p.mass * (p.velocity**2).sum(axis=1)).sum() + elastic
     return float(left / (0.5 * (body.mass * (body.velocity**2).sum(axis=1)).sum()))
 
 
 def _column(cells: int, recipe: Recipe) -> Open:
     """Both ends absorb; the velocity is a smooth hump without stress, which parts into two pulses."""
-    import numpy as np
-
     spacing, void = LENGTH / cells, 3
 
-    def hump(x: "np.ndarray") -> "np.ndarray":
+    def hump(x: np.ndarray) -> np.ndarray:
         return SPEED * np.sin(math.pi * x / LENGTH) ** 2
 
     problem = column(
@@ -127,12 +121,6 @@ def _column(cells: int, recipe: Recipe) -> Open:
 
 def _block(recipe: Recipe) -> Open:
     """A cylinder with free front, whose front is pushed in around the axis."""
-    import numpy as np
-
-    from solver.geometry import grid, lattice_measure
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.problem import Body, Face, Problem
-
     spacing, void = LENGTH / BLOCK_CELLS, 3
     geometry = grid(
         Axisymmetric,
@@ -142,8 +130,7 @@ def _block(recipe: Recipe) -> Open:
     )
     step = spacing / recipe.particles_per_cell
     line = step * (np.arange(BLOCK_CELLS * recipe.particles_per_cell) + 0.5)
-    points = np.meshgrid(line, line, np.zeros(1), indexing="ij")
-    position = np.stack([axis.ravel() for axis in points], axis=-1)
+    position = lattice(line, line)
     distance = np.hypot(position[:, 0], position[:, 1]) / (BURST_CELLS * spacing)
     velocity = np.zeros_like(position)
     velocity[:, 1] = np.where(distance < 1.0, SPEED * np.cos(0.5 * math.pi * distance) ** 2, 0.0)
@@ -170,7 +157,8 @@ def _block(recipe: Recipe) -> Open:
 
 CASE = Case(
     name="absorbing",
-    title="Waves leave through absorbing surfaces",
+    says="plane longitudinal waves leave through absorbing surfaces but for 0.1 % of their energy, and all is "
+    "booked",
     source="d'Alembert; Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95 (EM4), 859",
     run=_run,
 )

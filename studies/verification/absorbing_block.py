@@ -44,8 +44,8 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             within=WITHIN,
         )
     for other in OTHERS:
-        for name, found in _crater(recipe, *other).items():
-            error = found / expected[name] - 1.0
+        for name, size in _crater(recipe, *other).items():
+            error = size / expected[name] - 1.0
             yield reported(f"{name}, block of {_size(*other)} (relative difference)", error)
 
 
@@ -63,7 +63,7 @@ def _size(depth: float, radius: float, edges: str) -> str:
 
 CASE = Case(
     name="absorbing-block",
-    title="Crater in a block with absorbing edges",
+    says="the crater of copper at 6 km/s in a block that absorbs is that in one half as large again to 1 %",
     source="a block so wide and deep that waves from its ends come late",
     run=_run,
     quick=False,

@@ -2,16 +2,15 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.simulation import start
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_least, at_most, relative, reported
 from studies.verification._column import Stretch, column
 from studies.verification._matter import elastic
 from studies.verification._waves import Isotropic
-
-if TYPE_CHECKING:
-    import numpy as np
 
 SPEED = 3.0  # m/s
 BAR = Isotropic(8930.0, 117e9, 0.0)  # copper's stiffness: Ma (2005), Table 2.1; no Poisson's effect
@@ -28,8 +27,8 @@ NO_PULL = 1e-10  # round-off of the difference of two impulses
 class Touch:
     """What the wall felt, step by step."""
 
-    time: "np.ndarray"  # at the end of each step, s
-    force: "np.ndarray"  # mean over each step, N
+    time: np.ndarray  # at the end of each step, s
+    force: np.ndarray  # mean over each step, N
     rebound: float  # momentum at the end over minus the one at the start
 
 
@@ -62,10 +61,6 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 
 
 def _touch(recipe: Recipe) -> Touch:
-    import numpy as np
-
-    from solver.simulation import start
-
     length = CELLS * SPACING
     problem = column(
         [Stretch("bar", elastic(BAR), BAR.density, 0.0, length, -SPEED)],
@@ -89,8 +84,6 @@ def _touch(recipe: Recipe) -> Touch:
 
 def _duration(touch: Touch, level: float) -> float:
     """From the first to the last crossing of a level, each placed within its step by the means on both sides."""
-    import numpy as np
-
     above = np.flatnonzero(touch.force >= level)
     if not above.size:
         return float("nan")
@@ -109,7 +102,7 @@ def _duration(touch: Touch, level: float) -> float:
 
 CASE = Case(
     name="bar-contact",
-    title="Elastic bar on a wall that does not pull, nu 0, 3 m/s",
+    says="a bar stays at the wall for 2 L / c within 3 %, leaves with 0.93 of its momentum, and is never pulled",
     source="d'Alembert: rho c v for 2 L / c, then free flight; Ma (2005), section 2.3.1, for the problem",
     run=_run,
 )

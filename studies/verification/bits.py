@@ -4,16 +4,16 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import Any, get_args
 
+from solver.checkpoint import Checkpointing
+from solver.errors import Interrupted
+from solver.problem import Problem
 from solver.registry import entries
+from solver.simulation import Outcome, Simulation, simulate
 from studies.values.recipes import Recipe, SchemeName
 from studies.verification import Case, Row, at_least, at_most
 from studies.verification._impacts import advanced, differing_values, impact_setting
-
-if TYPE_CHECKING:
-    from solver.problem import Problem
-    from solver.simulation import Outcome, Simulation
 
 # Past the first reordering of the particles (every 50 steps), so that a restart falls between two.
 STEPS = {"axisymmetric": 70, "quarter": 60}
@@ -36,7 +36,7 @@ class Addition:
 
     parameters: Mapping[str, Any]
     sign: str  # of its having acted, in words
-    shown: Callable[["Simulation"], float]  # above zero where it did
+    shown: Callable[[Simulation], float]  # above zero where it did
     steps: int = STEPS["axisymmetric"]
     stopped_after: int = STOPPED_AFTER
 
@@ -86,7 +86,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         yield at_least(f"{where}: {addition.sign}", limit=SOME, got=got)
 
 
-def impact(geometry: str, recipe: Recipe, **parameters: Any) -> "Problem":
+def impact(geometry: str, recipe: Recipe, **parameters: Any) -> Problem:
     """The impact of a geometry."""
     setting = impact_setting(
         replace(recipe, particles_per_cell=PARTICLES_PER_CELL),
@@ -99,12 +99,14 @@ def impact(geometry: str, recipe: Recipe, **parameters: Any) -> "Problem":
     return setting.problem
 
 
-def _rows(where: str, problem: "Problem", steps: int, stopped_after: int) -> Iterator[Row]:
-    one, two = (advanced(problem, steps, threads=threads, shares=SHARES) for threads in (1, 2))
-    bits = differing_values(one.particles, two.particles) + (one.time != two.time)
-    bits += (one.audit() != two.audit()) + (one.counters != two.counters)
+def _rows(where: str, problem: Problem, steps: int, stopped_after: int) -> Iterator[Row]:
+    single, double = (
+        advanced(problem, steps, threads=threads, shares=SHARES) for threads in (1, 2)
+    )
+    bits = differing_values(single.particles, double.particles) + (single.time != double.time)
+    bits += (single.audit() != double.audit()) + (single.counters != double.counters)
     yield at_most(f"{where}: values that differ between one thread and two", limit=0, got=bits)
-    problem = replace(problem, end_time=one.time)
+    problem = replace(problem, end_time=single.time)
     through, restarted = _through(problem), _stopped_and_resumed(problem, stopped_after)
     bits = differing_values(through.snapshot.particles, restarted.snapshot.particles)
     bits += sum(
@@ -114,28 +116,22 @@ def _rows(where: str, problem: "Problem", steps: int, stopped_after: int) -> Ite
     yield at_most(f"{where}: values that differ after a restart", limit=0, got=bits)
 
 
-def _through(problem: "Problem") -> "Outcome":
-    from solver.simulation import simulate
-
+def _through(problem: Problem) -> Outcome:
     return simulate(problem, threads=1, shares=SHARES)
 
 
-def _stopped_and_resumed(problem: "Problem", steps: int) -> "Outcome":
-    from solver.checkpoint import Checkpointing
-    from solver.errors import Interrupted
-    from solver.simulation import simulate
-
+def _stopped_and_resumed(problem: Problem, steps: int) -> Outcome:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "checkpoint"
-        told: list[str] = []
+        messages: list[str] = []
         leaving = Checkpointing(path=path, leave=_after(steps))
-        resuming = Checkpointing(path=path, tell=told.append)
+        resuming = Checkpointing(path=path, tell=messages.append)
         try:
             simulate(problem, threads=1, shares=SHARES, checkpoint=leaving)
         except Interrupted:
             outcome = simulate(problem, threads=1, shares=SHARES, checkpoint=resuming)
-    if not told or not told[0].startswith("from the checkpoint"):
-        raise AssertionError(f"the run did not go on from its checkpoint: {told}")
+    if not messages or not messages[0].startswith("from the checkpoint"):
+        raise AssertionError(f"the run did not go on from its checkpoint: {messages}")
     return outcome
 
 
@@ -153,7 +149,7 @@ def _after(steps: int) -> Callable[[], bool]:
 
 CASE = Case(
     name="bits",
-    title="Threads and restarts change no bit: every shape, scheme and geometry",
+    says="threads and restarts change no bit, for every shape, scheme and geometry",
     source="sums in a fixed order",
     run=_run,
     quick=False,

@@ -47,7 +47,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 
 CASE = Case(
     name="velocity-boost",
-    title="Plate impact in frames that move against the grid",
+    says="the plateau of a plate impact does not care for the frame",
     source="Galilean invariance, which a grid keeps only approximately",
     run=_run,
 )

@@ -1,17 +1,19 @@
 """Elastic step waves: in uniaxial strain, in a bar without Poisson's effect, and in a rod with free sides."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.geometry import grid, lattice_measure
+from solver.geometry.axisymmetric import Axisymmetric
+from solver.problem import Body, Face, Problem
+from solver.simulation import simulate
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, relative, reported
 from studies.verification._collision import Piece, collide, collision_problem, waves
-from studies.verification._column import solver_numerics
+from studies.verification._column import lattice, solver_numerics
 from studies.verification._matter import elastic
 from studies.verification._waves import Isotropic
-
-if TYPE_CHECKING:
-    from solver.problem import Problem
 
 SPEED = 1.0  # m/s: strains of 1e-4, so that the linear theory is exact to four digits
 YOUNG, DENSITY = 117e9, 8930.0  # copper: Ma (2005), Table 2.1
@@ -75,10 +77,6 @@ def _rod(matter: Isotropic, recipe: Recipe) -> Iterator[Row]:
 
 def _level_place(matter: Isotropic, part: float, recipe: Recipe) -> float:
     """Where the mean stress of a section last reaches a third of rho c v, m from the mirror."""
-    import numpy as np
-
-    from solver.simulation import simulate
-
     problem = _rod_problem(matter, part * ROD_LENGTH * ROD_SPACING / matter.bar_speed, recipe)
     p = simulate(problem).snapshot.particles
     section = (p.position[:, 1] / ROD_SPACING).astype(int)
@@ -91,13 +89,7 @@ def _level_place(matter: Isotropic, part: float, recipe: Recipe) -> float:
     return float((last + 0.5 + share) * ROD_SPACING)
 
 
-def _rod_problem(matter: Isotropic, end_time: float, recipe: Recipe) -> "Problem":
-    import numpy as np
-
-    from solver.geometry import grid, lattice_measure
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.problem import Body, Face, Problem
-
+def _rod_problem(matter: Isotropic, end_time: float, recipe: Recipe) -> Problem:
     geometry = grid(
         Axisymmetric,
         lower=(0.0, 0.0, 0.0),
@@ -109,8 +101,7 @@ def _rod_problem(matter: Isotropic, end_time: float, recipe: Recipe) -> "Problem
         step * (np.arange(cells * recipe.particles_per_cell) + 0.5)
         for cells in (ROD_RADIUS, ROD_LENGTH)
     ]
-    points = np.meshgrid(*lines, np.zeros(1), indexing="ij")
-    position = np.stack([axis.ravel() for axis in points], axis=-1)
+    position = lattice(*lines)
     measure = lattice_measure(geometry, position.T, (step, step, 0.0))
     body = Body(
         name="rod",
@@ -133,7 +124,7 @@ def _rod_problem(matter: Isotropic, end_time: float, recipe: Recipe) -> "Problem
 
 CASE = Case(
     name="elastic-waves",
-    title="Elastic step waves in uniaxial strain and in bars",
+    says="elastic step waves have their stress and speed, a rod that of a bar",
     source="d'Alembert; Skalak (1957), J. Appl. Mech. 24, 59, for the rod with free sides",
     run=_run,
 )

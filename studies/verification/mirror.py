@@ -1,8 +1,11 @@
 """Mirror images, and a quarter against the whole of which it is the quarter."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.problem import Problem
+from solver.state import Particles
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most
 from studies.verification._impacts import (
@@ -17,10 +20,6 @@ from studies.verification._impacts import (
     ordered,
     unfolded,
 )
-
-if TYPE_CHECKING:
-    from solver.problem import Problem
-    from solver.state import Particles
 
 OBLIQUITY = 0.5  # rad
 # Of a whole plate, and the axes across which they are images of the first.
@@ -49,13 +48,11 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         )
 
 
-def _quarters(whole: "Particles", quarter: "Problem") -> "Iterator[Particles]":
+def _quarters(whole: Particles, quarter: Problem) -> Iterator[Particles]:
     """The four quarters of the unfolded whole, each mirrored onto the first.
 
     Body by body stand the originals, their images in x, and the images of both in y.
     """
-    import numpy as np
-
     sizes = np.array([body.mass.size for body in quarter.bodies])
     begins = 4 * (np.cumsum(sizes) - sizes)
     for number, axes in enumerate(QUARTERS.values()):
@@ -73,8 +70,7 @@ def _quarters(whole: "Particles", quarter: "Problem") -> "Iterator[Particles]":
 
 CASE = Case(
     name="mirror",
-    title="Mirror image and quarter model against the whole, to round-off",
+    says="mirror image and quarter against whole: round-off for 50 steps",
     source="symmetry",
     run=_run,
-    quick=False,
 )

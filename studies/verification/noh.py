@@ -5,8 +5,13 @@ Nothing here is treated specially: the numerics are those of every other problem
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.geometry import grid, lattice_measure
+from solver.geometry.axisymmetric import Axisymmetric
+from solver.problem import Body, Face, Problem
+from solver.simulation import simulate
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, observed_order, relative, reported
 from studies.verification._column import (
@@ -16,6 +21,7 @@ from studies.verification._column import (
     between,
     column,
     front,
+    lattice,
     plateau,
     profile,
     radial_profile,
@@ -23,9 +29,6 @@ from studies.verification._column import (
 )
 from studies.verification._gas import NOH_GAMMA, Noh
 from studies.verification._matter import gas
-
-if TYPE_CHECKING:
-    from solver.problem import Problem
 
 END_TIME = 0.6  # the front stands at 0.2, the outer edge at 0.4
 CELLS = 200  # in the initial radius of 1
@@ -38,26 +41,20 @@ SPARE = 0.05  # room outside the initial radius
 PLANE_FRONT, PLANE_PLATEAU, AXIS_FRONT = 0.03, 0.05, 0.08
 
 
-def _run(recipe: Recipe) -> Iterator[Row]:
-    yield from plane_rows(recipe)
-    yield from axis_rows(recipe)
-    yield from point_rows(recipe)
-
-
-def gated_errors(recipe: Recipe) -> dict[str, float]:
-    """The gates, and the largest error of each as a part of it; without the whole plateau, which is younger.
-
-    The study of recipes is made with these.
-    """
-    rows = (*_inner_rows(_plane(CELLS, recipe)), *axis_rows(recipe))
-    return {row.claim: row.error / row.tolerance for row in rows if row.tolerance}
-
-
-def plane_rows(recipe: Recipe) -> Iterator[Row]:
-    """Gas against a plane."""
+def _plane_and_axis(recipe: Recipe) -> Iterator[Row]:
     line = _plane(CELLS, recipe)
     yield from _inner_rows(line)
     yield from _whole_rows(line)
+    yield from _axis_rows(recipe)
+
+
+def gated_errors(recipe: Recipe) -> dict[str, float]:
+    """The largest error of each gate as a part of its tolerance; without the whole plateau, a later gate.
+
+    The study of recipes is made with these.
+    """
+    rows = (*_inner_rows(_plane(CELLS, recipe)), *_axis_rows(recipe))
+    return {row.claim: row.error / row.tolerance for row in rows if row.tolerance}
 
 
 def _inner_rows(line: ColumnProfile) -> Iterator[Row]:
@@ -77,12 +74,12 @@ def _whole_rows(line: ColumnProfile) -> Iterator[Row]:
         )
 
 
-def axis_rows(recipe: Recipe) -> Iterator[Row]:
+def _axis_rows(recipe: Recipe) -> Iterator[Row]:
     """Gas against an axis."""
     yield from _rows("axis", Noh(2), _axis(CELLS, recipe), CELLS, (AXIS_FRONT, None))
 
 
-def point_rows(recipe: Recipe) -> Iterator[Row]:
+def _point_rows(recipe: Recipe) -> Iterator[Row]:
     """Gas against a point, at several resolutions."""
     errors: list[float] = []
     for cells in SPHERE_CELLS:
@@ -135,8 +132,6 @@ def _density(line: ColumnProfile) -> float:
 
 
 def _plane(cells: int, recipe: Recipe) -> ColumnProfile:
-    from solver.simulation import simulate
-
     matter = gas(NOH_GAMMA, densest=Noh(1).density, sound_speed=0.0)
     problem = column(
         [Stretch("gas", matter, 1.0, 0.0, 1.0, -1.0)],
@@ -150,25 +145,15 @@ def _plane(cells: int, recipe: Recipe) -> ColumnProfile:
 
 
 def _axis(cells: int, recipe: Recipe) -> ColumnProfile:
-    from solver.simulation import simulate
-
     return profile(simulate(_revolved(2, cells, recipe)).snapshot, 0)
 
 
 def _point(cells: int, recipe: Recipe) -> ColumnProfile:
-    from solver.simulation import simulate
-
     return radial_profile(simulate(_revolved(3, cells, recipe)).snapshot)
 
 
-def _revolved(dimensions: int, cells: int, recipe: Recipe) -> "Problem":
+def _revolved(dimensions: int, cells: int, recipe: Recipe) -> Problem:
     """A cylinder of one cell's height, or the upper half of a sphere, that flows to its middle."""
-    import numpy as np
-
-    from solver.geometry import grid, lattice_measure
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.problem import Body, Face, Problem
-
     spacing = 1.0 / cells
     wide = round((1.0 + SPARE) * cells)
     high = wide if dimensions == 3 else 1
@@ -176,8 +161,7 @@ def _revolved(dimensions: int, cells: int, recipe: Recipe) -> "Problem":
     across = step * (np.arange(cells * recipe.particles_per_cell) + 0.5)
     along = across if dimensions == 3 else np.array([0.5 * spacing])
     layer = step if dimensions == 3 else spacing
-    points = np.meshgrid(across, along, np.zeros(1), indexing="ij")
-    position = np.stack([axis.ravel() for axis in points], axis=-1)
+    position = lattice(across, along)
     flow = position.copy()
     if dimensions == 2:
         flow[:, 1] = 0.0
@@ -204,10 +188,21 @@ def _revolved(dimensions: int, cells: int, recipe: Recipe) -> "Problem":
     )
 
 
-CASE = Case(
-    name="noh",
-    title="Noh's implosion on a plane, an axis and a point, gamma 5/3",
-    source="Noh (1987), J. Comput. Phys. 72, 78",
-    run=_run,
-    quick=False,
+SOURCE = "Noh (1987), J. Comput. Phys. 72, 78; gamma 5/3"
+
+CASE = (
+    Case(
+        name="noh-plane-axis",
+        says="Noh: plane front within 3 %, plateau within 5 %, whole and without its ends; cylindrical front within "
+        "8 % at 200 cells",
+        source=SOURCE,
+        run=_plane_and_axis,
+    ),
+    Case(
+        name="noh-point",
+        says="Noh's sphere is reported with its trend; nothing is done for it",
+        source=SOURCE,
+        run=_point_rows,
+        quick=False,
+    ),
 )

@@ -6,19 +6,19 @@ looked at: mapping to the nodes, back, to the nodes again and back once more eac
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.geometry import grid, lattice_measure
+from solver.geometry.axisymmetric import Axisymmetric
+from solver.geometry.cartesian3d import Cartesian3D
+from solver.problem import Body, Face, Problem
+from solver.simulation import Simulation, start
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most, reported
-from studies.verification._column import solver_numerics
+from studies.verification._column import lattice, solver_numerics
 from studies.verification._matter import elastic
 from studies.verification._waves import Isotropic
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from solver.problem import Problem
-    from solver.simulation import Simulation
 
 MATTER = Isotropic(8930.0, 117e9, 0.35)  # copper: Ma (2005), Table 2.1
 SPACING, STEP = 1e-3, 1e-9  # m, s
@@ -27,7 +27,7 @@ REACH = 6.0  # cells from the surface that a step can see
 PRESSURE = 1e9  # Pa
 GRADIENT = ((3e3, 1e3, -2e3), (5e2, -1e3, 4e3), (-1e3, 2e3, 2e3))  # 1/s: stretch, shear and spin
 ROUND_OFF = (
-    1e-11  # of sums over some hundred particles, and of a volume change of 4e-6 seen in a density
+    1e-11  # of sums over some hundred particles, and of a volume change of 4e-6 in a density
 )
 
 # In axisymmetry mass grows with the radius, and the mass-weighted velocity of v = k r at a node is k (r + O(h^2 / r));
@@ -45,8 +45,6 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 
 def _pressure(geometry: str, recipe: Recipe) -> Iterator[Row]:
     """Uniform pressure pushes no inner particle."""
-    import numpy as np
-
     simulation, inside = _started(geometry, recipe)
     simulation.particles.pressure[:] = PRESSURE
     simulation.advance()
@@ -64,8 +62,6 @@ def _pressure(geometry: str, recipe: Recipe) -> Iterator[Row]:
 
 def _gradient(recipe: Recipe) -> Iterator[Row]:
     """A uniform velocity gradient changes density by det(1 + L dt) and shears by 2 G dev(D) dt."""
-    import numpy as np
-
     simulation, inside = _started("cartesian", recipe)
     particles = simulation.particles
     gradient = np.array(GRADIENT)
@@ -92,8 +88,6 @@ def _gradient(recipe: Recipe) -> Iterator[Row]:
 
 def _expansion(recipe: Recipe) -> Iterator[Row]:
     """v = k x in axisymmetry: the volume rate is 3 k, but for a neighbourhood of the axis."""
-    import numpy as np
-
     simulation, inside = _started("axisymmetric", recipe)
     particles = simulation.particles
     rate = GRADIENT[0][0]
@@ -114,12 +108,8 @@ def _expansion(recipe: Recipe) -> Iterator[Row]:
     )
 
 
-def _started(geometry: str, recipe: Recipe) -> "tuple[Simulation, np.ndarray]":
+def _started(geometry: str, recipe: Recipe) -> tuple[Simulation, np.ndarray]:
     """A block at rest, and which of its particles the surface cannot reach."""
-    import numpy as np
-
-    from solver.simulation import start
-
     problem = _block(geometry, recipe)
     simulation = start(problem, threads=1)
     cells = np.array((*CELLS[geometry], 0)[:3])
@@ -131,20 +121,12 @@ def _started(geometry: str, recipe: Recipe) -> "tuple[Simulation, np.ndarray]":
     return simulation, np.asarray(inside.all(axis=1))
 
 
-def _block(geometry: str, recipe: Recipe) -> "Problem":
+def _block(geometry: str, recipe: Recipe) -> Problem:
     """A block of cells from the origin, with room around it."""
-    import numpy as np
-
-    from solver.geometry import grid, lattice_measure
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.geometry.cartesian3d import Cartesian3D
-    from solver.problem import Body, Face, Problem
-
     flat = geometry == "axisymmetric"
     cells, step = CELLS[geometry], SPACING / recipe.particles_per_cell
     lines = [step * (np.arange(count * recipe.particles_per_cell) + 0.5) for count in cells]
-    points = np.meshgrid(*lines, *([np.zeros(1)] if flat else []), indexing="ij")
-    position = np.stack([axis.ravel() for axis in points], axis=-1)
+    position = lattice(*lines)
     room = (0, 2, 0) if flat else (2, 2, 2)
     record = grid(
         Axisymmetric if flat else Cartesian3D,
@@ -176,7 +158,7 @@ def _block(geometry: str, recipe: Recipe) -> "Problem":
 
 CASE = Case(
     name="patch",
-    title="Patch tests: uniform pressure and uniform velocity gradients",
+    says="uniform states pass the patch tests",
     source="Irons; kinematics of a homogeneous deformation",
     run=_run,
 )

@@ -1,6 +1,7 @@
 """Plane impact of solids without strength: pressure, density and energy behind the fronts, and their speed."""
 
 from collections.abc import Iterator
+from functools import partial
 
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, relative, reported
@@ -14,7 +15,14 @@ from studies.verification._collision import (
 )
 from studies.verification._hugoniot import (
     ALUMINIUM_2024,
+    ALUMINIUM_6061,
+    ALUMINIUM_WILKINS,
     COPPER,
+    COPPER_WILKINS,
+    IRON,
+    LEAD,
+    STEEL_304,
+    TITANIUM_6AL_4V,
     TUNGSTEN,
     Shock,
     Solid,
@@ -27,11 +35,29 @@ from studies.verification._matter import fluid
 PRESSURE = {"quadratic-bspline": 0.015, "gimp": 0.02}
 SHOCK_SPEED, DENSITY = 0.01, 0.005
 
-COPPER_SPEEDS = (2e3, 3e3, 4e3, 5e3, 6e3, 7e3)  # m/s
+SPEEDS = (2e3, 3e3, 4e3, 5e3, 6e3, 7e3)  # m/s
+QUICK_SPEEDS = (2e3, 6e3)
 PAIRS = (
-    *((COPPER, COPPER, speed) for speed in COPPER_SPEEDS),
+    *((COPPER, COPPER, speed) for speed in SPEEDS),
     *((ALUMINIUM_2024, COPPER, speed) for speed in (2e3, 4e3, 6e3, 7e3)),
     *((TUNGSTEN, COPPER, speed) for speed in (2e3, 4e3, 6e3)),
+)
+
+# The other metals of the reference table: the recipe was chosen without them, its study measures ``PAIRS`` alone.
+SYMMETRIC = (
+    ALUMINIUM_2024,
+    ALUMINIUM_6061,
+    LEAD,
+    IRON,
+    STEEL_304,
+    TUNGSTEN,
+    TITANIUM_6AL_4V,
+)
+METAL_PAIRS = (
+    (ALUMINIUM_WILKINS, COPPER_WILKINS, 0.7e3),
+    (ALUMINIUM_WILKINS, COPPER_WILKINS, 1.0e3),
+    (STEEL_304, ALUMINIUM_2024, 3.1e3),
+    *((solid, solid, speed) for solid in SYMMETRIC for speed in SPEEDS),
 )
 
 
@@ -54,11 +80,6 @@ def states(
     exact = dict(zip(("flyer", "target"), impedance_match(flyer, target, speed), strict=True))
     for body, wave in waves(result):
         yield body, exact[body], wave
-
-
-def _run(recipe: Recipe) -> Iterator[Row]:
-    for flyer, target, speed in PAIRS:
-        yield from rows(flyer, target, speed, recipe)
 
 
 def rows(flyer: Solid, target: Solid, speed: float, recipe: Recipe) -> Iterator[Row]:
@@ -107,9 +128,26 @@ def _energy(where: str, exact: Shock, got: float) -> Row:
     )
 
 
-CASE = Case(
-    name="plate-impact",
-    title="Plate impact without strength, 100 cells per flyer, laboratory frame",
-    source="Rankine and Hugoniot with Us = c0 + s up; Steinberg (1996) and Marsh (1980) for the constants",
-    run=_run,
+def _all(pairs: tuple[tuple[Solid, Solid, float], ...], recipe: Recipe) -> Iterator[Row]:
+    for flyer, target, speed in pairs:
+        yield from rows(flyer, target, speed, recipe)
+
+
+SOURCE = "Rankine and Hugoniot with Us = c0 + s up; the constants are cited in _hugoniot.py"
+
+CASE = (
+    Case(
+        name="plate-impact",
+        says="the default recipe gives the states of a copper plate impact at 2 and 6 km/s",
+        source=SOURCE,
+        run=partial(_all, tuple((COPPER, COPPER, speed) for speed in QUICK_SPEEDS)),
+    ),
+    Case(
+        name="plate-impact-all",
+        says="at every speed and pair of materials of the reference table, copper and seven other metals, B-splines "
+        "give P within 1.5 %, shock speed within 1 % and density within 0.5 %",
+        source=SOURCE,
+        run=partial(_all, (*PAIRS, *METAL_PAIRS)),
+        quick=False,
+    ),
 )

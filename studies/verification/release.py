@@ -2,8 +2,11 @@
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.simulation import simulate
+from solver.state import Snapshot
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, relative, reported
 from studies.verification._column import (
@@ -16,9 +19,6 @@ from studies.verification._column import (
 )
 from studies.verification._hugoniot import COPPER, Release, Shock, impedance_match, released
 from studies.verification._matter import fluid
-
-if TYPE_CHECKING:
-    from solver.state import Snapshot
 
 SPEEDS = (2e3, 4e3, 6e3)  # m/s
 FLYER_CELLS, TARGET_CELLS = 200, 100
@@ -63,10 +63,6 @@ def _free_end(speed: float, state: Shock, end: Release, recipe: Recipe) -> Colum
 
     The tail of the release runs back into the matter with the impedance (rho c) of the released state.
     """
-    import numpy as np
-
-    from solver.simulation import simulate
-
     arrival = TARGET_CELLS * SPACING / state.shock_speed
     tail = end.density * end.sound_speed / COPPER.density  # of initial places, m/s
     end_time = arrival + RELEASED * TARGET_CELLS * SPACING / tail
@@ -85,7 +81,7 @@ def _free_end(speed: float, state: Shock, end: Release, recipe: Recipe) -> Colum
     )
     start: list[ColumnProfile] = []
 
-    def watch(snapshot: "Snapshot") -> None:
+    def watch(snapshot: Snapshot) -> None:
         if snapshot.time == 0.0:
             start.append(profile(snapshot, 1))
 
@@ -100,7 +96,7 @@ def _free_end(speed: float, state: Shock, end: Release, recipe: Recipe) -> Colum
 
 CASE = Case(
     name="release",
-    title="Release of shocked copper at a free surface",
+    says="a free surface flies off with the speed of the isentrope",
     source="centred wave along the isentrope: Zel'dovich and Raizer (1966), chapter XI",
     run=_run,
 )

@@ -3,24 +3,24 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.geometry import grid
+from solver.geometry.cartesian3d import Cartesian3D
+from solver.problem import ArtificialViscosity, Body, Face, Problem
+from solver.simulation import start
+from solver.stress import PointState, advance
+from solver.tensor import equivalent_stress
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most
-from studies.verification._column import solver_numerics
+from studies.verification._column import lattice, solver_numerics
 from studies.verification._matter import elastic
 from studies.verification._waves import Isotropic
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from solver.problem import Problem
-
 MATTER = Isotropic(8930.0, 117e9, 0.35)  # copper: Ma (2005), Table 2.1
 STRESS = (3e8, -1e8, -2e8, 0.5e8, -0.7e8, 1.1e8)  # Pa: a deviator
-LARGEST_DIFFERENCE = (
-    4e8  # of its principal directions, Pa: what turning by one radian too far could change
-)
+LARGEST_DIFFERENCE = 4e8  # of its principal stresses, Pa: the change by one radian too far
 AXIS = (0.6, 0.0, 0.8)
 STEPS = (50, 200)  # for a full turn
 ROUND_OFF = 1e-12
@@ -30,8 +30,6 @@ INSIDE = 6.0  # cells from the surface that a step can see: four mappings, each 
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
-    import numpy as np
-
     for steps in STEPS:
         before, after = _turned_point(2.0 * math.pi / steps, steps)
         yield at_most(
@@ -50,19 +48,12 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     yield from _on_grid(recipe)
 
 
-def _mises(stress: "tuple[float, ...] | np.ndarray") -> float:
-    from solver.tensor import equivalent_stress
-
+def _mises(stress: tuple[float, ...] | np.ndarray) -> float:
     return float(equivalent_stress(tuple(stress)))
 
 
 def _turned_point(angle: float, steps: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """A stress before and after steps that only turn it."""
-    import numpy as np
-
-    from solver.problem import ArtificialViscosity
-    from solver.stress import PointState, advance
-
     dt = 1e-8
     gradient = _spin([part * angle for part in AXIS]) / dt
     point = PointState(MATTER.density, 0.0, 0.0, 0.0, STRESS, 0.0, 300.0)
@@ -75,19 +66,13 @@ def _turned_point(angle: float, steps: int) -> tuple[tuple[float, ...], tuple[fl
     return STRESS, point.deviator
 
 
-def _spin(vector: list[float]) -> "np.ndarray":
-    import numpy as np
-
+def _spin(vector: list[float]) -> np.ndarray:
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def _on_grid(recipe: Recipe) -> Iterator[Row]:
     """One step of a block that turns rigidly: particles that the surface cannot reach turn their stress."""
-    import numpy as np
-
-    from solver.simulation import start
-
     problem = _block(recipe)
     simulation = start(problem, threads=1)
     simulation.particles.deviator[:] = STRESS
@@ -112,10 +97,8 @@ def _on_grid(recipe: Recipe) -> Iterator[Row]:
     )
 
 
-def _rotated(stress: tuple[float, ...], angle: float) -> "np.ndarray":
+def _rotated(stress: tuple[float, ...], angle: float) -> np.ndarray:
     """R s R^T about ``AXIS`` (Rodrigues), six components."""
-    import numpy as np
-
     xx, yy, zz, xy, yz, zx = stress
     full = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
     k = _spin(list(AXIS))
@@ -124,18 +107,11 @@ def _rotated(stress: tuple[float, ...], angle: float) -> "np.ndarray":
     return np.array([s[0, 0], s[1, 1], s[2, 2], s[0, 1], s[1, 2], s[2, 0]])
 
 
-def _block(recipe: Recipe) -> "Problem":
+def _block(recipe: Recipe) -> Problem:
     """A cube in the middle of a larger grid; one fixed step turns it by ``TURN``."""
-    import numpy as np
-
-    from solver.geometry import grid
-    from solver.geometry.cartesian3d import Cartesian3D
-    from solver.problem import Body, Face, Problem
-
     per_cell = recipe.particles_per_cell
     line = SPACING / per_cell * (np.arange(CELLS * per_cell) + 0.5)
-    points = np.meshgrid(line, line, line, indexing="ij")
-    position = np.stack([axis.ravel() for axis in points], axis=-1)
+    position = lattice(line, line, line)
     dt = 1e-9
     spin = _spin([part * TURN / dt for part in AXIS])
     body = Body(
@@ -162,7 +138,7 @@ def _block(recipe: Recipe) -> "Problem":
 
 CASE = Case(
     name="rotation",
-    title="Rigid rotation under stress",
+    says="rigid rotation turns stress and keeps its size",
     source="objectivity: Jaumann's rate by the midpoint rotation of Hughes and Winget (1980); Ma (2005), section 2.2.1",
     run=_run,
 )

@@ -5,8 +5,8 @@ time hidden in the solver would show.
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from solver.state import Particles
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most
 from studies.verification._impacts import (
@@ -17,9 +17,6 @@ from studies.verification._impacts import (
     ordered,
     scaled,
 )
-
-if TYPE_CHECKING:
-    from solver.state import Particles
 
 POWERS = (-4, 7)
 STEPS = {"axisymmetric": 400, "quarter": 60}
@@ -44,13 +41,13 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             )
 
 
-def _scaled_state(particles: "Particles", factor: float) -> "Particles":
+def _scaled_state(particles: Particles, factor: float) -> Particles:
     return particles._replace(position=particles.position * factor, mass=particles.mass * factor**3)
 
 
 CASE = Case(
     name="similarity",
-    title="Geometric similarity of a rate-independent material, bit for bit",
+    says="geometric similarity holds bit for bit",
     source="dimensional analysis; multiplication by 2^n is exact (IEEE 754)",
     run=_run,
 )

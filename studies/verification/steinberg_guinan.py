@@ -6,13 +6,14 @@ The point is sheared without a change of volume, in many small steps, in a state
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from solver.eos.mie_grueneisen import mie_grueneisen
+from solver.problem import Matter
+from solver.strength.steinberg_guinan import SteinbergGuinan
+from solver.stress import PointState
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_most, relative
-
-if TYPE_CHECKING:
-    from solver.problem import Matter
+from studies.verification._matter import matter_of, sheared
 
 # Copper: Steinberg (1996), UCRL-MA-106439, as transcribed in the Uintah material files.
 Y0, Y_MAX, BETA, N = 120e6, 640e6, 36.0, 0.45
@@ -21,7 +22,6 @@ ROOM, MELT = 300.0, 1790.0
 DENSITY, SHEAR_MODULUS = 8930.0, 47.7e9
 
 STRAINS = (0.02, 2.0)  # hardening, and beyond its limit
-STEPS = 2000
 # The stress lies on the surface up to the solver's own tolerance of the plastic strain (1e-5 of the trial stress).
 ON_SURFACE = 1e-4
 
@@ -111,40 +111,25 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 
 def _sheared(state: ThermodynamicState, total: float) -> tuple[float, float]:
     """Plastic strain and equivalent stress after a strain at a held state."""
-    import numpy as np
-
-    from solver.problem import ArtificialViscosity
-    from solver.stress import PointState, advance
-    from solver.tensor import equivalent_stress
-
-    matter = _copper()
-    # Stretching along one axis and half as much contraction along the others: the equivalent rate is the axial one.
-    dt = total / STEPS
-    gradient = np.diag([1.0, -0.5, -0.5])
     density = state.density_ratio * DENSITY
     point = PointState(density, 0.0, state.pressure, 0.0, (0.0,) * 6, 0.0, state.temperature)
-    for _ in range(STEPS):
-        point = advance(matter, ArtificialViscosity(), 1.0, dt, gradient, point)[0]
-        point = point._replace(
-            density=density, energy=0.0, pressure=state.pressure, temperature=state.temperature
-        )
-    return point.plastic_strain, equivalent_stress(point.deviator)
+    held = {
+        "density": density,
+        "energy": 0.0,
+        "pressure": state.pressure,
+        "temperature": state.temperature,
+    }
+    return sheared(_copper(), point, held, strain=total)
 
 
-def _copper() -> "Matter":
-    from solver.eos.mie_grueneisen import mie_grueneisen
-    from solver.problem import Matter
-    from solver.strength.steinberg_guinan import SteinbergGuinan
-    from solver.tension.unlimited import UnlimitedTension
-
+def _copper() -> Matter:
     eos = mie_grueneisen(
         density=DENSITY, c0=3940.0, s=1.489, gamma0=GAMMA0, heat_capacity=383.0, temperature=ROOM
     )
-    return Matter(
-        eos=eos,
-        strength=SteinbergGuinan(Y0, Y_MAX, BETA, N, A, B, SMALL_A, GAMMA0),
-        tension=UnlimitedTension(),
+    return matter_of(
+        eos,
         shear_modulus=SHEAR_MODULUS,
+        strength=SteinbergGuinan(Y0, Y_MAX, BETA, N, A, B, SMALL_A, GAMMA0),
         room_temperature=ROOM,
         melt_temperature=MELT,
     )
@@ -152,7 +137,7 @@ def _copper() -> "Matter":
 
 CASE = Case(
     name="steinberg-guinan",
-    title="Strength of Steinberg, Cochran and Guinan at a point: pressed, hot, thin, molten",
+    says="a point follows Steinberg, Cochran and Guinan's modulus, yield stress and melting curve",
     source="Steinberg, Cochran and Guinan (1980); Steinberg (1996), UCRL-MA-106439",
     run=_run,
 )

@@ -60,8 +60,8 @@ def _bar(geometry: str, cells: float, recipe: Recipe) -> RunResult:
         "reference_diameter": MEASURED["mushroom_diameter"],
         "reference_width": MEASURED["width_at_fifth"],
     }
-    given = {"geometry": geometry, "cells_per_diameter": cells, **references}
-    return executed("taylor_bar", recipe, given, {"bar": MATERIAL})
+    parameters = {"geometry": geometry, "cells_per_diameter": cells, **references}
+    return executed("taylor_bar", recipe, parameters, {"bar": MATERIAL})
 
 
 def _rows(geometry: str, cells: float, result: RunResult) -> Iterator[Row]:
@@ -84,7 +84,7 @@ def _rows(geometry: str, cells: float, result: RunResult) -> Iterator[Row]:
 
 CASE = Case(
     name="taylor-bar",
-    title="Taylor bar of OFHC copper, 190 m/s",
+    says="Taylor bar: mean error at most 0.02 in 3-D and 0.015 axisymmetric, geometries within 1 %",
     source="Johnson and Holmquist (1988), by Ma (2005), Table 2.2 and Eq. 2-42",
     run=_run,
     quick=False,

@@ -7,7 +7,8 @@ rigid motion; its figure of the energies is lost. The split stands beside, with 
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+
+import numpy as np
 
 from studies.results import RunResult
 from studies.values.recipes import RECIPES, Recipe
@@ -53,7 +54,7 @@ def _rows(where: str, result: RunResult, *, gated: bool) -> Iterator[Row]:
         got=1e6 * value(result, "contact_time"),
         within=CONTACT_TIME,
     )
-    yield contact if gated else _beside(contact)
+    yield contact if gated else contact.ungated(CONTACT_TIME)
     yield at_most(
         f"{where}: push of the wall at the end (of its mean)", limit=PARTED, got=_last_push(result)
     )
@@ -61,8 +62,8 @@ def _rows(where: str, result: RunResult, *, gated: bool) -> Iterator[Row]:
         f"{where}: momentum after the rebound (of that before; thesis: about 1)",
         value(result, "rebound_momentum"),
     )
-    for name, (words, thesis) in ENERGIES.items():
-        claim = f"{where}: energy in {words} (of the initial; thesis: about {thesis})"
+    for name, (label, thesis) in ENERGIES.items():
+        claim = f"{where}: energy in {label} (of the initial; thesis: about {thesis})"
         yield reported(claim, value(result, name))
     yield reported(
         f"{where}: drift of the total energy",
@@ -70,16 +71,8 @@ def _rows(where: str, result: RunResult, *, gated: bool) -> Iterator[Row]:
     )
 
 
-def _beside(row: Row) -> Row:
-    """The same comparison, reported, with what the gate would have said."""
-    word = "holds" if row.passed else "misses"
-    return replace(row, claim=f"{row.claim}, {word} {CONTACT_TIME:g}", tolerance=None)
-
-
 def _last_push(result: RunResult) -> float:
     """The wall's push between the last two observations over its mean while the bar was there; NaN without an end."""
-    import numpy as np
-
     history = result.measurements["rebound_momentum"].history
     times, momenta = (np.array(history[name], dtype=float) for name in ("time", "value"))
     mean = (momenta[-1] - momenta[0]) / value(result, "contact_time")
@@ -88,7 +81,9 @@ def _last_push(result: RunResult) -> float:
 
 CASE = Case(
     name="thesis-bar",
-    title="Elastic bar of the thesis: separation, contact time, energies",
+    says="the thesis' bar leaves the wall on every grid; after 2 L / c within 10 % on 4 and 16 cells per diameter,"
+    " and on 32 as a body of revolution; 8 cells miss it by one or two per cent, printed beside; where its "
+    "energy is",
     source="Ma (2005), section 2.3.1; 2 L / sqrt(E / rho)",
     run=_run,
     quick=False,

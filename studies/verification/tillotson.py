@@ -1,8 +1,12 @@
 """Tillotson's copper: states behind shocks, and the release of a shocked point until it is vapour."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.eos.tillotson import tillotson
+from solver.problem import ArtificialViscosity, Matter
+from solver.stress import PointState, advance
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, relative
 from studies.verification._collision import Piece, collide, collision_problem
@@ -24,9 +28,6 @@ from studies.verification._tillotson import (
 )
 from studies.verification.plate_impact import DENSITY as DENSITY_ERROR
 from studies.verification.plate_impact import PRESSURE, SHOCK_SPEED
-
-if TYPE_CHECKING:
-    from solver.problem import Matter
 
 # By impact speed (m/s), the shares of the density at rest at which the released point is looked at. Copper shocked at
 # 6 km/s stays condensed: thinner than at rest it is pulled, a matter of the tensile floor. At 15 it boils away.
@@ -62,11 +63,6 @@ def _shock(speed: float, exact: Shock, recipe: Recipe) -> Iterator[Row]:
 
 def _release(speed: float, exact: Shock) -> Iterator[Row]:
     """One point, stretched at a constant rate, step by step."""
-    import numpy as np
-
-    from solver.problem import ArtificialViscosity
-    from solver.stress import PointState, advance
-
     matter, viscosity = _copper(), ArtificialViscosity()
     point = PointState(exact.density, exact.energy, exact.pressure, 0.0, (0.0,) * 6, 0.0, 300.0)
     path = [(point.density, point.pressure, point.energy)]
@@ -90,9 +86,7 @@ def _release(speed: float, exact: Shock) -> Iterator[Row]:
             yield relative(f"{where}: {word}", expected=expected, got=float(got), within=RELEASED)
 
 
-def _copper() -> "Matter":
-    from solver.eos.tillotson import tillotson
-
+def _copper() -> Matter:
     return matter_of(
         tillotson(
             density=DENSITY,
@@ -113,7 +107,7 @@ def _copper() -> "Matter":
 
 CASE = Case(
     name="tillotson",
-    title="Shocks of copper with Tillotson's equation of state, and their release into vapour",
+    says="copper with Tillotson's equation of state has its exact shocks, and boils along its isentrope",
     source="Rankine and Hugoniot, and the isentrope de = p / rho^2 drho, with Tillotson (1962)",
     run=_run,
 )

@@ -8,20 +8,18 @@ discretisation.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from solver.simulation import simulate
+from solver.state import Particles, Snapshot
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most, observed_order, reported
 from studies.verification._column import Stretch, column
 from studies.verification._matter import elastic
-from studies.verification._waves import Isotropic, Vibration
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from solver.state import Particles, Snapshot
+from studies.verification._waves import Isotropic, Vibration, strain_energy_density
 
 MATTER = Isotropic(1.0, 100.0, 0.0)
 LENGTH = 25.0  # m
@@ -43,9 +41,9 @@ HALVING = 0.5
 class Motion:
     """Readings over the run."""
 
-    time: "np.ndarray"
-    velocity: "np.ndarray"  # of the centre of mass, m/s
-    energy: "np.ndarray"  # kinetic, and strain energy from the stress, J
+    time: np.ndarray
+    velocity: np.ndarray  # of the centre of mass, m/s
+    energy: np.ndarray  # kinetic, and strain energy from the stress, J
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
@@ -74,20 +72,10 @@ def _halving(name: str, drift: list[float]) -> Iterator[Row]:
     for (coarse, fine), (before, after) in zip(pairwise(CELLS), pairwise(drift), strict=True):
         claim = f"{name} amplitude: energy change at {fine} cells over that at {coarse}"
         row = at_most(claim, limit=HALVING, got=after / before)
-        yield row if fine == CELLS[-1] else _beside(row)
-
-
-def _beside(row: Row) -> Row:
-    """The same comparison, reported, with what the gate would have said."""
-    word = "holds" if row.passed else "misses"
-    return replace(row, claim=f"{row.claim}, {word} {HALVING:g}", tolerance=None)
+        yield row if fine == CELLS[-1] else row.ungated(HALVING)
 
 
 def _motion(vibration: Vibration, cells: int, recipe: Recipe) -> Motion:
-    import numpy as np
-
-    from solver.simulation import simulate
-
     spacing = LENGTH / cells
     end_time = PERIODS * 2.0 * math.pi / vibration.frequency
     problem = column(
@@ -109,7 +97,7 @@ def _motion(vibration: Vibration, cells: int, recipe: Recipe) -> Motion:
     )
     rows: list[tuple[float, float, float]] = []
 
-    def watch(snapshot: "Snapshot") -> None:
+    def watch(snapshot: Snapshot) -> None:
         p = snapshot.particles
         mean = float((p.mass * p.velocity[:, 0]).sum() / p.mass.sum())
         rows.append((snapshot.time, mean, _energy(p)))
@@ -118,11 +106,9 @@ def _motion(vibration: Vibration, cells: int, recipe: Recipe) -> Motion:
     return Motion(*np.array(rows).T)
 
 
-def _energy(p: "Particles") -> float:
+def _energy(p: Particles) -> float:
     """Kinetic energy and strain energy from the stress, J."""
-    s = p.deviator
-    shear = (s[:, :3] ** 2).sum(axis=1) + 2.0 * (s[:, 3:] ** 2).sum(axis=1)
-    strain = p.pressure**2 / (2.0 * MATTER.bulk_modulus) + shear / (4.0 * MATTER.shear_modulus)
+    strain = strain_energy_density(MATTER, p)
     kinetic = 0.5 * p.mass * (p.velocity**2).sum(axis=1)
     return float((kinetic + strain * p.mass / p.density).sum())
 
@@ -138,7 +124,8 @@ def _energy_change(motion: Motion) -> float:
 
 CASE = Case(
     name="vibrating-bar",
-    title="Longitudinal vibration of a bar, order of convergence",
+    says="kinetic energy and the strain energy that the stress holds: their change halves with the cell between "
+    "the finest two of four grids; coarser pairs beside",
     source="v = v0 sin(pi x / 2 L) cos(omega t), the usual test of material points, L = 25, E = 100, rho = 1",
     run=_run,
 )

@@ -14,7 +14,7 @@ from service.api.app import CACHE
 from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Claim, Stored
 from service.store import Store
-from studies.values.files import ANSWER
+from studies.values.files import RESULT
 from tests.acceptance.support.inspection import damaged, differences, half_files
 from tests.service.support.fakes import sweep_of
 from tests.service.support.rows import claim_runs, result
@@ -44,7 +44,7 @@ def site(tmp_path: Path) -> Iterator[Site]:
     with closing(Store.open(url, cost=lambda run: 1.0)) as store:
         store.create_sweep(sweep_of(2))
         found = Site(store, Artifacts(tmp_path), *claim_runs(store, 2))
-        file = write(found.folder(found.done) / ANSWER, ANSWERED)
+        file = write(found.folder(found.done) / RESULT, ANSWERED)
         assert store.finish(found.done, replace(result(), files=(found.registered(file),)))
         yield found
 
@@ -71,7 +71,7 @@ def half(content: bytes) -> bytes:
 def test_half_files__are_none_where_all_are_whole(site: Site, tmp_path: Path) -> None:
     write(site.artifacts.checkpoint(site.running.id), arrays(tmp_path))
     write(site.folder(site.running) / "state.npz", arrays(tmp_path))
-    write(site.folder(site.running) / ANSWER, ANSWERED)
+    write(site.folder(site.running) / RESULT, ANSWERED)
     write(site.folder(site.running) / "log.txt", b"step 1\nst")
     write(site.artifacts.root / CACHE / "7.json", ANSWERED)
     assert half_files(site.store, site.artifacts) == []
@@ -94,14 +94,14 @@ def test_checkpoint__that_cannot_be_read_is_a_half_file(
 
 
 def test_answer__of_an_attempt_under_way_that_cannot_be_read_is_a_half_file(site: Site) -> None:
-    file = write(site.folder(site.running) / ANSWER, half(ANSWERED))
+    file = write(site.folder(site.running) / RESULT, half(ANSWERED))
     assert half_files(site.store, site.artifacts) == [str(file)]
 
 
 def test_state__beside_a_complete_answer_that_cannot_be_read_is_a_half_file(
     site: Site, tmp_path: Path
 ) -> None:
-    write(site.folder(site.running) / ANSWER, ANSWERED)
+    write(site.folder(site.running) / RESULT, ANSWERED)
     file = write(site.folder(site.running) / "state.npz", half(arrays(tmp_path)))
     assert half_files(site.store, site.artifacts) == [str(file)]
 
@@ -114,7 +114,7 @@ def test_file__beside_a_registered_one_that_cannot_be_read_is_a_half_file(
 
 
 def test_file__that_was_registered_before_it_was_whole_is_a_half_file(site: Site) -> None:
-    file = write(site.folder(site.running) / ANSWER, half(ANSWERED))
+    file = write(site.folder(site.running) / RESULT, half(ANSWERED))
     stored = site.registered(file)
     assert site.store.finish(site.running, replace(result(), files=(stored,)))
     assert damaged(site.store, site.artifacts) == []  # it is what its row says

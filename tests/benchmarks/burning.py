@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.results import Measured, RunResult
-from studies.values.atomic import write_text
+from studies.values.files import write_text
 from tests.acceptance.support.chained import publish
 from tests.service.support.targets import Run
 

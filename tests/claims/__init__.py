@@ -5,20 +5,22 @@ and compares it with published numbers; it never reads an answer that an earlier
 
 How to add one
 --------------
-Write a function in a module of a set, ``tests/claims/<set>/<anything>.py``; there is no list to
-edit. The set ``first_light`` is called ``first-light`` on the command line::
+A verification case is a claim by itself. Else write a function in a module of a set,
+``tests/claims/<set>/<anything>.py``; there is no list to edit. The set ``first_light`` is called
+``first-light`` on the command line::
 
-    from tests.claims import Row, claim, within
+    from tests.claims import Row, claim, relative
 
     @claim("thesis-deck-2", says="MPM3D-F90's hole at 2 km/s is met at 0.5 mm cells")
     def thesis_deck_2():
         run = ...
-        yield within("hole diameter (mm)", expected=14.8, got=run.hole * 1e3, relative=0.08)
+        yield relative("hole diameter (mm)", expected=14.8, got=run.hole * 1e3, within=0.08)
         yield Row("the same at 1 mm cells", expected=15.3, got=coarse.hole * 1e3, passed=None)
 
-It yields (or returns) one row or several. ``passed=None`` makes a row that is reported and not
-gated. An exception is a FAIL with its text, and so is a claim that yields nothing. ``quick=True``
-puts a claim into the test command as well: for those of a few seconds.
+It yields (or returns) one row or several, records of ``studies.verification``. ``passed=None``
+makes a row that is reported and not gated. An exception is a FAIL with its text, and so is a claim
+that yields nothing. ``quick=True`` puts a claim into the test command as well: for those of a few
+seconds. A check that a test or a verification case makes already is called, not written again.
 
 How to run them
 ---------------
@@ -29,10 +31,10 @@ How to run them
     python -m tests.claims thesis-deck-hole --json claims.json
 
 Without a name, all run. The exit status is 0 when nothing failed, 1 when something did, and 2
-when nothing answers to what was asked for: an empty selection proves nothing.
+when no claim has the name: an empty selection proves nothing.
 """
 
 from tests.claims.framework import Claim, claim
-from tests.rows import Row, at_least, at_most, within
+from tests.rows import Row, absolute, at_least, at_most, equal, relative
 
-__all__ = ["Claim", "Row", "at_least", "at_most", "claim", "within"]
+__all__ = ["Claim", "Row", "absolute", "at_least", "at_most", "claim", "equal", "relative"]

@@ -4,18 +4,20 @@ python -m tests.claims [NAME ...] [--quick] [--json FILE] [--list]
 """
 
 import argparse
+import json
 import sys
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from tests.claims import Claim, framework
-from tests.claims.framework import UnknownClaim, Verdict, Word
+from tests.claims.framework import UnknownClaim
 
 ALL_FINE, SOME_FAILED, NOTHING_TO_DO = 0, 1, 2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the claims that were asked for, print their table, and return the exit status."""
+    """Run the claims that were asked for and return the exit status."""
     asked = _parser().parse_args(arguments)
     try:
         claims = framework.select(asked.names, quick=asked.quick)
@@ -23,7 +25,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(error, file=sys.stderr)
         return NOTHING_TO_DO
     if not claims:
-        print("no claim was selected, so nothing was shown", file=sys.stderr)
+        print("no claim was selected", file=sys.stderr)
         return NOTHING_TO_DO
     if asked.list:
         print(_listing(claims))
@@ -32,25 +34,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def judge(claims: Iterable[Claim], *, json_file: Path | None = None) -> int:
-    """Run claims, say what came out, and return the exit status."""
-    verdicts = framework.one_by_one(claims)
+    """Run claims, print each row as it is computed, and return the exit status."""
+    rows = []
+    for claim in claims:
+        print(f"... {claim.set} {claim.name}: {claim.says}", file=sys.stderr, flush=True)
+        for verified in framework.run(claim):
+            print(f"{claim.name} | {verified.row} | {verified.seconds:.1f} s", flush=True)
+            print(verified.trace, end="", file=sys.stderr, flush=True)
+            rows.append({"set": claim.set, **verified.as_json()})
     if json_file:
-        framework.write_json(verdicts, json_file)
-    print(framework.table(verdicts))
-    print(f"\n{_count(verdicts, Word.REPORT)} reported and not gated")
-    print(f"{_count(verdicts, Word.PASS)} passed, {_count(verdicts, Word.FAIL)} failed")
-    return SOME_FAILED if _count(verdicts, Word.FAIL) else ALL_FINE
-
-
-def _count(verdicts: Sequence[Verdict], word: Word) -> int:
-    return sum(verdict.word is word for verdict in verdicts)
+        text = json.dumps({"claims": rows}, indent=2, allow_nan=False) + "\n"
+        json_file.write_text(text, encoding="utf-8")
+    counts = Counter(row["verdict"] for row in rows)
+    print(f"\n{counts['REPORT']} reported and not gated")
+    print(f"{counts['PASS']} passed, {counts['FAIL']} failed")
+    return SOME_FAILED if counts["FAIL"] else ALL_FINE
 
 
 def _listing(claims: Sequence[Claim]) -> str:
-    width = max(len(one.name) for one in claims)
+    width = max(len(claim.name) for claim in claims)
     return "\n".join(
-        f"{one.set}  {one.name:{width}}  {'quick' if one.quick else '     '}  {one.says}"
-        for one in claims
+        f"{claim.set}  {claim.name:{width}}  {'quick' if claim.quick else '     '}  {claim.says}"
+        for claim in claims
     )
 
 
@@ -62,7 +67,7 @@ def _parser() -> argparse.ArgumentParser:
         "names", nargs="*", metavar="NAME", help="a claim, or a set of them; all without one"
     )
     parser.add_argument("--quick", action="store_true", help="those of a few seconds only")
-    parser.add_argument("--json", type=Path, metavar="FILE", help="write the verdicts there too")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows there too")
     parser.add_argument("--list", action="store_true", help="name the claims and run none")
     return parser
 

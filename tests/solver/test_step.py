@@ -89,7 +89,8 @@ def test_damping__books_what_it_takes(kind: str, name: str, order: int) -> None:
 
 def test_damping__of_second_order_takes_less_than_the_first() -> None:
     first, second = (
-        after("axisymmetric", damping=Damping(1e6, order)).audit().removed_energy for order in (1, 2)
+        after("axisymmetric", damping=Damping(1e6, order)).audit().removed_energy
+        for order in (1, 2)
     )
     assert second < first
 

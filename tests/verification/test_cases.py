@@ -1,64 +1,78 @@
-"""The frame of the verification cases cannot hide a failure; the cases themselves are claims."""
+"""Rows and cases of the verification cannot hide a failure; the cases themselves are claims."""
 
+import json
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
 from solver.errors import ProblemError
 from studies import verification
 from studies.values.errors import InvalidInput
-from studies.values.recipes import RECIPES, Recipe
-from studies.verification import Case, Row
-from tests.claims import framework
+from studies.values.recipes import Recipe
+from studies.verification import Case, Row, absolute, at_least, at_most, equal, relative, reported
 
-
-def test_quick_case__is_recomputed_by_a_quick_claim() -> None:
-    claims = {one.name for one in framework.select(quick=True)}
-    assert set(verification.names(quick=True)) <= claims
+NAN = math.nan
 
 
 @pytest.mark.parametrize("name", verification.names())
-def test_case__names_itself_after_its_problem_and_its_source(name: str) -> None:
+def test_case__names_its_sentence_and_its_source(name: str) -> None:
     case = verification.load(name)
-    assert case.title
+    assert case.says
     assert case.source
 
 
-def test_row__that_is_not_a_number_fails() -> None:
-    assert verification.relative("x", expected=1.0, got=math.nan, within=0.1).verdict == "FAIL"
-    assert verification.absolute("x", expected=0.0, got=math.nan, within=0.1).verdict == "FAIL"
-    assert verification.at_least("x", limit=1.0, got=math.nan).verdict == "FAIL"
+@pytest.mark.parametrize(
+    ("row", "verdict"),
+    [
+        (relative("x", expected=14.8, got=15.9, within=0.08), "PASS"),
+        (relative("x", expected=-2.0, got=-2.2, within=0.06), "FAIL"),
+        (relative("x", expected=1.0, got=NAN, within=0.1), "FAIL"),
+        (relative("x", expected=1.0, got=9.0), "REPORT"),
+        (absolute("x", expected=14.0, got=15.5, within=1.5), "PASS"),
+        (absolute("x", expected=14.0, got=15.6, within=1.5), "FAIL"),
+        (absolute("x", expected=0.0, got=NAN, within=0.1), "FAIL"),
+        (at_most("x", limit=1.0, got=1.0), "PASS"),
+        (at_most("x", limit=1.0, got=NAN), "FAIL"),
+        (at_least("x", limit=4.0, got=3.9), "FAIL"),
+        (at_least("x", limit=1.0, got=NAN), "FAIL"),
+        (equal("x", expected="none", got="none"), "PASS"),
+        (equal("x", expected=NAN, got=NAN), "FAIL"),
+        (reported("x", 9.0), "REPORT"),
+        (reported("x", NAN), "FAIL"),
+        (reported("x", -math.inf), "FAIL"),
+        (at_most("x", limit=1.0, got=2.0).ungated(), "REPORT"),
+    ],
+)
+def test_row__passes_within_its_tolerance_only(row: Row, verdict: str) -> None:
+    assert row.verdict == verdict
+    assert str(row).startswith(verdict)
 
 
-def test_row__without_a_tolerance_is_reported() -> None:
-    assert verification.relative("x", expected=1.0, got=9.0).verdict == "REPORT"
-    assert verification.reported("x", 9.0).passed is None
+def test_row__that_is_ungated_says_whether_its_gate_would_hold() -> None:
+    assert at_most("x", limit=1.0, got=2.0).ungated(1.0).claim == "x, misses 1"
 
 
-@pytest.mark.parametrize("got", [math.nan, math.inf, -math.inf])
-def test_row__that_reports_no_finite_number_fails(got: float) -> None:
-    assert verification.reported("x", got).verdict == "FAIL"
+@pytest.mark.parametrize(("got", "plain"), [(NAN, None), ([1, 2], "[1, 2]"), (3, 3), ("a", "a")])
+def test_row__is_plain_json(got: Any, plain: Any) -> None:
+    assert (
+        json.loads(json.dumps(Row("x", 1.0, got, None).as_json(), allow_nan=False))["got"] == plain
+    )
 
 
-def test_row__as_plain_objects_holds_no_nan() -> None:
-    plain = verification.relative("x", expected=1.0, got=math.nan).as_json()
-    assert plain["got"] is None
-    assert plain["verdict"] == "REPORT"
-
-
-def test_verify__makes_a_failed_row_of_what_the_solver_raises(
+def test_verify__makes_a_failed_row_of_an_error_of_the_solver(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def run(recipe: Recipe) -> Iterator[Row]:
-        yield verification.reported("first", 1.0)
+        yield reported("first", 1.0)
         raise ProblemError("no particles")
 
-    case = Case(name="broken", title="Broken", source="", run=run)
+    case = Case(name="broken", says="a broken case", source="", run=run)
     monkeypatch.setattr(verification, "load", lambda name: case)
-    rows = [one.row for one in verification.verify(["broken"], RECIPES["whipple"])]
+    rows = [verified.row for verified in verification.verify(["broken"])]
     assert [row.verdict for row in rows] == ["REPORT", "FAIL"]
-    assert "no particles" in rows[-1].claim
+    assert "no particles" in rows[-1].got
 
 
 def test_load__of_an_unknown_case_names_the_nearest() -> None:

@@ -60,8 +60,8 @@ def test_image__negates_what_names_its_axis_once(axis: int) -> None:
     mirror = np.diag(np.where(np.arange(3) == axis, -1.0, 1.0))
     assert (after.position == before.position @ mirror).all()
     assert (after.velocity == before.velocity @ mirror).all()
-    for one, other in zip(before.deviator, after.deviator, strict=True):
-        assert (tensor(other) == mirror @ tensor(one) @ mirror).all()
+    for first, second in zip(before.deviator, after.deviator, strict=True):
+        assert (tensor(second) == mirror @ tensor(first) @ mirror).all()
 
 
 def tensor(a: np.ndarray) -> np.ndarray:

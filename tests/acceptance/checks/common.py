@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from studies.sweeps.sweep import Sweep
-from studies.values.files import ANSWER
+from studies.values.files import RESULT
 from tests.acceptance.support import inspection
 from tests.acceptance.support.crash_test import CrashTest, Work
 from tests.rows import Row
@@ -63,7 +63,7 @@ def undisturbed(work: Work) -> tuple[Path, ...]:
                 folder = place / point.run.id
                 folder.mkdir()
                 targets.execute(targets.Run.from_json(point.run.as_json()), folder)
-                answers[point.run.id] = json.loads((folder / ANSWER).read_text())
+                answers[point.run.id] = json.loads((folder / RESULT).read_text())
         published = place / str(number)
         published.mkdir()
         cubes.append(Path(targets.publish(document, answers, published)["cube.nc"]))

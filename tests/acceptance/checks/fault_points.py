@@ -19,7 +19,7 @@ from service.files.artifacts import Artifacts, digest
 from service.records.fault_points import POINTS, VARIABLE
 from service.records.jobs import Kind, State, SweepRow, SweepState
 from service.store import Store
-from studies.values.files import ANSWER
+from studies.values.files import RESULT
 from tests.acceptance.checks.common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
 from tests.acceptance.support import inline_service, inspection
 from tests.acceptance.support.crash_test import CrashTest, Work, crash_test
@@ -169,7 +169,7 @@ def _is_claimed(here: Site, _seen: Seen) -> bool:
 
 def _has_unregistered_answer(here: Site, seen: Seen) -> bool:
     answers = [
-        here.artifacts.attempt_directory(claim) / ANSWER
+        here.artifacts.attempt_directory(claim) / RESULT
         for claim in here.store.claimed()
         if claim.kind is Kind.RUN
     ]

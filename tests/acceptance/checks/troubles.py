@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from service.records.jobs import Cause
-from studies.values.atomic import write_text
+from studies.values.files import write_text
 from tests.acceptance.checks.common import (
     fetch,
     folder,

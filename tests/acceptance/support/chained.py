@@ -7,14 +7,14 @@ Stands in for ``studies.runs.execution`` and ``studies.reports.publish``. Cube a
 import json
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
 from studies.reports import publish as real
-from studies.results import Measured, Progress, RunResult
-from studies.values.atomic import write_text
+from studies.results import NO_CONTROL, Measured, Progress, RunControl, RunResult
+from studies.values.files import write_text
 from tests.service.support.targets import Run
 
 __all__ = ["Run", "execute", "publish"]
@@ -26,32 +26,26 @@ GROWTH = 3.9  # of the logistic map: chaotic, so that every bit of every step co
 def execute(
     run: Run,
     directory: Path,
-    progress: Callable[[Progress], None] | None = None,
+    control: RunControl = NO_CONTROL,
     *,
     threads: int = 1,
     checkpoint: Path | None = None,
-    leave: Callable[[], bool] | None = None,
-    saved: Callable[[int], object] | None = None,
     film: bool = False,
-    say: Callable[[str], object] | None = None,
 ) -> RunResult:
     """A chain of numbers from the run's id to its hole."""
     (directory / "pid").write_text(str(os.getpid()))
     begun, value = _begin(run, checkpoint)
     step = begun
-    if say is not None:
-        say(f"begins at step {step}")
+    control.log(f"begins at step {step}")
     pause = float(os.environ.get("WHIPPLE_TEST_SECONDS", 0)) / STEPS
     while step < STEPS:
         time.sleep(pause)
         step, value = step + 1, GROWTH * value * (1 - value)
         if checkpoint is not None:
             write_text(checkpoint, json.dumps([run.id, step, value]))
-        if saved is not None:
-            saved(step)
-        if progress is not None:
-            progress(Progress(step / STEPS, 1.0, step, step / STEPS, None, {}))
-        if leave is not None and leave():
+        control.checkpointed(step)
+        control.progress(Progress(step / STEPS, 1.0, step, step / STEPS, None, {}))
+        if control.must_leave():
             raise Interrupted(time=step / STEPS, step=step)
     went_on = f"on from step {begun}" if begun else ""
     result = _result(run, value, threads=threads, checkpoint=went_on)

@@ -10,7 +10,7 @@ from pathlib import Path
 from service.files.artifacts import Artifacts
 from service.records.jobs import Claim, Kind, State
 from service.store import Store
-from studies.values.files import ANSWER
+from studies.values.files import RESULT
 from tests.service.support.fakes import is_gone
 
 FIRST, LAST = (
@@ -95,7 +95,7 @@ class AttemptObserver:
         if claim.state is State.RUNNING and claim.kind is Kind.PUBLISH:
             moments.add(Moment.PUBLISHING)
         elif claim.state is State.RUNNING:
-            has_answer = (folder / ANSWER).is_file()
+            has_answer = (folder / RESULT).is_file()
             moments |= {Moment.WRITTEN} if has_answer else set()
             moments |= {Moment.CLAIMED} if pid is None else {Moment.COMPUTING}
             if pid is not None and self._artifacts.checkpoint(claim.id).is_file():

@@ -15,7 +15,7 @@ from service.api.app import CACHE
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
 from service.records.jobs import RunRow, State, Stored, SweepRow
 from service.store import Store
-from studies.values.files import ANSWER
+from studies.values.files import RESULT
 from tests.service.store.test_races import check as nobody_waits_in_vain
 
 WALL_CLOCK = {"solver_seconds", "solver_threads"}  # what may differ between two times
@@ -50,7 +50,7 @@ def registered_once(store: Store, sweeps: list[str]) -> list[str]:
         for run in runs(store, sweeps).values()
         if run.state is State.SUCCEEDED
         and counts[run.id] == 1
-        and [file.name for file in store.run_files(run.id)].count(ANSWER) == 1
+        and [file.name for file in store.run_files(run.id)].count(RESULT) == 1
     ]
 
 
@@ -75,7 +75,7 @@ def resumed(store: Store, artifacts: Artifacts, sweeps: list[str]) -> list[str]:
         id: file
         for id in runs(store, sweeps)
         for file in store.run_files(id)
-        if file.name == ANSWER and artifacts.is_intact(file)
+        if file.name == RESULT and artifacts.is_intact(file)
     }
     return [
         id

@@ -69,7 +69,7 @@ def twin(folder: Path) -> dict[str, Any]:
     return plain
 
 
-def seen(folder: Path) -> Page:
+def page_in(folder: Path) -> Page:
     return read_page((folder / "report.html").read_text(encoding="utf-8"))
 
 
@@ -85,12 +85,12 @@ def cube_redoes_figures() -> Iterator[Row]:
     laws = dataset.hole_diameter_by_law / dataset.equivalent_diameter
     for panel in figure["panels"]:
         place = f"t = {1e3 * panel['at']['plate_thickness']:g} mm"
-        series = {one["label"]: one for one in panel["series"]}
+        series = {each["label"]: each for each in panel["series"]}
         yield _same(
             f"simulation, {place}", ratio.sel(panel["at"]).values, series["simulation"]["y"]
         )
         for title, answers in laws.sel(panel["at"]).groupby("hole_diameter_law_title"):
-            drawn = next(one for label, one in series.items() if label.startswith(str(title)))
+            drawn = next(each for label, each in series.items() if label.startswith(str(title)))
             edges = ("y", "y") if drawn["kind"] == "law" else ("low", "high")
             least, most = answers.min("hole_diameter_law"), answers.max("hole_diameter_law")
             yield _same(f"{title}, {place}", least.values, drawn[edges[0]])
@@ -100,16 +100,16 @@ def cube_redoes_figures() -> Iterator[Row]:
 
 def _observed(figure: dict[str, Any]) -> int:
     return sum(
-        len(one["x"])
+        len(each["x"])
         for panel in figure["panels"]
-        for one in panel["series"]
-        if one["kind"] == "observation"
+        for each in panel["series"]
+        if each["kind"] == "observation"
     )
 
 
-def _same(what: str, mine: np.ndarray, said: list[float | None]) -> Row:
+def _same(what: str, mine: np.ndarray, stated: list[float | None]) -> Row:
     """Whether numbers redone from the cube are those of the figure."""
-    other = np.array([math.nan if value is None else value for value in said])
+    other = np.array([math.nan if value is None else value for value in stated])
     fits = np.allclose(mine, other, rtol=ROUND_OFF, atol=0.0, equal_nan=True)
     return Row(
         f"{what}: {len(other)} points", "equal", "equal" if fits else "different", bool(fits)
@@ -123,9 +123,9 @@ def _same(what: str, mine: np.ndarray, said: list[float | None]) -> Row:
 )
 def html_json_cube() -> Iterator[Row]:
     _, folder = computed("claims")
-    dataset, said, page = opened(folder), twin(folder), seen(folder)
+    dataset, stated, page = opened(folder), twin(folder), page_in(folder)
     numbers = [mark for mark in page.marks if mark.value is not None]
-    wrong = [mark.path for mark in numbers if mark.value != _full(at(said, mark.path))]
+    wrong = [mark.path for mark in numbers if mark.value != _full(at(stated, mark.path))]
     yield Row(
         f"{len(numbers)} numbers of the HTML, other than in the JSON", 0, len(wrong), not wrong
     )
@@ -135,17 +135,17 @@ def html_json_cube() -> Iterator[Row]:
     yield Row(
         "numbers of runs that the cube does not declare", "none", left_out or "none", not left_out
     )
-    cells = [pair for run in said["runs"] for pair in _cells(run, dataset)]
-    unlike = [name for name, one, other in cells if one != other]
+    cells = [pair for run in stated["runs"] for pair in _cells(run, dataset)]
+    unlike = [name for name, each, other in cells if each != other]
     yield Row(
         f"{len(cells)} numbers of the JSON's runs, other than in the cube",
         0,
         len(unlike),
         not unlike,
     )
-    residuals = list(_residuals(said, dataset))
+    residuals = list(_residuals(stated, dataset))
     apart = [
-        name for name, one, other in residuals if not math.isclose(one, other, rel_tol=ROUND_OFF)
+        name for name, each, other in residuals if not math.isclose(each, other, rel_tol=ROUND_OFF)
     ]
     yield Row(
         f"{len(residuals)} biases of the JSON, other than from the cube", 0, len(apart), not apart
@@ -164,11 +164,11 @@ def _cells(run: dict[str, Any], dataset: xr.Dataset) -> Iterator[tuple[str, Any,
         yield name, value, None if math.isnan(number) else number
 
 
-def _residuals(said: dict[str, Any], dataset: xr.Dataset) -> Iterator[tuple[str, float, float]]:
+def _residuals(stated: dict[str, Any], dataset: xr.Dataset) -> Iterator[tuple[str, float, float]]:
     """The bias of each law against the simulation beside the one redone from the cube."""
     difference = dataset.hole_diameter_by_law - dataset.hole_diameter
     inside = difference.where(dataset.hole_diameter_by_law_in_range == 1)
-    for row in said["residuals"]:
+    for row in stated["residuals"]:
         if row["reference"] == "simulation" and row["quantity"] == "hole_diameter":
             for key, values in (("everywhere", difference), ("in_range", inside)):
                 mine = values.sel(hole_diameter_law=row["subject"])
@@ -184,7 +184,7 @@ def _residuals(said: dict[str, Any], dataset: xr.Dataset) -> Iterator[tuple[str,
 )
 def failed_run_is_a_result() -> Iterator[Row]:
     outcomes, folder = computed("failing")
-    dataset, page = opened(folder), seen(folder)
+    dataset, page = opened(folder), page_in(folder)
     texts = {mark.text for mark in page.marks}
     for step in (1e-8, 1e-4):
         cells = dataset.sel(fixed_dt=step)
@@ -198,11 +198,16 @@ def failed_run_is_a_result() -> Iterator[Row]:
             nan = bool(cells.hole_diameter.isnull().all())
             yield Row("its hole in the cube", "NaN", "NaN" if nan else "a number", nan)
             yield Row("its reason in the cube", "a reason", reasons[0], all(reasons))
-            told = all(reason in texts for reason in reasons)
-            yield Row("its reason in the report", "the same", "the same" if told else "none", told)
+            is_reported = all(reason in texts for reason in reasons)
+            yield Row(
+                "its reason in the report",
+                "the same",
+                "the same" if is_reported else "none",
+                is_reported,
+            )
         else:
             alone = [outcome_from_json(outcomes[run]) for run in cells.run_id.values]
-            values = [one.measurements["hole_diameter"].value for one in alone]
+            values = [each.measurements["hole_diameter"].value for each in alone]
             untouched = values == cells.hole_diameter.values.tolist()
             yield Row(
                 "holes of its neighbours", values, cells.hole_diameter.values.tolist(), untouched
@@ -212,5 +217,7 @@ def failed_run_is_a_result() -> Iterator[Row]:
 @claim("cube-is-cf", says="compliance-checker finds no error against CF-1.11", quick=True)
 def cube_is_cf() -> Iterator[Row]:
     for name in ("claims", "failing"):
-        found = compliance.complaints(computed(name)[1] / "cube.nc")
-        yield Row(f"errors in the cube {name!r}", "none", "; ".join(found) or "none", not found)
+        complaints = compliance.complaints(computed(name)[1] / "cube.nc")
+        yield Row(
+            f"errors in the cube {name!r}", "none", "; ".join(complaints) or "none", not complaints
+        )

@@ -75,26 +75,28 @@ def over_http() -> Iterator[Row]:
 def on_the_command_line() -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as folder:
         for what, (document, field, word) in BAD.items():
-            status, said = _command(Path(folder), json.dumps(document))
-            passed = status == 2 and field in said and word in said and "Traceback" not in said
-            yield Row(f"{what}: {' '.join(said.split())[:160]}", f"2 at {field}", status, passed)
-        status, said = _command(Path(folder), MALFORMED["application/yaml"])
-        yield Row(f"malformed YAML: {' '.join(said.split())[:160]}", 2, status, status == 2)
+            status, output = _command(Path(folder), json.dumps(document))
+            passed = (
+                status == 2 and field in output and word in output and "Traceback" not in output
+            )
+            yield Row(f"{what}: {' '.join(output.split())[:160]}", f"2 at {field}", status, passed)
+        status, output = _command(Path(folder), MALFORMED["application/yaml"])
+        yield Row(f"malformed YAML: {' '.join(output.split())[:160]}", 2, status, status == 2)
 
 
 def _judged(answer: Any, field: str, word: str) -> tuple[str, bool]:
     body = answer.json()
-    found = [one for one in body.get("errors", []) if one["field"] == field]
-    complete = all(one[part] for one in found for part in ("value", "limit", "cure"))
-    named = any(word in one["limit"] + one["cure"] for one in found)
-    return f"{answer.status_code} at {[one['field'] for one in body.get('errors', [])]}", bool(
-        answer.status_code == 422 and found and complete and named
+    errors = [error for error in body.get("errors", []) if error["field"] == field]
+    complete = all(error[part] for error in errors for part in ("value", "limit", "cure"))
+    named = any(word in error["limit"] + error["cure"] for error in errors)
+    return f"{answer.status_code} at {[error['field'] for error in body.get('errors', [])]}", bool(
+        answer.status_code == 422 and errors and complete and named
     )
 
 
 def _said(body: Mapping[str, Any]) -> str:
     return "; ".join(
-        f"{one['value']} | {one['limit']} | {one['cure']}" for one in body.get("errors", [])
+        f"{error['value']} | {error['limit']} | {error['cure']}" for error in body.get("errors", [])
     )[:200]
 
 

@@ -16,7 +16,7 @@ from studies.materials import load
 from studies.results import RunResult
 from studies.runs.execution import execute
 from studies.runs.run import resolve
-from tests.claims import Row, claim, within
+from tests.claims import Row, claim, relative
 
 THREADS = 2
 F90_HOLE = {
@@ -92,7 +92,7 @@ def hole() -> Iterator[Row]:
             expected = F90_HOLE[speed, cell]
             text = f"hole_diameter, {speed} km/s, {cell} mm cells (mm)"
             if gate:
-                yield within(text, expected=expected, got=got, relative=gate)
+                yield relative(text, expected=expected, got=got, within=gate)
             else:
                 yield Row(text, f"{expected} (20 %)", round(got, 2), None)
             clear = _millimetres(result, "hole_diameter_clear")
@@ -126,11 +126,11 @@ def axisymmetric() -> Iterator[Row]:
             shrinking,
         )
         solid = _millimetres(_thin(speed, 0.5e-3, "quarter"), "hole_diameter")
-        yield within(
+        yield relative(
             f"axisymmetric against 3-D at 16 cells, {speed} km/s (mm)",
             expected=solid,
             got=series[16],
-            relative=0.06,
+            within=0.06,
         )
 
 
@@ -162,9 +162,9 @@ def _block(geometry: str, cell: float) -> dict[str, Any]:
 def crater() -> Iterator[Row]:
     result = _execute("thick_plate", _block("half", 1e-3))
     depth, diameter = (_millimetres(result, name) for name in ("crater_depth", "crater_diameter"))
-    said = "experiment 14 / 25.4, MPM3D-F90 14.5 / 25.5"
+    references = "experiment 14 / 25.4, MPM3D-F90 14.5 / 25.5"
     yield Row(
-        f"crater depth, 3-D, 1 mm cells (mm); {said}",
+        f"crater depth, 3-D, 1 mm cells (mm); {references}",
         "14 +- 1.5",
         round(depth, 2),
         abs(depth - 14) <= 1.5,

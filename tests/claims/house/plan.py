@@ -37,16 +37,18 @@ SWEEP = {
     quick=True,
 )
 def rooms() -> Iterator[Row]:
-    for one in house.houses():
-        circle = " -> ".join(one.circle)
+    for each in house.houses():
+        circle = " -> ".join(each.circle)
         yield Row(
-            f"{one.package}: circles", expected="none", got=circle or "none", passed=not circle
+            f"{each.package}: circles", expected="none", got=circle or "none", passed=not circle
         )
-        if one.package != "solver":
-            yield at_most(f"{one.package}: rooms", limit=ROOMS, got=len(one.lines))
-            yield at_most(f"{one.package}: arrows between rooms", limit=ARROWS, got=len(one.arrows))
+        if each.package != "solver":
+            yield at_most(f"{each.package}: rooms", limit=ROOMS, got=len(each.lines))
+            yield at_most(
+                f"{each.package}: arrows between rooms", limit=ARROWS, got=len(each.arrows)
+            )
             if not circle:
-                yield at_most(f"{one.package}: floors", limit=FLOORS, got=len(one.floors))
+                yield at_most(f"{each.package}: floors", limit=FLOORS, got=len(each.floors))
 
 
 @claim("class-names", says="no class name is defined twice in the project")

@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from studies import examples
-from studies.measurements._view import View, view
+from studies.measurements._impact import ImpactView, view
 from studies.results import RunResult
 from studies.runs.execution import execute, setting_of
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from tests.claims import Row, at_most, claim, within
-from tests.contracts.test_measurements import CELL, CRATER, WALLS, cratered, value
+from tests.claims import Row, absolute, at_most, claim
+from tests.studies.measurements.states import CELL, CRATER, WALLS, cratered, value
 
 WORKERS = 2  # processes of one thread each
 TENTH = 0.1  # of a cell, on each side
@@ -44,8 +44,8 @@ class Crater:
 def crater_walls() -> Iterator[Row]:
     for shape, wall in WALLS.items():
         diameter = value("crater_diameter", cratered(wall, CRATER)) / CELL
-        yield within(
-            f"{shape} (cells)", expected=2.0 * CRATER / CELL, got=diameter, absolute=2.0 * TENTH
+        yield absolute(
+            f"{shape} (cells)", expected=2.0 * CRATER / CELL, got=diameter, within=2.0 * TENTH
         )
 
 
@@ -62,11 +62,11 @@ def demo_craters() -> Iterator[Row]:
             where = f"{crater.speed / 1e3:g} km/s (mm)"
             measured = crater.result.measurements["crater_diameter"]
             assert measured.value is not None
-            yield within(
+            yield absolute(
                 f"diameter and fit of the wall, {where}",
                 expected=crater.fitted * 1e3,
                 got=measured.value * 1e3,
-                absolute=APART,
+                within=APART,
             )
             for name in ("crater_depth", "crater_diameter"):
                 yield _within_bar(f"{name.replace('_', ' ')}, {where}", name, crater)
@@ -76,34 +76,34 @@ def computed(run: Run) -> Crater:
     """Compute a crater, and fit its wall in the final state."""
     with tempfile.TemporaryDirectory() as folder:
         result = execute(run, Path(folder), threads=1)
-        seen = view(setting_of(run), load_state(Path(folder) / "state.npz"))
+        state = view(setting_of(run), load_state(Path(folder) / "state.npz"))
     depth = result.measurements["crater_depth"].value
     assert depth is not None
     speed, window = (float(str(run.parameters[name])) for name in ("speed", "settled_window"))
-    return Crater(speed, window, result, fitted_diameter(seen, depth))
+    return Crater(speed, window, result, fitted_diameter(state, depth))
 
 
-def fitted_diameter(seen: View, depth: float) -> float:
+def fitted_diameter(state: ImpactView, depth: float) -> float:
     """Diameter at the surface of the conic of revolution, r^2 quadratic in z, through the upper half of a wall.
 
     In each row of a cell's height the wall begins half a cell before the place where half a cell is filled, counted
     from the axis: no density and no window, as the measurement has them.
     """
-    lows = np.arange(0.0, UPPER * depth, seen.cell)
-    squares = [_begin(seen, low) ** 2 for low in lows]
-    return float(2.0 * np.sqrt(np.polyfit(lows + 0.5 * seen.cell, squares, 2)[-1]))
+    lows = np.arange(0.0, UPPER * depth, state.cell)
+    squares = [_begin(state, low) ** 2 for low in lows]
+    return float(2.0 * np.sqrt(np.polyfit(lows + 0.5 * state.cell, squares, 2)[-1]))
 
 
-def _begin(seen: View, low: float) -> float:
-    row = seen.attached & (seen.depth >= low) & (seen.depth < low + seen.cell)
-    order = np.argsort(seen.radius[row])
-    radius = seen.radius[row][order]
-    filled = np.cumsum(seen.mass[row][order] / (seen.density * radius))
-    half = np.searchsorted(filled, 0.5 * seen.cell**2)
-    return float(radius[half] - 0.5 * seen.cell)
+def _begin(state: ImpactView, low: float) -> float:
+    row = state.attached & (state.depth >= low) & (state.depth < low + state.cell)
+    order = np.argsort(state.radius[row])
+    radius = state.radius[row][order]
+    filled = np.cumsum(state.mass[row][order] / (state.density * radius))
+    half = np.searchsorted(filled, 0.5 * state.cell**2)
+    return float(radius[half] - 0.5 * state.cell)
 
 
-def _within_bar(words: str, name: str, crater: Crater) -> Row:
+def _within_bar(label: str, name: str, crater: Crater) -> Row:
     """The history over the last window about the final value, beside the error bar."""
     measured = crater.result.measurements[name]
     assert measured.value is not None
@@ -111,7 +111,7 @@ def _within_bar(words: str, name: str, crater: Crater) -> Row:
     times, values = (np.array(measured.history[key], float) for key in ("time", "value"))
     last = values[times >= times[-1] - crater.window * (1.0 + 1e-9)]
     return at_most(
-        f"farthest from the final {words} in the last window; bar {measured.uncertainty * 1e3:.2f}",
+        f"farthest from the final {label} in the last window; bar {measured.uncertainty * 1e3:.2f}",
         limit=measured.uncertainty * 1e3,
         got=float(np.abs(last - measured.value).max()) * 1e3,
     )

@@ -70,20 +70,20 @@ def _ending(early: Measured, late: Measured) -> Ending:
 def settled() -> Iterator[Row]:
     drawn = draws(RUNS, ORDINARY_SPEEDS, SEED, SHARES)
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
-        found = [one for ended in pool.map(endings, drawn) for one in ended]
-    calm = [one for one in found if one.settled]
-    inside = sum(one.inside for one in calm)
+        measured = [each for ended in pool.map(endings, drawn) for each in ended]
+    calm = [each for each in measured if each.settled]
+    inside = sum(each.inside for each in calm)
     yield Row(
         f"of {len(calm)} settled measurements (seed {SEED}), inside their bar at twice the time",
         f"at least {INSIDE:.0%}",
         f"{inside / len(calm):.1%}",
         inside >= INSIDE * len(calm),
     )
-    flagged = sum(one.flagged for one in found)
+    flagged = sum(each.flagged for each in measured)
     yield at_most(
-        f"share of {len(found)} measurements flagged as still growing",
+        f"share of {len(measured)} measurements flagged as still growing",
         limit=FLAGGED,
-        got=flagged / len(found),
+        got=flagged / len(measured),
     )
-    median = float(np.nanmedian([one.share for one in calm]))
+    median = float(np.nanmedian([each.share for each in calm]))
     yield Row("median error bar of the settled, share of the value", "", f"{median:.1%}", None)

@@ -116,7 +116,7 @@ def _numbers(result: RunResult) -> Iterator[float]:
     yield from result.numbers.values()
     for measured in result.measurements.values():
         yield from measured.parts.values()
-        yield from (one for one in (measured.value, measured.uncertainty) if one is not None)
+        yield from (each for each in (measured.value, measured.uncertainty) if each is not None)
 
 
 def _finite(folder: Path) -> bool:
@@ -126,7 +126,7 @@ def _finite(folder: Path) -> bool:
         return True
     with np.load(file) as state:
         arrays = [state[name] for name in state.files]
-    return all(np.isfinite(one).all() for one in arrays if one.dtype.kind == "f")
+    return all(np.isfinite(each).all() for each in arrays if each.dtype.kind == "f")
 
 
 def _is_finite(numbers: Iterable[float]) -> bool:
@@ -140,13 +140,13 @@ def answers(drawn: list[tuple[str, dict[str, Any]]]) -> list[Answer]:
         return list(pool.map(answer, drawn))
 
 
-def _counts(found: list[Answer]) -> str:
-    counts = Counter(one.cause for one in found)
+def _counts(answered: list[Answer]) -> str:
+    counts = Counter(each.cause for each in answered)
     return ", ".join(f"{cause} {count}" for cause, count in counts.most_common())
 
 
-def _flags(found: list[Answer]) -> str:
-    counts = Counter(flag for one in found for flag in one.flags)
+def _flags(answered: list[Answer]) -> str:
+    counts = Counter(flag for each in answered for flag in each.flags)
     return ", ".join(f"{flag} {count}" for flag, count in counts.most_common()) or "none"
 
 
@@ -157,17 +157,17 @@ def _flags(found: list[Answer]) -> str:
 )
 def robustness() -> Iterator[Row]:
     drawn = draws(ORDINARY, ORDINARY_SPEEDS, SEED)
-    found = answers(drawn)
-    share = sum(one.measured for one in found) / len(found)
+    answered = answers(drawn)
+    share = sum(each.measured for each in answered) / len(answered)
     yield Row(
-        f"measured results of {ORDINARY} draws ({_counts(found)})",
+        f"measured results of {ORDINARY} draws ({_counts(answered)})",
         f"at least {MEASURED_SHARE:.0%}",
         f"{share:.1%}",
         share >= MEASURED_SHARE,
     )
-    yield Row(f"flags of them: {_flags(found)}", "", "", None)
-    yield _kept(drawn, found)
-    yield from _sound(found)
+    yield Row(f"flags of them: {_flags(answered)}", "", "", None)
+    yield _kept(drawn, answered)
+    yield from _sound(answered)
 
 
 @claim(
@@ -177,9 +177,11 @@ def robustness() -> Iterator[Row]:
 )
 def robustness_few() -> Iterator[Row]:
     speeds = (ORDINARY_SPEEDS[0], FAST_SPEEDS[1])
-    found = [answer(draw) for draw in draws(FEW, speeds, SEED + 2, COARSE)]
-    yield Row(f"{FEW} draws: {_counts(found)}", "", f"{sum(one.measured for one in found)}", None)
-    yield from _sound(found)
+    answered = [answer(draw) for draw in draws(FEW, speeds, SEED + 2, COARSE)]
+    yield Row(
+        f"{FEW} draws: {_counts(answered)}", "", f"{sum(each.measured for each in answered)}", None
+    )
+    yield from _sound(answered)
 
 
 @claim(
@@ -189,21 +191,23 @@ def robustness_few() -> Iterator[Row]:
 )
 def robustness_fast() -> Iterator[Row]:
     drawn = draws(FAST, FAST_SPEEDS, SEED + 1)
-    found = answers(drawn)
-    yield Row(f"{FAST} draws: {_counts(found)}", "", f"{sum(one.measured for one in found)}", None)
-    yield Row(f"flags of them: {_flags(found)}", "", "", None)
-    yield _kept(drawn, found)
-    yield from _sound(found)
+    answered = answers(drawn)
+    yield Row(
+        f"{FAST} draws: {_counts(answered)}", "", f"{sum(each.measured for each in answered)}", None
+    )
+    yield Row(f"flags of them: {_flags(answered)}", "", "", None)
+    yield _kept(drawn, answered)
+    yield from _sound(answered)
 
 
-def _kept(drawn: list[tuple[str, dict[str, Any]]], found: list[Answer]) -> Row:
+def _kept(drawn: list[tuple[str, dict[str, Any]]], answered: list[Answer]) -> Row:
     """Whether the draws that are fine enough keep their energy within what the flag of a run allows."""
     fine = [
-        one
-        for (_, given), one in zip(drawn, found, strict=True)
-        if given["cells_per_diameter"] >= CELLS_PER_DIAMETER
+        each
+        for (_, parameters), each in zip(drawn, answered, strict=True)
+        if parameters["cells_per_diameter"] >= CELLS_PER_DIAMETER
     ]
-    drifting = sum("energy_drift" in one.flags for one in fine)
+    drifting = sum("energy_drift" in each.flags for each in fine)
     return Row(
         f"draws flagged energy_drift, of {len(fine)} with at least {CELLS_PER_DIAMETER:g} cells per diameter",
         0,
@@ -212,9 +216,9 @@ def _kept(drawn: list[tuple[str, dict[str, Any]]], found: list[Answer]) -> Row:
     )
 
 
-def _sound(found: list[Answer]) -> Iterator[Row]:
-    named = sum(one.measured or one.cause.startswith("error: ") for one in found)
-    unnamed = len(found) - named
+def _sound(answered: list[Answer]) -> Iterator[Row]:
+    named = sum(each.measured or each.cause.startswith("error: ") for each in answered)
+    unnamed = len(answered) - named
     yield Row("draws that end with neither a result nor a named error", 0, unnamed, unnamed == 0)
-    odd = sum(not one.finite for one in found)
+    odd = sum(not each.finite for each in answered)
     yield Row("draws with a number that is not finite", 0, odd, odd == 0)

@@ -57,12 +57,12 @@ def former_state() -> Iterator[Row]:
 
 def _largest_difference(ours: Mapping[str, Any], theirs: Mapping[str, Any]) -> tuple[str, float]:
     """The field that differs most, and by how much of its largest value; one that holds a NaN before all others."""
-    found = {}
+    differences = {}
     for name in FIELDS:
         scale = np.abs(theirs[name]).max()
-        found[name] = float(np.abs(ours[name] - theirs[name]).max() / scale) if scale else 0.0
-    name = max(found, key=lambda one: np.nan_to_num(found[one], nan=np.inf))
-    return name, found[name]
+        differences[name] = float(np.abs(ours[name] - theirs[name]).max() / scale) if scale else 0.0
+    name = max(differences, key=lambda each: np.nan_to_num(differences[each], nan=np.inf))
+    return name, differences[name]
 
 
 @claim(
@@ -77,10 +77,10 @@ def former_runs() -> Iterator[Row]:
             for case, [ours], [theirs, *others] in zip(CASES, *runs, strict=True):
                 where = ", ".join(case)
                 same = ours["steps"] == theirs["steps"]
-                counts = sorted({one["steps"] for one in (theirs, *others)})
+                counts = sorted({each["steps"] for each in (theirs, *others)})
                 text = f"{where}: steps (former runs: {counts[0]} to {counts[-1]})"
                 yield Row(text, theirs["steps"], ours["steps"], same)
-                yield _hole(where, ours["hole"], [one["hole"] for one in (theirs, *others)])
+                yield _hole(where, ours["hole"], [each["hole"] for each in (theirs, *others)])
     except NoHistory as error:
         yield Row(f"the tree of {COMMIT}", "in the history", str(error), None)
 
@@ -88,7 +88,7 @@ def former_runs() -> Iterator[Row]:
 def _hole(where: str, ours: float | str, theirs: list[float | str]) -> Row:
     """The former run is the first of theirs; a run that ended as unphysical has the word for it."""
     former = theirs[0]
-    sizes = [one for one in theirs if isinstance(one, float)]
+    sizes = [each for each in theirs if isinstance(each, float)]
     if isinstance(ours, str) or isinstance(former, str):
         return Row(f"{where}: hole, or how the run ended", former, ours, ours == former)
     spread = max(max(sizes) - min(sizes), LEAST * former)

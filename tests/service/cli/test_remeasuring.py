@@ -22,7 +22,7 @@ from service.records.settings import Settings
 from service.store import Store
 from studies import measurements
 from studies.sweeps.sweep import Sweep
-from studies.values.files import ANSWER, STATE
+from studies.values.files import RESULT, STATE
 from tests.service.support.api import SWEEP
 from tests.service.support.changed_measurement import (
     FAULT,
@@ -64,7 +64,7 @@ class Solved:
 
     def result(self, run_id: str) -> dict[str, Any]:
         """What the registered result of a run says."""
-        answer: dict[str, Any] = self.artifacts.read_json(self.store.run_file(run_id, ANSWER))
+        answer: dict[str, Any] = self.artifacts.read_json(self.store.run_file(run_id, RESULT))
         return answer
 
     def states(self) -> set[SweepState]:
@@ -105,7 +105,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
     solved: Solved, capsys: Capsys
 ) -> None:
     old = {id: solved.result(id) for id in solved.runs()}
-    earlier = [solved.store.run_file(id, ANSWER) for id in old]
+    earlier = [solved.store.run_file(id, RESULT) for id in old]
     assert run("remeasure") == 0
     said = capsys.readouterr().out
     assert "changed: 2 results; unreadable: 0" in said
@@ -118,7 +118,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
         assert result["measurements"][MEASUREMENT]["version"] == VERSION
         assert row.summary["measurements"][MEASUREMENT]["value"] == VALUE
         assert (row.attempt, row.state) == (1, State.SUCCEEDED)
-        file = solved.store.run_file(id, ANSWER)
+        file = solved.store.run_file(id, RESULT)
         assert (row.path, row.size, row.sha256) == (file.path, file.size, file.sha256)
         others = {name: one for name, one in result["measurements"].items() if name != MEASUREMENT}
         assert others.items() <= old[id]["measurements"].items()
@@ -200,11 +200,11 @@ def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(
     assert len(plan.read) == 2
     [first] = islice(renew(solved.settings, solved.store, plan.read), 1)
     assert first.marked
-    file = solved.store.run_file(first.run_id, ANSWER)
+    file = solved.store.run_file(first.run_id, RESULT)
     assert solved.is_intact()
     assert run("remeasure") == 0
     assert capsys.readouterr().out.startswith("to read again: 1 results")
-    assert solved.store.run_file(first.run_id, ANSWER) == file
+    assert solved.store.run_file(first.run_id, RESULT) == file
     assert run("remeasure") == 0
     assert capsys.readouterr().out == "to read again: 0 results of 0 sweeps; not kept: 0\n"
 

@@ -3,7 +3,7 @@
 import pytest
 
 from service.records.jobs import (
-    ANSWER,
+    RESULT,
     Cause,
     Kind,
     NotFound,
@@ -165,7 +165,7 @@ def test_files__of_a_run_are_those_of_the_attempt_that_counts(store: Store) -> N
     store.create_sweep(sweep_of(2))
     first, second = claim_runs(store, 2)
     store.finish(first, result(stored("state.npz", "runs/state.npz")))
-    assert [file.name for file in store.run_files(first.id)] == [ANSWER, "state.npz"]
+    assert [file.name for file in store.run_files(first.id)] == [RESULT, "state.npz"]
     assert store.run_file(first.id, "state.npz").path == "runs/state.npz"
     with pytest.raises(NotFound, match=r"film\.npz"):
         store.run_file(first.id, "film.npz")

@@ -2,12 +2,12 @@
 
 import pytest
 
-from service.records.jobs import ANSWER, Kind, Stored, SweepState
+from service.records.jobs import RESULT, Kind, Stored, SweepState
 from service.store import Store
 from tests.service.support.fakes import run_id, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, result
 
-NEW = Stored(ANSWER, "runs/result-1.json", 3, "11" * 32)
+NEW = Stored(RESULT, "runs/result-1.json", 3, "11" * 32)
 SUMMARY = {"measurements": {"hole_diameter": {"value": 2.0}}}
 
 
@@ -27,8 +27,8 @@ def test_result__is_replaced_and_its_sweeps_are_published_again(store: Store) ->
     assert replaced(store, 1) == (both,)
     run = store.run(run_id(1))
     assert (run.path, run.size, run.sha256) == (NEW.path, NEW.size, NEW.sha256)
-    assert (run.summary, store.run_file(run_id(1), ANSWER)) == (SUMMARY, NEW)
-    assert store.run_file(run_id(0), ANSWER) == stored()
+    assert (run.summary, store.run_file(run_id(1), RESULT)) == (SUMMARY, NEW)
+    assert store.run_file(run_id(0), RESULT) == stored()
     assert store.sweep(both).state is SweepState.PUBLISHING
     assert store.sweep(one).state is SweepState.SUCCEEDED
     [claim] = store.claim(10, TERM)
@@ -40,7 +40,7 @@ def test_result__that_is_another_by_now_stays(store: Store) -> None:
     id = computed(store, 1)
     assert replaced(store, 0, was="99" * 32) == ()
     assert store.run(run_id(0)).path == stored().path
-    assert store.run_file(run_id(0), ANSWER) == stored()
+    assert store.run_file(run_id(0), RESULT) == stored()
     assert store.sweep(id).state is SweepState.SUCCEEDED
 
 

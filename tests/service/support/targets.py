@@ -22,15 +22,15 @@ import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
-from studies.results import Measured, Progress, RunResult
+from studies.results import NO_CONTROL, Measured, Progress, RunControl, RunResult
 from studies.runs import run as real
-from studies.values.atomic import write_text
+from studies.values.files import write_text
 
 GATES = RUN_GATE, SWEEP_GATE = "WHIPPLE_TEST_RUN_GATE", "WHIPPLE_TEST_SWEEP_GATE"
 PAUSE = 0.02  # s, between two looks at a gate
@@ -65,20 +65,17 @@ Run = FakeRun  # the name under which a warm process asks for it
 def execute(
     run: FakeRun,
     directory: Path,
-    progress: Callable[[Progress], None] | None = None,
+    control: RunControl = NO_CONTROL,
     *,
     threads: int = 1,
     checkpoint: Path | None = None,
-    leave: Callable[[], bool] | None = None,
-    saved: Callable[[int], object] | None = None,
     film: bool = False,
-    say: Callable[[str], object] | None = None,
 ) -> RunResult:
     """Behave as the parameters say, and leave the result that a real run would leave."""
     (directory / "pid").write_text(str(os.getpid()))
     behaviour = str(run.parameters.get("behaviour", "fine"))
     seconds = float(run.parameters.get("seconds", os.environ.get("WHIPPLE_TEST_SECONDS", 0)))
-    clock = _Clock(seconds, checkpoint, progress, leave, saved)
+    clock = _Clock(seconds, checkpoint, control)
     clock.begin()
     _BEHAVIOURS.get(behaviour, _fine)(run, directory)
     clock.go_on()
@@ -118,16 +115,14 @@ class _Clock:
 
     seconds: float
     checkpoint: Path | None
-    progress: Callable[[Progress], None] | None
-    leave: Callable[[], bool] | None
-    saved: Callable[[int], object] | None
+    control: RunControl
     step: int = 0
 
     def begin(self) -> None:
         """Go on from the checkpoint, if there is one."""
         if self.checkpoint is not None and self.checkpoint.is_file():
             self.step = int(self.checkpoint.read_text())
-            self._say_saved()
+            self.control.checkpointed(self.step)
 
     def go_on(self) -> None:
         """All steps that are left."""
@@ -135,9 +130,9 @@ class _Clock:
             time.sleep(self.seconds / STEPS)
             self.step += 1
             self._keep()
-            if self.progress is not None:
-                done = self.step / STEPS
-                self.progress(Progress(done, 1.0, self.step, done, None, {"hole_diameter": done}))
+            done = self.step / STEPS
+            progress = Progress(done, 1.0, self.step, done, None, {"hole_diameter": done})
+            self.control.progress(progress)
             self._mind()
 
     def wait(self) -> None:
@@ -146,17 +141,13 @@ class _Clock:
         self._mind()
 
     def _mind(self) -> None:
-        if self.leave is not None and self.leave():
+        if self.control.must_leave():
             raise Interrupted(time=self.step / STEPS, step=self.step)
 
     def _keep(self) -> None:
         if self.checkpoint is not None:
             write_text(self.checkpoint, str(self.step))
-            self._say_saved()
-
-    def _say_saved(self) -> None:
-        if self.saved is not None:
-            self.saved(self.step)
+            self.control.checkpointed(self.step)
 
 
 def _result(run: FakeRun, behaviour: str, threads: int) -> RunResult:

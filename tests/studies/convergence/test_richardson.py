@@ -1,10 +1,10 @@
 """Convergence: manufactured series of known order, and everything that must not be extrapolated."""
 
-import itertools
 import math
 from collections.abc import Sequence
 from random import Random
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -51,14 +51,14 @@ def shifted(*levels: Sequence[float]) -> Convergence:
 def test_series_of_known_order__gives_order_limit_and_index(
     spacings: Sequence[float], order: float, error: float
 ) -> None:
-    found = converge(series(order, spacings, error))
-    assert found.verdict == "converging"
-    assert found.order == pytest.approx(order, rel=1e-6)  # differences of numbers near 20
-    assert found.extrapolated == pytest.approx(LIMIT, rel=SOLVED)
-    assert found.value == found.extrapolated
+    result = converge(series(order, spacings, error))
+    assert result.verdict == "converging"
+    assert result.order == pytest.approx(order, rel=1e-6)  # differences of numbers near 20
+    assert result.extrapolated == pytest.approx(LIMIT, rel=SOLVED)
+    assert result.value == result.extrapolated
     true_error = abs(error * spacings[0] ** order)
-    assert found.mesh == pytest.approx(SAFETY * true_error, rel=1e-6)
-    assert found.gci == pytest.approx(found.mesh / abs(LIMIT + error * spacings[0] ** order))
+    assert result.mesh == pytest.approx(SAFETY * true_error, rel=1e-6)
+    assert result.gci == pytest.approx(result.mesh / abs(LIMIT + error * spacings[0] ** order))
 
 
 @pytest.mark.parametrize(
@@ -71,23 +71,23 @@ def test_series_of_known_order__gives_order_limit_and_index(
 def test_published_example__of_celik_et_al_2008_table_1(
     values: Sequence[float], cells: Sequence[int], order: float, limit: float, index: float
 ) -> None:
-    found = converge(Sample(n**-0.5, value) for n, value in zip(cells, values, strict=True))
-    assert round(found.order, 2) == order
-    assert round(found.extrapolated, 4) == limit
-    assert round(found.gci, 3) == index
+    result = converge(Sample(n**-0.5, value) for n, value in zip(cells, values, strict=True))
+    assert round(result.order, 2) == order
+    assert round(result.extrapolated, 4) == limit
+    assert round(result.gci, 3) == index
 
 
 def test_published_example__that_oscillates_is_not_extrapolated() -> None:
     values = (6.0042, 5.9624, 6.0909)  # Celik et al. (2008), Table 1, third column
-    found = converge(map(Sample, (1.0, 2.0, 4.286), values))
-    assert found.verdict == "oscillatory"
-    assert math.isnan(found.extrapolated)
+    result = converge(map(Sample, (1.0, 2.0, 4.286), values))
+    assert result.verdict == "oscillatory"
+    assert math.isnan(result.extrapolated)
 
 
 def test_error_bar__of_a_converging_series_covers_the_limit_from_the_finest_value() -> None:
-    found = converge(series(1.0, HALVING))
-    finest = found.levels[0].value
-    assert abs(finest - LIMIT) <= found.mesh
+    result = converge(series(1.0, HALVING))
+    finest = result.levels[0].value
+    assert abs(finest - LIMIT) <= result.mesh
 
 
 @given(
@@ -110,11 +110,11 @@ def test_order__of_the_logarithm_is_zero() -> None:
 
 
 def test_order__above_the_formal_one_is_reported_and_not_used() -> None:
-    found = converge(series(2.6, HALVING))
-    assert found.order == pytest.approx(2.6)
-    fine, middle = found.levels[0].value, found.levels[1].value
+    result = converge(series(2.6, HALVING))
+    assert result.order == pytest.approx(2.6)
+    fine, middle = result.levels[0].value, result.levels[1].value
     expected = fine - (middle - fine) / (2.0**FORMAL_ORDER - 1.0)
-    assert found.extrapolated == pytest.approx(expected)
+    assert result.extrapolated == pytest.approx(expected)
 
 
 # --- what must not be extrapolated ------------------------------------------------------------------
@@ -126,7 +126,7 @@ def lowest_order_error(fine: float, middle: float, ratio: float = 2.0) -> float:
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "reason"),
     [
         ((20.0, 19.0, 22.0), "change sign"),
         ((20.0, 20.5, 19.9), "change sign"),
@@ -135,21 +135,21 @@ def lowest_order_error(fine: float, middle: float, ratio: float = 2.0) -> float:
     ],
 )
 def test_oscillation__keeps_the_finest_value_and_is_no_surer_than_convergence(
-    values: Sequence[float], words: str
+    values: Sequence[float], reason: str
 ) -> None:
-    found = alone(*values)
-    assert found.verdict == "oscillatory"
-    assert words in found.reason
-    assert found.value == values[0]
+    result = alone(*values)
+    assert result.verdict == "oscillatory"
+    assert reason in result.reason
+    assert result.value == values[0]
     slowest = SAFETY * lowest_order_error(values[0], values[1])
-    assert found.mesh == pytest.approx(max(slowest, max(values) - min(values)))
-    assert math.isnan(found.extrapolated)
-    assert math.isnan(found.order)
-    assert math.isnan(found.gci)
+    assert result.mesh == pytest.approx(max(slowest, max(values) - min(values)))
+    assert math.isnan(result.extrapolated)
+    assert math.isnan(result.order)
+    assert math.isnan(result.gci)
 
 
 @pytest.mark.parametrize(
-    ("values", "words", "safety"),
+    ("values", "reason", "safety"),
     [
         ((20.0, 22.0, 23.0), "grow with refinement", SAFETY_UNOBSERVED),
         ((20.0, 21.0, 22.0), "grow with refinement", SAFETY_UNOBSERVED),  # order 0: no limit either
@@ -160,16 +160,16 @@ def test_oscillation__keeps_the_finest_value_and_is_no_surer_than_convergence(
     ],
 )
 def test_not_asymptotic__keeps_the_finest_value_and_widens_its_bar(
-    values: Sequence[float], words: str, safety: float
+    values: Sequence[float], reason: str, safety: float
 ) -> None:
-    found = alone(*values)
-    assert found.verdict == "not in the asymptotic range"
-    assert words in found.reason
-    assert found.value == values[0]
+    result = alone(*values)
+    assert result.verdict == "not in the asymptotic range"
+    assert reason in result.reason
+    assert result.value == values[0]
     slowest = safety * lowest_order_error(values[0], values[1])
-    assert found.mesh == pytest.approx(max(slowest, max(values) - min(values)))
-    assert math.isnan(found.extrapolated)
-    assert math.isnan(found.gci)
+    assert result.mesh == pytest.approx(max(slowest, max(values) - min(values)))
+    assert math.isnan(result.extrapolated)
+    assert math.isnan(result.gci)
 
 
 @pytest.mark.parametrize(("count", "mesh"), [(2, 0.1), (3, 0.3)])
@@ -211,9 +211,9 @@ def test_error_bar__covers_the_limit_of_a_power_law(
     order: float, first: float, second: float, difference: float
 ) -> None:
     # From 0.3 on: the lower the order, the less of its error do three grids show.
-    found = converge(power_law(order, (first, second), difference))
+    result = converge(power_law(order, (first, second), difference))
     true_error = abs(difference) / (first**order - 1.0)
-    assert found.mesh >= true_error * (1.0 - FOUND)
+    assert result.mesh >= true_error * (1.0 - FOUND)
 
 
 @given(ANY_ORDER, ANY_ORDER, RATIOS, RATIOS)
@@ -233,9 +233,9 @@ def test_error_bar__without_convergence_is_as_wide_as_any_with_it(
     widest = converge(power_law(ORDERS[0] + FOUND, (first, second), ERROR))
     assert widest.verdict == "converging"  # and the widest bar that it can have
     spacings, values = (1.0, first, first * second), (LIMIT, LIMIT + ERROR, LIMIT + coarse)
-    found = converge(map(Sample, spacings, values, (noise,) * 3))
-    assert found.verdict == "converging" or found.mesh >= widest.mesh * (1.0 - 10.0 * FOUND)
-    assert found.verdict == "converging" or found.mesh >= max(values) - min(values)
+    result = converge(map(Sample, spacings, values, (noise,) * 3))
+    assert result.verdict == "converging" or result.mesh >= widest.mesh * (1.0 - 10.0 * FOUND)
+    assert result.verdict == "converging" or result.mesh >= max(values) - min(values)
 
 
 @given(ANY_ORDER, RATIOS, RATIOS, st.floats(0.0, 2.0), st.floats(0.0, 2.0))
@@ -264,8 +264,8 @@ def test_scatter__above_a_difference_hides_the_order() -> None:
 
 
 def test_scatter__hides_an_oscillation_too() -> None:
-    found = shifted((20.2, 19.8), (19.9, 19.9), (22.0, 22.0))
-    assert found.verdict == "not in the asymptotic range"
+    result = shifted((20.2, 19.8), (19.9, 19.9), (22.0, 22.0))
+    assert result.verdict == "not in the asymptotic range"
 
 
 def test_one_offset__has_the_noise_that_its_measurement_states() -> None:
@@ -281,9 +281,9 @@ def test_one_offset__has_the_noise_that_its_measurement_states() -> None:
 
 def test_one_offset_among_several__is_judged_by_what_it_states() -> None:
     several = [Sample(1.0, value, sub_cell=0.6) for value in (19.9, 20.1)]
-    found = converge([*several, Sample(2.0, 20.5, sub_cell=0.6), Sample(4.0, 21.5, sub_cell=0.6)])
-    assert found.verdict == "not in the asymptotic range"
-    assert found.offsets == pytest.approx(0.1)
+    result = converge([*several, Sample(2.0, 20.5, sub_cell=0.6), Sample(4.0, 21.5, sub_cell=0.6)])
+    assert result.verdict == "not in the asymptotic range"
+    assert result.offsets == pytest.approx(0.1)
 
 
 def test_one_offset__without_a_statement_is_called_that() -> None:
@@ -293,19 +293,19 @@ def test_one_offset__without_a_statement_is_called_that() -> None:
 
 
 def test_two_grids__assume_first_order_and_a_factor_of_three() -> None:
-    found = converge([Sample(1.0, 20.0), Sample(1.5, 20.3)])
-    assert found.verdict == "two grids"
-    assert found.value == 20.0
-    assert found.mesh == pytest.approx(SAFETY_UNOBSERVED * 0.3 / 0.5)
-    assert math.isnan(found.order)
-    assert math.isnan(found.extrapolated)
+    result = converge([Sample(1.0, 20.0), Sample(1.5, 20.3)])
+    assert result.verdict == "two grids"
+    assert result.value == 20.0
+    assert result.mesh == pytest.approx(SAFETY_UNOBSERVED * 0.3 / 0.5)
+    assert math.isnan(result.order)
+    assert math.isnan(result.extrapolated)
 
 
 def test_single_grid__says_nothing_about_the_mesh() -> None:
-    found = converge([Sample(1.0, 20.0, sub_cell=0.3, rest=0.4)])
-    assert (found.verdict, found.value) == ("single grid", 20.0)
-    assert math.isnan(found.mesh)
-    assert found.uncertainty == pytest.approx(0.5)
+    result = converge([Sample(1.0, 20.0, sub_cell=0.3, rest=0.4)])
+    assert (result.verdict, result.value) == ("single grid", 20.0)
+    assert math.isnan(result.mesh)
+    assert result.uncertainty == pytest.approx(0.5)
 
 
 # --- what noise leaves open of the limit ------------------------------------------------------------
@@ -315,16 +315,26 @@ def limits_within_noise(
     spacings: Sequence[float], values: Sequence[float], noise: Sequence[float], origin: float
 ) -> float:
     """The farthest limit over a fine mesh of values within the noise, by trial."""
-    steps = [part / 20.0 for part in range(-20, 21)]
-    farthest = 0.0
-    for moves in itertools.product(steps, repeat=3):
-        moved = [v + move * n for v, move, n in zip(values, moves, noise, strict=True)]
-        order = observed_order(spacings, moved)
-        if ORDERS[0] <= order <= ORDERS[1]:
-            used = min(order, FORMAL_ORDER)
-            error = (moved[1] - moved[0]) / ((spacings[1] / spacings[0]) ** used - 1.0)
-            farthest = max(farthest, abs(moved[0] - error - origin))
-    return farthest
+    moves = np.linspace(-1.0, 1.0, 41)
+    axes = [value + moves * size for value, size in zip(values, noise, strict=True)]
+    fine, middle, coarse = (axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
+    near, far = middle - fine, coarse - middle
+    h1, h2, h3 = spacings
+
+    def ratio(order: np.ndarray | float) -> np.ndarray:
+        """Difference of the coarse grids over that of the fine ones."""
+        return np.asarray((h3**order - h2**order) / (h2**order - h1**order))
+
+    quotient = np.divide(far, near, out=np.zeros_like(far), where=near != 0.0)
+    accepted = (quotient >= ratio(ORDERS[0])) & (quotient <= ratio(ORDERS[1]))
+    fine, near, quotient = fine[accepted], near[accepted], quotient[accepted]
+    low, high = (np.full(quotient.size, order) for order in ORDERS)
+    for _ in range(60):
+        order = 0.5 * (low + high)
+        steeper = ratio(order) < quotient
+        low, high = np.where(steeper, order, low), np.where(steeper, high, order)
+    error = near / ((h2 / h1) ** np.minimum(low, FORMAL_ORDER) - 1.0)
+    return float(np.abs(fine - error - origin).max(initial=0.0))
 
 
 @pytest.mark.parametrize(
@@ -341,10 +351,10 @@ def test_farthest_limit__is_that_of_a_search(
     spacings: Sequence[float], values: Sequence[float], noise: Sequence[float]
 ) -> None:
     origin = values[0]
-    found = farthest_limit(spacings, values, noise, origin)
+    result = farthest_limit(spacings, values, noise, origin)
     searched = limits_within_noise(spacings, values, noise, origin)
     # The search has steps of a twentieth of the noise, and the limit runs 5 times as far as the values at most.
-    assert searched - SOLVED <= found <= searched + 0.05 * 10.0 * max(noise)
+    assert searched - SOLVED <= result <= searched + 0.05 * 10.0 * max(noise)
 
 
 def test_farthest_limit__is_nothing_where_no_accepted_order_is_within_the_noise() -> None:
@@ -366,14 +376,14 @@ def test_error_bar__of_noisy_grids_of_first_order_covers_the_limit(
             for h in (1.0, ratio, ratio**2)
             for _ in range(offsets)
         ]
-        found = converge(samples)
-        covered += abs(found.value - LIMIT) <= found.uncertainty
+        result = converge(samples)
+        covered += abs(result.value - LIMIT) <= result.uncertainty
     assert covered >= 0.9 * trials
 
 
 def test_two_grids__of_little_difference_in_size_hide_an_error_in_their_noise() -> None:
-    found = converge([Sample(1.0, 20.0, 0.3), Sample(1.1, 20.0, 0.3)])
-    assert found.mesh == pytest.approx(0.3 / 0.1)
+    result = converge([Sample(1.0, 20.0, 0.3), Sample(1.1, 20.0, 0.3)])
+    assert result.mesh == pytest.approx(0.3 / 0.1)
 
 
 # --- parts of the error bar -------------------------------------------------------------------------
@@ -404,27 +414,27 @@ def test_offsets__take_the_place_of_what_a_single_run_cannot_see() -> None:
 
 def test_uncertainty__is_the_root_of_the_squares_of_its_parts() -> None:
     samples = [Sample(h, LIMIT + ERROR * h, sub_cell=0.01, rest=0.7) for h in HALVING]
-    found = converge(samples)
+    result = converge(samples)
     parts = (SAFETY * ERROR, 0.01, 0.7)
-    assert (found.mesh, found.offsets, found.measurement) == pytest.approx(parts)
-    assert found.uncertainty == pytest.approx(math.hypot(*parts))
+    assert (result.mesh, result.offsets, result.measurement) == pytest.approx(parts)
+    assert result.uncertainty == pytest.approx(math.hypot(*parts))
 
 
 # --- failed runs ------------------------------------------------------------------------------------
 
 
 def test_failed_offset__is_left_out_and_counted() -> None:
-    found = shifted((20.0, math.nan, 20.2), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
-    assert found.value == pytest.approx(found.extrapolated)
-    assert found.levels[0].value == pytest.approx(20.1)
-    assert (found.levels[0].values, found.levels[0].runs) == (2, 3)
-    assert "1 of 3 offsets without a value" in found.reason
+    result = shifted((20.0, math.nan, 20.2), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
+    assert result.value == pytest.approx(result.extrapolated)
+    assert result.levels[0].value == pytest.approx(20.1)
+    assert (result.levels[0].values, result.levels[0].runs) == (2, 3)
+    assert "1 of 3 offsets without a value" in result.reason
 
 
 def test_failed_resolution__leaves_the_others_and_says_so() -> None:
-    found = alone(math.nan, 20.0, 20.5, 21.5)
-    assert found.verdict == "converging"
-    assert "1 of 4 resolutions without a value; the finest among them" in found.reason
+    result = alone(math.nan, 20.0, 20.5, 21.5)
+    assert result.verdict == "converging"
+    assert "1 of 4 resolutions without a value; the finest among them" in result.reason
     assert alone(20.0, math.nan, 21.5).verdict == "two grids"
     assert alone(math.nan, math.nan, 21.5).verdict == "single grid"
 
@@ -441,24 +451,24 @@ def test_lost_offset__does_not_make_the_noise_smaller() -> None:
 def test_grid_without_anything_to_measure__contradicts_the_others() -> None:
     coarse = [Sample(2.0**place, LIMIT + 2.0**place) for place in range(1, 4)]
     assert converge([Sample(1.0, math.nan), *coarse]).verdict == "converging"
-    found = converge([Sample(1.0, math.nan, nothing=True), *coarse])
-    assert found.verdict == "not in the asymptotic range"
-    assert found.value == coarse[0].value
-    assert math.isnan(found.mesh)
-    assert math.isnan(found.extrapolated)
-    assert "1 of 4 runs found nothing to measure" in found.reason
+    result = converge([Sample(1.0, math.nan, nothing=True), *coarse])
+    assert result.verdict == "not in the asymptotic range"
+    assert result.value == coarse[0].value
+    assert math.isnan(result.mesh)
+    assert math.isnan(result.extrapolated)
+    assert "1 of 4 runs found nothing to measure" in result.reason
 
 
 def test_offset_without_anything_to_measure__contradicts_the_others() -> None:
     samples = [Sample(h, LIMIT + ERROR * h) for h in HALVING for _ in range(2)]
-    found = converge([*samples, Sample(1.0, math.nan, nothing=True)])
-    assert found.verdict == "not in the asymptotic range"
-    assert math.isnan(found.mesh)
+    result = converge([*samples, Sample(1.0, math.nan, nothing=True)])
+    assert result.verdict == "not in the asymptotic range"
+    assert math.isnan(result.mesh)
 
 
 def test_coarse_grid_without_anything_to_measure__decides_nothing() -> None:
-    found = converge([*series(1.0, HALVING), Sample(8.0, math.nan, nothing=True)])
-    assert found.verdict == "converging"
+    result = converge([*series(1.0, HALVING), Sample(8.0, math.nan, nothing=True)])
+    assert result.verdict == "converging"
 
 
 def test_quality_flags__are_named_with_the_resolutions_that_have_them() -> None:
@@ -471,19 +481,19 @@ def test_quality_flags__are_named_with_the_resolutions_that_have_them() -> None:
             (8.0, ("odd",)),
         )
     ]
-    found = converge(flagged)
-    assert found.verdict == "converging"
-    assert "late at the second and the third of the resolutions that count" in found.reason
-    assert "coarse at the third of the resolutions that count" in found.reason
-    assert "odd" not in found.reason  # the fourth decides nothing
+    result = converge(doubtful)
+    assert result.verdict == "converging"
+    assert "late at the second and the third of the resolutions that count" in result.reason
+    assert "coarse at the third of the resolutions that count" in result.reason
+    assert "odd" not in result.reason  # the fourth decides nothing
 
 
 @pytest.mark.parametrize("values", [(), (math.nan,), (math.nan, math.inf)])
 def test_nothing__has_no_value(values: Sequence[float]) -> None:
-    found = alone(*values)
-    assert found.verdict == "no value"
-    assert math.isnan(found.value)
-    assert math.isnan(found.uncertainty)
+    result = alone(*values)
+    assert result.verdict == "no value"
+    assert math.isnan(result.value)
+    assert math.isnan(result.uncertainty)
 
 
 # --- properties -------------------------------------------------------------------------------------
@@ -532,15 +542,15 @@ def test_converge__does_not_see_the_units(
 
 @given(LEVELS)
 def test_converge__extrapolates_only_what_converges(levels: list[list[float]]) -> None:
-    found = converge(samples_of(levels))
-    assert found.verdict in VERDICTS
-    assert math.isfinite(found.extrapolated) == (found.verdict == "converging")
-    if found.verdict == "converging":
-        assert ORDERS[0] <= found.order <= ORDERS[1]
-        assert found.value == found.extrapolated
-    elif found.verdict != "no value":
-        assert found.value == next(level.value for level in found.levels if level.values)
-    assert found.verdict == "no value" or found.uncertainty >= found.offsets
+    result = converge(samples_of(levels))
+    assert result.verdict in VERDICTS
+    assert math.isfinite(result.extrapolated) == (result.verdict == "converging")
+    if result.verdict == "converging":
+        assert ORDERS[0] <= result.order <= ORDERS[1]
+        assert result.value == result.extrapolated
+    elif result.verdict != "no value":
+        assert result.value == next(level.value for level in result.levels if level.values)
+    assert result.verdict == "no value" or result.uncertainty >= result.offsets
 
 
 @pytest.mark.parametrize("grids", [1, 2, 3])
@@ -549,9 +559,9 @@ def test_finest_grid__that_is_too_coarse_has_no_error_bar(grids: int) -> None:
         Sample(2.0**n, 10.0 + 2.0**n, 0.1, 0.1, quality_flags=("too_coarse",) if n == 0 else ())
         for n in range(grids)
     ]
-    found = converge(samples)
-    assert found.verdict == ("single grid" if grids == 1 else "not in the asymptotic range")
-    assert found.value == 11.0
-    assert math.isnan(found.uncertainty)
-    assert math.isnan(found.extrapolated)
-    assert "too coarse at the finest" in found.reason
+    result = converge(samples)
+    assert result.verdict == ("single grid" if grids == 1 else "not in the asymptotic range")
+    assert result.value == 11.0
+    assert math.isnan(result.uncertainty)
+    assert math.isnan(result.extrapolated)
+    assert "too coarse at the finest" in result.reason

@@ -13,9 +13,10 @@ from solver.simulation import simulate, start
 from solver.state import Snapshot, records
 from studies.films import film
 from studies.films.film import Film
+from studies.results import RunControl
 from studies.runs.execution import execute, observer_of
 from studies.runs.run import Run
-from tests.studies.runs.test_execution import BROKEN_OFF_AFTER, after, asked
+from tests.studies.runs.solved import BROKEN_OFF_AFTER, after, asked
 
 MOST = film.FRAMES + 2
 
@@ -46,7 +47,7 @@ def broken_off(run: Run, folder: Path) -> Path:
             folder,
             threads=1,
             checkpoint=checkpoint,
-            leave=after(2 * BROKEN_OFF_AFTER),
+            control=RunControl(must_leave=after(2 * BROKEN_OFF_AFTER)),
             film=True,
         )
     return checkpoint

@@ -11,7 +11,7 @@ from studies.reports import compare, page, report
 from studies.reports.publish import publish, publish_sweep
 from studies.results import Measured, RunResult
 from studies.sweeps.sweep import Sweep
-from studies.values.files import OF_A_SWEEP
+from studies.values.files import SWEEP_FILES
 from tests.studies.support import fakes
 
 HOLES = {
@@ -58,7 +58,7 @@ def outcomes(document: dict) -> dict[str, dict]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("out")
     files = publish(HOLES, json.loads(json.dumps(outcomes(HOLES))), folder / "holes")
-    assert files == {name: str(folder / "holes" / name) for name in OF_A_SWEEP}
+    assert files == {name: str(folder / "holes" / name) for name in SWEEP_FILES}
     return folder / "holes"
 
 
@@ -101,4 +101,4 @@ def test_publish__again_replaces_what_was_there(tmp_path: Path) -> None:
     publish_sweep(sweep, fakes.results(sweep), tmp_path, fakes.catalogue())
     with xr.open_dataset(tmp_path / "cube.nc") as dataset:
         assert np.isfinite(dataset.hole_diameter).all()
-    assert {file.name for file in tmp_path.iterdir()} == set(OF_A_SWEEP)
+    assert {file.name for file in tmp_path.iterdir()} == set(SWEEP_FILES)

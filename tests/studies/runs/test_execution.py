@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,58 +10,13 @@ import pytest
 
 from solver.errors import Interrupted
 from solver.simulation import start
-from studies import materials, scenarios
+from studies import scenarios
 from studies.measurements import Reading
-from studies.results import Progress, RunResult
+from studies.results import Progress, RunControl, RunResult
 from studies.runs.execution import execute, observer_of
 from studies.runs.observer import Observer
-from studies.runs.run import Run, materials_of, resolve
-from studies.values.parameters import declared
-
-# Small runs, one of each family.
-RUNS: dict[str, dict[str, Any]] = {
-    "thin_plate": {
-        "speed": 3000.0,
-        "projectile_diameter": 8e-3,
-        "plate_thickness": 2e-3,
-        "plate_radius": 16e-3,
-        "projectile": "copper-ofhc",
-        "target": "copper-ofhc",
-        "cells_per_diameter": 4.0,
-        "end_time": 4e-6,
-    },
-    "taylor_bar": {
-        "cells_per_diameter": 4.0,
-        "end_time": 20e-6,
-        "reference_length": 16.2e-3,
-        "speed": 400.0,
-    },
-    "elastic_bar": {},
-    "plate_impact": {"cells_per_thickness": 40.0},
-}
-BROKEN_OFF_AFTER = 23  # steps; between two observations in each of the runs
-
-
-def asked(scenario: str, **changes: Any) -> Run:
-    given = {**RUNS[scenario], **changes}
-    defaults = declared(scenarios.load(scenario).parameters)
-    names = {
-        role: str(given.get(role, defaults[role].default))
-        for role in scenarios.load(scenario).materials
-    }
-    return resolve(scenario, given, {role: materials.load(name) for role, name in names.items()})
-
-
-def after(steps: int) -> Callable[[], bool]:
-    """Says yes once it has been asked that often."""
-    asked_so_far = 0
-
-    def leave() -> bool:
-        nonlocal asked_so_far
-        asked_so_far += 1
-        return asked_so_far >= steps
-
-    return leave
+from studies.runs.run import materials_of
+from tests.studies.runs.solved import BROKEN_OFF_AFTER, RUNS, after, asked, solved
 
 
 def without_provenance(directory: Path) -> str:
@@ -80,7 +35,6 @@ def test_resume__gives_the_result_of_a_run_that_never_stopped(
     scenario: str, tmp_path: Path
 ) -> None:
     run, file = asked(scenario), tmp_path / "checkpoint"
-    whole = execute(run, tmp_path / "whole", threads=1)
     for _ in range(2):  # broken off twice
         with pytest.raises(Interrupted):
             execute(
@@ -88,15 +42,18 @@ def test_resume__gives_the_result_of_a_run_that_never_stopped(
                 tmp_path / "resumed",
                 threads=1,
                 checkpoint=file,
-                leave=after(BROKEN_OFF_AFTER),
+                control=RunControl(must_leave=after(BROKEN_OFF_AFTER)),
             )
         assert not (tmp_path / "resumed" / "result.json").exists()
     resumed = execute(run, tmp_path / "resumed", threads=1, checkpoint=file)
     assert "from the checkpoint" in str(resumed.provenance["checkpoint"])
-    assert without_provenance(tmp_path / "resumed") == without_provenance(tmp_path / "whole")
-    states = [(tmp_path / place / "state.npz").read_bytes() for place in ("whole", "resumed")]
+    assert without_provenance(tmp_path / "resumed") == without_provenance(solved(scenario))
+    states = [
+        (folder / "state.npz").read_bytes() for folder in (solved(scenario), tmp_path / "resumed")
+    ]
     assert states[0] == states[1]
-    assert "checkpoint" not in whole.provenance
+    whole = json.loads((solved(scenario) / "result.json").read_text())
+    assert "checkpoint" not in whole["provenance"]
 
 
 def test_resume__of_another_run_begins_from_the_start(tmp_path: Path) -> None:
@@ -107,18 +64,16 @@ def test_resume__of_another_run_begins_from_the_start(tmp_path: Path) -> None:
             tmp_path / "other",
             threads=1,
             checkpoint=file,
-            leave=after(BROKEN_OFF_AFTER),
+            control=RunControl(must_leave=after(BROKEN_OFF_AFTER)),
         )
-    run = asked("elastic_bar")
-    execute(run, tmp_path / "whole", threads=1)
-    result = execute(run, tmp_path / "resumed", threads=1, checkpoint=file)
+    result = execute(asked("elastic_bar"), tmp_path / "resumed", threads=1, checkpoint=file)
     assert "from the start" in str(result.provenance["checkpoint"])
-    assert without_provenance(tmp_path / "resumed") == without_provenance(tmp_path / "whole")
+    assert without_provenance(tmp_path / "resumed") == without_provenance(solved("elastic_bar"))
 
 
 def test_saved__is_told_each_checkpoint_that_is_written_or_gone_on_from(tmp_path: Path) -> None:
     run, file = asked("elastic_bar"), tmp_path / "checkpoint"
-    told: list[int] = []
+    reported: list[int] = []
     for steps in (10, 20):
         with pytest.raises(Interrupted):
             execute(
@@ -126,20 +81,27 @@ def test_saved__is_told_each_checkpoint_that_is_written_or_gone_on_from(tmp_path
                 tmp_path,
                 threads=1,
                 checkpoint=file,
-                leave=after(steps),
-                saved=told.append,
+                control=RunControl(must_leave=after(steps), checkpointed=reported.append),
             )
-    assert told == [10, 10, 30]
-    execute(run, tmp_path, threads=1, checkpoint=file, saved=told.append)
-    assert told == [10, 10, 30, 30]
+    assert reported == [10, 10, 30]
+    execute(
+        run, tmp_path, threads=1, checkpoint=file, control=RunControl(checkpointed=reported.append)
+    )
+    assert reported == [10, 10, 30, 30]
 
 
 def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_written(
     tmp_path: Path,
 ) -> None:
-    file, told = tmp_path / "checkpoint", list[int]()
+    file, reported = tmp_path / "checkpoint", list[int]()
     file.write_text("damaged")
-    execute(asked("elastic_bar"), tmp_path, threads=1, checkpoint=file, saved=told.append)
+    execute(
+        asked("elastic_bar"),
+        tmp_path,
+        threads=1,
+        checkpoint=file,
+        control=RunControl(checkpointed=reported.append),
+    )
     nowhere = tmp_path / "nowhere" / "checkpoint"
     with pytest.raises(Interrupted):
         execute(
@@ -147,15 +109,14 @@ def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_wr
             tmp_path,
             threads=1,
             checkpoint=nowhere,
-            leave=after(5),
-            saved=told.append,
+            control=RunControl(must_leave=after(5), checkpointed=reported.append),
         )
-    assert told == []
+    assert reported == []
 
 
 def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: Path) -> None:
     run, lines = asked("elastic_bar"), list[str]()
-    result = execute(run, tmp_path, threads=1, say=lines.append)
+    result = execute(run, tmp_path, threads=1, control=RunControl(log=lines.append))
     assert run.id in lines[0]
     assert f"  speed = {run.parameters['speed']}" in lines
     observed = [line for line in lines if line.startswith("t = ")]
@@ -167,18 +128,20 @@ def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: P
 def test_log__of_a_run_that_goes_on_says_where(tmp_path: Path) -> None:
     run, lines, file = asked("elastic_bar"), list[str](), tmp_path / "checkpoint"
     with pytest.raises(Interrupted):
-        execute(run, tmp_path, threads=1, checkpoint=file, leave=after(10))
-    result = execute(run, tmp_path, threads=1, checkpoint=file, say=lines.append)
+        execute(run, tmp_path, threads=1, checkpoint=file, control=RunControl(must_leave=after(10)))
+    result = execute(
+        run, tmp_path, threads=1, checkpoint=file, control=RunControl(log=lines.append)
+    )
     assert result.provenance["checkpoint"] in lines
 
 
-def test_observer__recalls_what_it_remembered(scenario: str) -> None:
-    one, other = observer_of(asked(scenario)), observer_of(asked(scenario))
-    simulate_a_little(one)
-    other.recall(one.remember())
-    assert other.times == one.times
-    assert other.remember() == one.remember()
-    assert [list(reading) for reading in other.readings] == [list(r) for r in one.readings]
+def test_observer__is_restored_from_its_text(scenario: str) -> None:
+    first, second = observer_of(asked(scenario)), observer_of(asked(scenario))
+    simulate_a_little(first)
+    second.restore(first.as_text())
+    assert second.times == first.times
+    assert second.as_text() == first.as_text()
+    assert [list(reading) for reading in second.readings] == [list(r) for r in first.readings]
 
 
 def watched(history: Sequence[float], name: str = "hole_diameter", **changes: Any) -> Observer:
@@ -266,8 +229,9 @@ def simulate_a_little(observer: Any) -> None:
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, RunResult]:
-    return {name: execute(asked(name), tmp_path_factory.mktemp(name), threads=1) for name in RUNS}
+def results() -> dict[str, RunResult]:
+    texts = {name: (solved(name) / "result.json").read_text() for name in RUNS}
+    return {name: RunResult.from_json(json.loads(text)) for name, text in texts.items()}
 
 
 def test_result__has_all_that_its_scenario_measures(
@@ -307,9 +271,9 @@ def test_result__follows_the_history_up_to_its_last_observation(
     contact = bar["contact_time"]
     # Nothing is known while the bar stands at the wall, and nothing changes once it has left.
     values = contact.history["value"]
-    known = [value for value in values if value is not None]
-    assert values[: len(values) - len(known)] == [None] * (len(values) - len(known))
-    assert contact.value == known[-1]
+    present = [value for value in values if value is not None]
+    assert values[: len(values) - len(present)] == [None] * (len(values) - len(present))
+    assert contact.value == present[-1]
     assert bar["rebound_momentum"].history["value"][0] == pytest.approx(-1.0, abs=1e-12)
 
 
@@ -328,14 +292,14 @@ def shares_and_times_left(
     monkeypatch: pytest.MonkeyPatch, begun: float
 ) -> list[tuple[float, float | None]]:
     """What an observer says that sees the rest of a run, twenty times in the whole of it, once a second."""
-    told: list[Progress] = []
-    watched = observer_of(asked("thin_plate"), told.append)
+    reported: list[Progress] = []
+    watched = observer_of(asked("thin_plate"), reported.append)
     monkeypatch.setattr("studies.runs.observer.time", Clock())
     snapshot = start(watched.setting.problem, threads=1).snapshot()
     end = watched.setting.problem.end_time
     for number in range(round(20 * begun), 21):
         watched(snapshot._replace(time=number / 20 * end))
-    return [(one.fraction, one.eta_seconds) for one in told]
+    return [(each.fraction, each.eta_seconds) for each in reported]
 
 
 @pytest.mark.parametrize("begun", [0.0, 0.5, 0.8])

@@ -12,28 +12,20 @@ from studies import measurements
 from studies.measurements import Measurement, Reading
 from studies.results import TOO_COARSE, RunResult
 from studies.runs import execution
-from studies.runs.execution import execute
 from studies.runs.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
 from studies.runs.run import Run
-from tests.studies.runs.test_execution import RUNS, asked
+from tests.studies.runs.solved import RUNS, asked, solved
 
-Raise = Callable[..., None]
+Patch = Callable[..., None]
 WHO = "the tests"
 VERSION = measurements.load("hole_diameter").version
 
 
-@pytest.fixture(scope="module")
-def folders(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """A solved run of each family, in a folder."""
-    found = {scenario: tmp_path_factory.mktemp(scenario) for scenario in RUNS}
-    for scenario, folder in found.items():
-        execute(asked(scenario), folder, threads=1)
-    return found
-
-
 @pytest.fixture
-def raised(monkeypatch: pytest.MonkeyPatch) -> Raise:
-    """Give a measurement another version, and another text if one is given; from here on nothing is solved."""
+def patched(monkeypatch: pytest.MonkeyPatch) -> Patch:
+    """Give a measurement another version, and another definition if there is one; afterwards nothing is solved."""
+    for scenario in RUNS:
+        solved(scenario)
     plain = measurements.load
     changed: dict[str, Measurement] = {}
     monkeypatch.setattr(measurements, "load", lambda name: changed.get(name) or plain(name))
@@ -61,13 +53,13 @@ def again(folder: Path, run: Run) -> RunResult:
 
 @pytest.mark.parametrize("scenario", sorted(RUNS))
 def test_reading__of_a_stored_state_gives_the_same_bits_as_the_solver_did(
-    scenario: str, folders: dict[str, Path], raised: Raise
+    scenario: str, patched: Patch
 ) -> None:
-    run, before = asked(scenario), result_in(folders[scenario])
+    run, before = asked(scenario), result_in(solved(scenario))
     of_a_state = [name for name in definitions(scenario) if not measurements.load(name).follows]
     for name in of_a_state:
-        raised(name)
-    renewed = again(folders[scenario], run).measurements
+        patched(name)
+    renewed = again(solved(scenario), run).measurements
     for name in of_a_state:
         was, now = before.measurements[name], renewed[name]
         parts = {part: size for part, size in was.parts.items() if part != "growth"}
@@ -75,62 +67,56 @@ def test_reading__of_a_stored_state_gives_the_same_bits_as_the_solver_did(
         assert now.history == {"time": [before.numbers["end_time"]], "value": [was.value]}
 
 
-def test_reading__of_a_stored_state_says_nothing_of_growth(
-    folders: dict[str, Path], raised: Raise
-) -> None:
-    before = result_in(folders["taylor_bar"]).measurements["final_length"]
-    raised("final_length")
-    after = again(folders["taylor_bar"], asked("taylor_bar")).measurements["final_length"]
+def test_reading__of_a_stored_state_says_nothing_of_growth(patched: Patch) -> None:
+    before = result_in(solved("taylor_bar")).measurements["final_length"]
+    patched("final_length")
+    after = again(solved("taylor_bar"), asked("taylor_bar")).measurements["final_length"]
     assert "still_growing" in before.flags
     assert after.flags == (NEEDS_SOLVING,)
     assert after.uncertainty == pytest.approx(before.parts["resolution"])
 
 
-def test_reading__of_a_stored_state_on_too_coarse_a_grid_has_no_error_bar(
-    folders: dict[str, Path], raised: Raise
-) -> None:
-    raised("hole_diameter", read=lambda seen: Reading(0.01, {"resolution": 2e-3}))
-    after = again(folders["thin_plate"], asked("thin_plate")).measurements["hole_diameter"]
+def test_reading__of_a_stored_state_on_too_coarse_a_grid_has_no_error_bar(patched: Patch) -> None:
+    patched("hole_diameter", read=lambda _: Reading(0.01, {"resolution": 2e-3}))
+    after = again(solved("thin_plate"), asked("thin_plate")).measurements["hole_diameter"]
     assert (after.uncertainty, after.flags) == (None, (NEEDS_SOLVING, TOO_COARSE))
 
 
-def test_nothing__changed_leaves_the_result_as_it_is(folders: dict[str, Path]) -> None:
-    before = result_in(folders["thin_plate"])
+def test_nothing__changed_leaves_the_result_as_it_is() -> None:
+    before = result_in(solved("thin_plate"))
     assert remeasure(asked("thin_plate"), before, Path("nowhere"), by=WHO) is before
 
 
-def test_definition__that_changed_gives_its_values_and_the_rest_stays(
-    folders: dict[str, Path], raised: Raise
-) -> None:
-    raised("hole_diameter", read=lambda seen: Reading(float(seen.mass.sum()), {"resolution": 0.5}))
+def test_definition__that_changed_gives_its_values_and_the_rest_stays(patched: Patch) -> None:
+    patched("hole_diameter", read=lambda view: Reading(float(view.mass.sum()), {"resolution": 0.5}))
     before, after = (
-        result_in(folders["thin_plate"]),
-        again(folders["thin_plate"], asked("thin_plate")),
+        result_in(solved("thin_plate")),
+        again(solved("thin_plate"), asked("thin_plate")),
     )
-    state = load_state(folders["thin_plate"] / "state.npz")
+    state = load_state(solved("thin_plate") / "state.npz")
     assert after.measurements["hole_diameter"].value == pytest.approx(state.particles.mass.sum())
-    others = {name: one for name, one in after.measurements.items() if name != "hole_diameter"}
+    others = {name: each for name, each in after.measurements.items() if name != "hole_diameter"}
     assert others == {name: before.measurements[name] for name in others}
-    told = after.provenance.pop("remeasured")  # type: ignore[attr-defined]
-    assert told == f"hole_diameter {VERSION} to {VERSION + 1} by {WHO}"
+    entry = after.provenance.pop("remeasured")  # type: ignore[attr-defined]
+    assert entry == f"hole_diameter {VERSION} to {VERSION + 1} by {WHO}"
     assert after.provenance == before.provenance
     assert replace(after, measurements={}) == replace(before, measurements={})
 
 
-def test_provenance__tells_every_time(folders: dict[str, Path], raised: Raise) -> None:
-    run, state = asked("thin_plate"), folders["thin_plate"] / "state.npz"
-    raised("hole_diameter")
-    once = again(folders["thin_plate"], run)
-    raised("hole_diameter")
+def test_provenance__tells_every_time(patched: Patch) -> None:
+    run, state = asked("thin_plate"), solved("thin_plate") / "state.npz"
+    patched("hole_diameter")
+    once = again(solved("thin_plate"), run)
+    patched("hole_diameter")
     twice = remeasure(run, once, state, by=WHO)
     first = f"hole_diameter {VERSION} to {VERSION + 1} by {WHO}"
     second = f"hole_diameter {VERSION + 1} to {VERSION + 2} by {WHO}"
     assert twice.provenance["remeasured"] == f"{first}; {second}"
 
 
-def test_result__goes_through_json(folders: dict[str, Path], raised: Raise) -> None:
-    raised("hole_diameter")
-    after = again(folders["thin_plate"], asked("thin_plate"))
+def test_result__goes_through_json(patched: Patch) -> None:
+    patched("hole_diameter")
+    after = again(solved("thin_plate"), asked("thin_plate"))
     assert RunResult.from_json(json.loads(json.dumps(after.as_json(), allow_nan=False))) == after
 
 
@@ -147,25 +133,23 @@ def a_follower(scenario: str) -> tuple[str, str]:
 
 
 @pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])
-def test_follower__is_read_off_the_stored_histories(
-    scenario: str, folders: dict[str, Path], raised: Raise
-) -> None:
+def test_follower__is_read_off_the_stored_histories(scenario: str, patched: Patch) -> None:
     name, _ = a_follower(scenario)
-    before = result_in(folders[scenario]).measurements[name]
-    raised(name)
-    after = again(folders[scenario], asked(scenario)).measurements[name]
+    before = result_in(solved(scenario)).measurements[name]
+    patched(name)
+    after = again(solved(scenario), asked(scenario)).measurements[name]
     assert (after.value, after.version, after.flags) == (before.value, 2, before.flags)
 
 
 @pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])
 def test_follower__of_what_changed_keeps_its_value_and_says_so(
-    scenario: str, folders: dict[str, Path], raised: Raise
+    scenario: str, patched: Patch
 ) -> None:
     name, followed = a_follower(scenario)
-    before = result_in(folders[scenario]).measurements[name]
-    raised(name)
-    raised(followed)
-    result = again(folders[scenario], asked(scenario))
+    before = result_in(solved(scenario)).measurements[name]
+    patched(name)
+    patched(followed)
+    result = again(solved(scenario), asked(scenario))
     after = result.measurements[name]
     assert (after.value, after.version) == (before.value, before.version)
     assert after.flags == (*before.flags, NEEDS_SOLVING)
@@ -176,11 +160,11 @@ def test_follower__of_what_changed_keeps_its_value_and_says_so(
 # --- what was measured, and what is ------------------------------------------------------------------
 
 
-def test_measurement__that_is_new_is_read_too(folders: dict[str, Path], raised: Raise) -> None:
-    run, whole = asked("thin_plate"), result_in(folders["thin_plate"])
-    less = {name: one for name, one in whole.measurements.items() if name != "hole_diameter"}
+def test_measurement__that_is_new_is_read_too(patched: Patch) -> None:
+    run, whole = asked("thin_plate"), result_in(solved("thin_plate"))
+    less = {name: each for name, each in whole.measurements.items() if name != "hole_diameter"}
     after = remeasure(
-        run, replace(whole, measurements=less), folders["thin_plate"] / "state.npz", by=WHO
+        run, replace(whole, measurements=less), solved("thin_plate") / "state.npz", by=WHO
     )
     before = whole.measurements["hole_diameter"]
     assert after.measurements["hole_diameter"].value == before.value
@@ -188,19 +172,17 @@ def test_measurement__that_is_new_is_read_too(folders: dict[str, Path], raised: 
     assert after.provenance["remeasured"] == f"hole_diameter nothing to {VERSION} by {WHO}"
 
 
-def test_outdated__names_what_has_another_version(raised: Raise) -> None:
+def test_outdated__names_what_has_another_version(patched: Patch) -> None:
     stored = {name: {"version": version} for name, version in definitions("thin_plate").items()}
     assert outdated("thin_plate", stored) == ()
-    raised("hole_diameter")
+    patched("hole_diameter")
     assert outdated("thin_plate", stored) == ("hole_diameter",)
     assert outdated("thin_plate", {}) == tuple(definitions("thin_plate"))
 
 
-def test_state__that_is_none_is_refused(
-    folders: dict[str, Path], raised: Raise, tmp_path: Path
-) -> None:
-    raised("hole_diameter")
-    run, before = asked("thin_plate"), result_in(folders["thin_plate"])
+def test_state__that_is_none_is_refused(patched: Patch, tmp_path: Path) -> None:
+    patched("hole_diameter")
+    run, before = asked("thin_plate"), result_in(solved("thin_plate"))
     with pytest.raises(FileNotFoundError):
         remeasure(run, before, tmp_path / "state.npz", by=WHO)
     (tmp_path / "state.npz").write_bytes(b"half of a state")

@@ -1,9 +1,9 @@
-"""A run: its identity is its content, what it refuses, and what its computation leaves."""
+"""A run: its identity, its refusals, and the files and numbers of its computation."""
 
 import dataclasses
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,8 @@ from solver.state import Particles, Retired, Snapshot
 from studies import materials, measurements, scenarios
 from studies.materials import Material
 from studies.materials.schema import NOT_SIMULATED
-from studies.measurements._view import view
-from studies.results import Progress, RunResult
+from studies.measurements._impact import view
+from studies.results import Progress, RunControl, RunResult
 from studies.runs import run
 from studies.runs.execution import execute
 from studies.runs.run import PHYSICS_VERSION, Run, estimate, materials_of, resolve
@@ -26,7 +26,7 @@ from studies.values.parameters import Parameter, declared
 from studies.values.recipes import RECIPES
 
 COPPER = materials.load("copper-ofhc")
-GIVEN: dict[str, Any] = {
+PARAMETERS: dict[str, Any] = {
     "speed": 3000.0,
     "projectile_diameter": 8e-3,
     "plate_thickness": 2e-3,
@@ -37,7 +37,7 @@ GIVEN: dict[str, Any] = {
     "end_time": 2e-6,
 }
 BLOCK: dict[str, Any] = {
-    **{name: value for name, value in GIVEN.items() if not name.startswith("plate")},
+    **{name: value for name, value in PARAMETERS.items() if not name.startswith("plate")},
     "target_depth": 24e-3,
     "target_radius": 24e-3,
 }
@@ -45,7 +45,7 @@ THIN = declared(scenarios.load("thin_plate").parameters)
 
 
 def asked(
-    given: Mapping[str, Any] = GIVEN,
+    parameters: Mapping[str, Any] = PARAMETERS,
     *,
     scenario: str = "thin_plate",
     projectile: Material = COPPER,
@@ -53,7 +53,7 @@ def asked(
     **changes: Any,
 ) -> Run:
     """A small run, with some parameters changed; a parameter that is ``...`` is left out."""
-    values = {name: value for name, value in {**given, **changes}.items() if value is not ...}
+    values = {name: value for name, value in {**parameters, **changes}.items() if value is not ...}
     return resolve(scenario, values, {"projectile": projectile, "target": target})
 
 
@@ -67,58 +67,40 @@ def refused(*arguments: Any, **changes: Any) -> list[str]:
 # Identity
 
 
-def test_identity__is_32_hexadecimal_digits() -> None:
+@pytest.mark.parametrize(
+    "same",
+    [
+        lambda: asked(dict(reversed(PARAMETERS.items()))),
+        lambda: Run.from_json(json.loads(json.dumps(asked().as_json(), allow_nan=False))),
+        lambda: asked(courant=RECIPES["whipple"].courant, geometry="axisymmetric", stop="settled"),
+        lambda: asked(speed=3000),
+        lambda: asked(speed=3000.0 * (1.0 + 1e-14)),
+        lambda: asked(target=COPPER.with_value("strength.A", 90e6 * (1.0 + 1e-14))),
+        lambda: asked(target=dataclasses.replace(COPPER, name="cu", title="My", family="red")),
+        lambda: asked({**PARAMETERS, "projectile": "cu", "target": "cu"}),
+        lambda: asked(target=dataclasses.replace(COPPER, yield_stresses=(), brinell_hardness=40.0)),
+    ],
+    ids=[
+        "order",
+        "JSON",
+        "defaults spelled out",
+        "whole number",
+        "beyond 12 digits",
+        "constant beyond 12 digits",
+        "name of a material",
+        "name in a parameter",
+        "numbers for laws alone",
+    ],
+)
+def test_identity__of_the_same_problem_is_the_same(same: Callable[[], Run]) -> None:
+    assert same().id == asked().id
     assert len(asked().id) == 32
     assert int(asked().id, 16) >= 0
 
 
-def test_identity__of_the_same_content_is_the_same() -> None:
-    backwards = dict(reversed(GIVEN.items()))
-    assert asked().id == asked(backwards).id
-    assert asked() is not asked(backwards)
-
-
-def test_identity__survives_json() -> None:
-    plain = json.loads(json.dumps(asked().as_json(), allow_nan=False))
-    assert Run.from_json(plain).id == asked().id
-
-
-def test_identity__of_a_default_is_that_of_the_same_value_spelled_out() -> None:
-    assert asked(courant=RECIPES["whipple"].courant).id == asked().id
-    assert asked(geometry="axisymmetric", stop="settled").id == asked().id
-
-
-def test_identity__takes_whole_numbers_for_numbers() -> None:
-    assert asked(speed=3000).id == asked().id
-
-
-def test_identity__ignores_what_lies_beyond_12_digits() -> None:
-    near = asked(speed=3000.0 * (1.0 + 1e-14))
-    assert near.id == asked().id
-    assert near.parameters["speed"] == 3000.0
-
-
 def test_identity__sees_the_12th_digit() -> None:
     assert asked(speed=3000.00000001).id != asked().id
-
-
-def test_identity__ignores_beyond_12_digits_in_materials_too() -> None:
-    near = COPPER.with_value("strength.A", 90e6 * (1.0 + 1e-14))
-    assert asked(target=near).id == asked().id
-
-
-def test_identity__is_not_changed_by_the_name_of_a_material() -> None:
-    renamed = dataclasses.replace(COPPER, name="cu", title="My copper", family="red")
-    assert asked(target=renamed).id == asked().id
-
-
-def test_identity__is_not_changed_by_what_the_parameter_calls_a_material() -> None:
-    assert asked({**GIVEN, "projectile": "cu", "target": "cu"}).id == asked().id
-
-
-def test_identity__is_not_changed_by_numbers_that_only_laws_read() -> None:
-    without = dataclasses.replace(COPPER, yield_stresses=(), brinell_hardness=40.0)
-    assert asked(target=without).id == asked().id
+    assert asked(speed=3000.0 * (1.0 + 1e-14)).parameters["speed"] == 3000.0
 
 
 @pytest.mark.parametrize("path", sorted(set(COPPER.paths()) - set(NOT_SIMULATED)))
@@ -188,28 +170,21 @@ def test_identity__tells_projectile_from_target() -> None:
 # Refusals
 
 
-def test_resolve__refuses_an_unknown_parameter_with_the_nearest_name() -> None:
+def test_resolve__refuses_unknown_names_with_the_nearest() -> None:
     with pytest.raises(InvalidInput, match="speed"):
         asked(sped=3000.0)
-
-
-def test_resolve__refuses_an_unknown_scenario_with_the_nearest_name() -> None:
     with pytest.raises(InvalidInput, match="thin_plate"):
-        resolve("thin_plat", GIVEN, {"projectile": COPPER, "target": COPPER})
+        resolve("thin_plat", PARAMETERS, {"projectile": COPPER, "target": COPPER})
 
 
-@pytest.mark.parametrize("value", [-3000.0, 0.0, math.nan, math.inf, 1e9, "fast", None, True])
-def test_resolve__refuses_a_speed_that_is_none(value: Any) -> None:
+@pytest.mark.parametrize("value", [-3000.0, 0.0, math.nan, 1e9, "fast", None, True, ...])
+def test_resolve__refuses_an_invalid_speed(value: Any) -> None:
     assert refused(speed=value) == ["parameters.speed"]
-
-
-def test_resolve__refuses_a_missing_parameter() -> None:
-    assert refused(speed=...) == ["parameters.speed"]
 
 
 def test_resolve__refuses_a_missing_material() -> None:
     with pytest.raises(InvalidInput) as caught:
-        resolve("thin_plate", GIVEN, {"projectile": COPPER})
+        resolve("thin_plate", PARAMETERS, {"projectile": COPPER})
     assert [finding.field for finding in caught.value.findings] == ["target"]
 
 
@@ -234,12 +209,12 @@ def test_resolve__refuses_a_window_below_a_tenth_of_its_default(
     scenario: str, diameter: float
 ) -> None:
     least = 0.1 * WINDOW_PER_DIAMETER * diameter
-    given = GIVEN if scenario == "thin_plate" else BLOCK
+    parameters = PARAMETERS if scenario == "thin_plate" else BLOCK
     at: dict[str, Any] = {"scenario": scenario, "projectile_diameter": diameter}
-    allowed = asked(given, settled_window=least, **at).parameters["settled_window"]
+    allowed = asked(parameters, settled_window=least, **at).parameters["settled_window"]
     assert allowed == pytest.approx(least)
     for window in (1e-9, 5e-9, 0.99 * least):
-        assert refused(given, settled_window=window, **at) == ["settled_window"]
+        assert refused(parameters, settled_window=window, **at) == ["settled_window"]
 
 
 def test_resolve__says_value_limit_and_default_of_a_window_that_is_too_short() -> None:
@@ -257,18 +232,10 @@ def test_resolve__refuses_a_block_smaller_than_the_projectile(field: str) -> Non
 
 
 def test_resolve__finds_everything_at_once() -> None:
-    found = refused(speed=-1.0, courant=2.0, geometry="cube", sped=1.0)
-    assert sorted(found) == [
+    fields_refused = refused(speed=-1.0, courant=2.0, geometry="cube", sped=1.0)
+    assert sorted(fields_refused) == [
         f"parameters.{name}" for name in ("courant", "geometry", "sped", "speed")
     ]
-
-
-def test_resolve__says_limit_and_cure() -> None:
-    with pytest.raises(InvalidInput) as caught:
-        asked(speed=-1.0)
-    (finding,) = caught.value.findings
-    assert "100 m/s" in finding.limit
-    assert finding.cure
 
 
 def test_resolve__fills_in_every_default() -> None:
@@ -291,18 +258,17 @@ def test_estimate__grows_with_the_work() -> None:
 
 @pytest.fixture(scope="module")
 def computed(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Path, list[Progress]]:
-    """A small run: its result, its directory, and what it said on the way."""
+    """A small run: its result, its directory and the progress that it reported."""
     directory = tmp_path_factory.mktemp("run") / "made by execute"
-    said: list[Progress] = []
-    return execute(asked(), directory, said.append, threads=1), directory, said
+    reports: list[Progress] = []
+    return (
+        execute(asked(), directory, RunControl(progress=reports.append), threads=1),
+        directory,
+        reports,
+    )
 
 
 Computed = tuple[RunResult, Path, list[Progress]]
-
-
-def unphysical(tmp_path: Path) -> RunResult:
-    """A run whose constant step is twenty times too long."""
-    return execute(asked(fixed_dt=1e-6, end_time=1e-4), tmp_path, threads=1)
 
 
 def plain_result(directory: Path) -> dict[str, Any]:
@@ -314,20 +280,12 @@ def plain_result(directory: Path) -> dict[str, Any]:
     return plain
 
 
-def test_execute__succeeds_and_says_what_it_computed(computed: Computed) -> None:
-    result, _, _ = computed
-    assert (result.state, result.reason, result.failure) == ("succeeded", None, None)
-    assert result.run_id == asked().id
-    assert set(result.measurements) == set(scenarios.load("thin_plate").measurements)
-
-
-def test_execute__leaves_a_result_and_a_state_and_nothing_else(computed: Computed) -> None:
-    _, directory, _ = computed
-    assert sorted(file.name for file in directory.iterdir()) == ["result.json", "state.npz"]
-
-
-def test_execute__result_comes_back_from_its_file(computed: Computed) -> None:
+def test_execute__leaves_a_result_and_a_state(computed: Computed) -> None:
     result, directory, _ = computed
+    assert (result.state, result.reason, result.failure) == ("succeeded", None, None)
+    assert (result.run_id, result.stop) == (asked().id, "end_time")
+    assert set(result.measurements) == set(scenarios.load("thin_plate").measurements)
+    assert sorted(file.name for file in directory.iterdir()) == ["result.json", "state.npz"]
     plain = plain_result(directory)
     assert plain == result.as_json()
     assert RunResult.from_json(plain).as_json() == plain
@@ -359,22 +317,18 @@ def test_execute__says_what_computed(computed: Computed) -> None:
 
 
 def test_execute__reports_progress(computed: Computed) -> None:
-    _, _, said = computed
-    fractions = [progress.fraction for progress in said]
+    _, _, reports = computed
+    fractions = [progress.fraction for progress in reports]
     # Five observations in each window of 5 us: in 2 us two, and the start.
-    assert len(said) == 1 + round(2e-6 / (5e-6 / OBSERVATIONS_PER_WINDOW))
+    assert len(reports) == 1 + round(2e-6 / (5e-6 / OBSERVATIONS_PER_WINDOW))
     assert fractions[0] == 0.0
     assert fractions[-1] == 1.0
     assert fractions == sorted(fractions)
-    assert said[-1].end_time == 2e-6
-    assert all(json.dumps(dataclasses.asdict(progress), allow_nan=False) for progress in said)
-
-
-def test_execute__keeps_a_history_of_each_measurement(computed: Computed) -> None:
-    result, _, said = computed
-    for measured in result.measurements.values():
-        assert measured.history["time"] == [progress.time for progress in said]
-        assert len(measured.history["value"]) == len(said)
+    assert reports[-1].end_time == 2e-6
+    assert all(json.dumps(dataclasses.asdict(progress), allow_nan=False) for progress in reports)
+    for measured in computed[0].measurements.values():
+        assert measured.history["time"] == [progress.time for progress in reports]
+        assert len(measured.history["value"]) == len(reports)
 
 
 def test_execute__state_holds_the_living_particles(computed: Computed) -> None:
@@ -398,9 +352,9 @@ def test_execute__state_can_be_measured_again(tmp_path: Path) -> None:
         **{name: state[name] for name in Particles._fields if name != "alive"},
         alive=np.ones(state["mass"].size, np.uint8),
     )
-    seen = view(setting, Snapshot(float(state["time"]), 0, particles, state["body"]))
+    state_view = view(setting, Snapshot(float(state["time"]), 0, particles, state["body"]))
     for name, measured in result.measurements.items():
-        assert measurements.load(name).read(seen).value == measured.value
+        assert measurements.load(name).read(state_view).value == measured.value
 
 
 def test_execute__twice_gives_the_same_numbers(computed: Computed, tmp_path: Path) -> None:
@@ -409,17 +363,16 @@ def test_execute__twice_gives_the_same_numbers(computed: Computed, tmp_path: Pat
     assert again.measurements == computed[0].measurements
 
 
-def test_execute__returns_an_unphysical_run_as_failed_with_its_reason(tmp_path: Path) -> None:
-    result = unphysical(tmp_path)
+def test_execute__of_an_unphysical_run_leaves_a_failed_result_with_its_reason(
+    tmp_path: Path,
+) -> None:
+    """A constant step that is twenty times too long."""
+    result = execute(asked(fixed_dt=1e-6, end_time=1e-4), tmp_path, threads=1)
     assert (result.state, result.failure) == ("failed", "UnphysicalState")
     assert result.reason is not None
     assert "particle" in result.reason
     assert "t = " in result.reason
     assert result.measurements == {}
-
-
-def test_execute__failed_leaves_a_result_and_no_state(tmp_path: Path) -> None:
-    result = unphysical(tmp_path)
     assert [file.name for file in tmp_path.iterdir()] == ["result.json"]
     assert RunResult.from_json(plain_result(tmp_path)).as_json() == result.as_json()
 
@@ -440,7 +393,7 @@ def test_execute__does_not_hide_a_mistake_in_the_program(
     def broken(*arguments: Any) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("studies.measurements._view.view", broken)
+    monkeypatch.setattr("studies.measurements._impact.view", broken)
     with pytest.raises(ZeroDivisionError):
         execute(asked(), tmp_path, threads=1)
     assert not (tmp_path / "result.json").exists()
@@ -459,10 +412,6 @@ def test_flags__under_resolved_below_16_cells_a_diameter_and_4_a_thickness(
 ) -> None:
     result = execute(asked(end_time=1e-7, **changes), tmp_path, threads=1)
     assert ("under_resolved" in result.flags) == under_resolved
-
-
-def test_stop__says_end_time_where_it_ran_out_of_time(computed: Computed) -> None:
-    assert computed[0].stop == "end_time"
 
 
 def settling(**changes: Any) -> Run:
@@ -488,6 +437,8 @@ def test_stop__says_settled_where_growth_has_ended(tmp_path: Path) -> None:
         assert measured.value is not None
         assert "still_growing" not in measured.flags
         assert measured.parts["growth"] < 0.2 * measured.value
+    assert set(measured.parts) == {"resolution", "azimuth", "growth"}
+    assert measured.uncertainty == pytest.approx(math.hypot(*measured.parts.values()))
 
 
 def test_stop__waits_for_two_windows_even_where_growth_is_slow_before(tmp_path: Path) -> None:
@@ -496,21 +447,9 @@ def test_stop__waits_for_two_windows_even_where_growth_is_slow_before(tmp_path: 
     assert result.numbers["end_time"] >= 20e-6
 
 
-def test_stop__waits_for_the_end_where_it_is_told_to(tmp_path: Path) -> None:
-    result = execute(settling(stop="end_time", end_time=12e-6), tmp_path, threads=1)
+def test_stop__at_the_end_of_time_flags_what_still_grows(tmp_path: Path) -> None:
+    run = settling(stop="end_time", end_time=8e-6, settled_growth=1e-9, settled_window=2e-6)
+    result = execute(run, tmp_path, threads=1)
     assert result.stop == "end_time"
-    assert result.numbers["end_time"] >= 12e-6
-
-
-def test_measurement__that_still_grows_is_flagged(tmp_path: Path) -> None:
-    result = execute(
-        settling(end_time=8e-6, settled_growth=1e-9, settled_window=2e-6), tmp_path, threads=1
-    )
-    assert result.stop == "end_time"
+    assert result.numbers["end_time"] >= 8e-6
     assert "still_growing" in result.measurements["crater_depth"].flags
-
-
-def test_measurement__uncertainty_is_the_root_of_the_squares_of_its_parts(tmp_path: Path) -> None:
-    measured = execute(settling(), tmp_path, threads=1).measurements["crater_diameter"]
-    assert set(measured.parts) == {"resolution", "azimuth", "growth"}
-    assert measured.uncertainty == pytest.approx(math.hypot(*measured.parts.values()))

@@ -15,32 +15,32 @@ SWEEP = Sweep.parse(read_yaml(examples.text("smoke"), "smoke"))
 
 
 def test_presets__are_those_of_the_table_with_the_cost_of_their_runs() -> None:
-    presets = {one.name: one for one in presets_of(SWEEP, most_runs=1000)}
+    presets = {each.name: each for each in presets_of(SWEEP, most_runs=1000)}
     assert list(presets) == list(ACCURACY)
-    for name, one in presets.items():
+    for name, each in presets.items():
         expected = cost_of(SWEEP.at_accuracy(name))
-        assert one.cost is not None
-        assert one.cost.runs == one.runs == expected.runs
-        assert one.cost.core_seconds == pytest.approx(expected.core_seconds)
-        assert one.cost.bytes == pytest.approx(expected.bytes)
+        assert each.cost is not None
+        assert each.cost.runs == each.runs == expected.runs
+        assert each.cost.core_seconds == pytest.approx(expected.core_seconds)
+        assert each.cost.bytes == pytest.approx(expected.bytes)
 
 
 def test_presets__cost_more_the_finer_they_are() -> None:
-    costs = [one.cost.core_seconds for one in presets_of(SWEEP, 1000) if one.cost]
+    costs = [each.cost.core_seconds for each in presets_of(SWEEP, 1000) if each.cost]
     assert costs == sorted(costs)
     assert costs[0] < costs[-1]
 
 
 def test_preset__that_makes_too_many_runs_is_not_expanded() -> None:
-    (fine,) = [one for one in presets_of(SWEEP, most_runs=17) if one.name == "fine"]
+    (fine,) = [each for each in presets_of(SWEEP, most_runs=17) if each.name == "fine"]
     assert (fine.runs, fine.cost, fine.reason) == (18, None, "more than 17 runs")
 
 
 def test_preset__of_runs_that_are_too_large_says_so() -> None:
     small = replace(
-        SWEEP, max_particles=max(run.estimate(one.run).particles for one in SWEEP.runs())
+        SWEEP, max_particles=max(run.estimate(each.run).particles for each in SWEEP.runs())
     )
-    (fine,) = [one for one in presets_of(small, 1000) if one.name == "fine"]
+    (fine,) = [each for each in presets_of(small, 1000) if each.name == "fine"]
     assert fine.cost is None
     assert fine.reason.endswith("in a run")
 

@@ -252,7 +252,7 @@ def test_runs__name_the_points_that_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "words"),
+    ("path", "value", "parts"),
     [
         ("scenario", "plates", ["scenario", "did you mean 'plate'"]),
         ("scenario", None, ["scenario", "use one of: plate"]),
@@ -347,9 +347,9 @@ def test_runs__name_the_points_that_are_refused() -> None:
         ("observations", [{"speed": 6}], ["observations[0]: speed"]),
     ],
 )
-def test_parse__names_field_value_limit_and_cure(path: str, value: Any, words: list[str]) -> None:
+def test_parse__names_field_value_limit_and_cure(path: str, value: Any, parts: list[str]) -> None:
     message = refused(changed(path, value))
-    assert all(word in message for word in words), message
+    assert all(word in message for word in parts), message
 
 
 @pytest.mark.parametrize("document", [None, 3, [], "sweep", {}, {1: 2}, {"scenario": "plate"}])
@@ -517,7 +517,7 @@ def test_accuracy__stands_for_resolutions_and_offsets(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "parts"),
     [
         ({"accuracy": "fyne"}, ["accuracy", "did you mean 'fine'"]),
         ({"accuracy": 3}, ["accuracy", "one of draft"]),
@@ -525,9 +525,9 @@ def test_accuracy__stands_for_resolutions_and_offsets(name: str) -> None:
         ({"accuracy": "fine", "offsets": 2}, ["accuracy", "offsets", "one of the two"]),
     ],
 )
-def test_accuracy__that_is_wrong_is_refused(changes: dict[str, Any], words: list[str]) -> None:
+def test_accuracy__that_is_wrong_is_refused(changes: dict[str, Any], parts: list[str]) -> None:
     message = refused(refined(resolution=None, **changes))
-    assert all(word in message for word in words), message
+    assert all(word in message for word in parts), message
     assert "resolution: nothing" not in message  # the preset gives it, once it is a name
 
 
@@ -552,7 +552,7 @@ def test_refinement__of_what_is_given_elsewhere_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "parts"),
     [
         ({"offsets": 2}, ["offsets", "a scenario with offset"]),
         ({"accuracy": "fine"}, ["accuracy", "a scenario with offset"]),
@@ -560,18 +560,18 @@ def test_refinement__of_what_is_given_elsewhere_is_refused(
     ],
 )
 def test_offsets__need_a_scenario_that_has_one(
-    monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], words: list[str]
+    monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], parts: list[str]
 ) -> None:
-    fields = [one for one in dataclasses.fields(PlateParameters) if one.name != "offset"]
+    fields = [each for each in dataclasses.fields(PlateParameters) if each.name != "offset"]
     record = dataclasses.make_dataclass(
-        "Still", [(one.name, one.type, one) for one in fields], frozen=True, kw_only=True
+        "Still", [(each.name, each.type, each) for each in fields], frozen=True, kw_only=True
     )
     still = SimpleNamespace(**{**vars(PLATE), "parameters": record})
     monkeypatch.setattr("studies.scenarios.load", lambda name: still)
     document = refined(resolution=None if "accuracy" in changes else 32, **changes)
-    if words:
+    if parts:
         message = refused(document)
-        assert all(word in message for word in words), message
+        assert all(word in message for word in parts), message
         with pytest.raises(ValueError, match="fine"):
             Sweep.parse(DOCUMENT).at_accuracy("fine")
     else:

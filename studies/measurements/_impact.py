@@ -1,4 +1,4 @@
-"""What measurements look at: a state in cylindrical coordinates, and the edges of matter in it.
+"""The view of an impact: a state in cylindrical coordinates about its hole, and the edges of matter in it.
 
 An edge stands where a density, averaged over one cell, falls to half of its undisturbed value. The average counts each
 particle over its own width, so the edge moves continuously when particles do: positions are finer than a cell, and one
@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from studies.measurements import RESOLUTION_IN_CELLS
-from studies.measurements._centre import centre_of_hole
 
 SECTOR = math.radians(10.0)  # width of the sectors in which a three-dimensional hole is measured
 HALF = 0.5  # of the undisturbed density: an edge
+OPEN = 0.5  # of the nominal areal density, below which a cell is open: the edge of a hole
 SAMPLES_PER_CELL = 16  # of a profile; its crossing is interpolated between samples
 
 
 @dataclass(frozen=True)
-class View:
+class ImpactView:
     """Living particles about the line of flight, and the numbers of the set-up.
 
     An oblique shot makes its hole beside the first touch: its particles stand about the middle of the hole. Matter
@@ -53,14 +53,13 @@ class View:
         return RESOLUTION_IN_CELLS * self.cell
 
 
-def view(setting: Any, snapshot: Any) -> View:
+def view(setting: Any, snapshot: Any) -> ImpactView:
     """The view of a snapshot (``solver.state.Snapshot``) in a scenario's ``Setting``."""
     from solver.geometry import impact_axis
 
     problem, particles = setting.problem, snapshot.particles
-    living = (
-        slice(None) if particles.alive.all() else particles.alive == 1
-    )  # a slice copies nothing
+    # A slice copies nothing.
+    living = slice(None) if particles.alive.all() else particles.alive == 1
     position, body_of = particles.position[living], snapshot.body[living]
     axis = impact_axis(problem.geometry)
     plane = position[:, :2] if axis == 2 else position[:, :1]
@@ -72,7 +71,7 @@ def view(setting: Any, snapshot: Any) -> View:
     attached_target = _touching(problem.geometry, cell, target, rim)
     centre = np.zeros(plane.shape[1])
     if _is_oblique(problem, axis):
-        centre = centre_of_hole(
+        centre = _centre_of_hole(
             plane[attached_target],
             particles.mass[living][attached_target],
             areal_density=body.density * setting.thickness,
@@ -81,8 +80,8 @@ def view(setting: Any, snapshot: Any) -> View:
         )
     plane = plane - centre
     sector, sectors = _sectors(setting, plane)
-    at_target_density = np.array([body.density / one.density for one in problem.bodies])
-    return View(
+    at_target_density = np.array([body.density / other.density for other in problem.bodies])
+    return ImpactView(
         radius=np.sqrt((plane**2).sum(axis=1)),
         depth=position[:, axis],
         mass=particles.mass[living] * (sectors / setting.sector) * at_target_density[body_of],
@@ -99,11 +98,33 @@ def view(setting: Any, snapshot: Any) -> View:
         thickness=setting.thickness,
         target_mass=float(body.mass.sum()) * sectors / setting.sector,
         target_radius=setting.radius - float(np.abs(centre).max()),
-        back_absorbs=any(
-            (one.body, one.axis, one.side) == (number, axis, 1) for one in problem.absorbers
-        ),
+        back_absorbs=any((a.body, a.axis, a.side) == (number, axis, 1) for a in problem.absorbers),
         projectile_diameter=setting.projectile_diameter,
     )
+
+
+def _centre_of_hole(
+    plane: np.ndarray, mass: np.ndarray, *, areal_density: float, radius: float, cell: float
+) -> np.ndarray:
+    """Centroid (2,) of the largest opening in a half model (m); the origin where there is none within the rim.
+
+    ``plane`` (n, 2) and ``mass`` (n,) are the connected plate, square with half width ``radius``, above y = 0.
+    """
+    from scipy import ndimage  # 0.1 s, which only a process that measures pays
+
+    count = int(radius / cell + 1e-9)  # whole cells, whatever the round-off
+    edges = cell * np.arange(-count, count + 1)
+    mass_in_cell, _, _ = np.histogram2d(
+        plane[:, 0], plane[:, 1], bins=(edges, edges[count:]), weights=mass
+    )
+    label, _ = ndimage.label(mass_in_cell < OPEN * areal_density * cell**2)
+    size = np.bincount(label.ravel())
+    size[0] = 0
+    size[np.concatenate([label[0], label[-1], label[:, -1]])] = 0  # open to the rim
+    if not size.any():
+        return np.zeros(2)
+    column = np.nonzero(label == np.argmax(size))[0]
+    return np.array([edges[0] + cell * (column.mean() + 0.5), 0.0])
 
 
 def _rim(setting: Any, plane: np.ndarray, depth: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -163,17 +184,17 @@ def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarr
 
     That is when they share a node, which is all that makes them one body for the solver.
     """
-    found = np.zeros(among.size, bool)
+    touching = np.zeros(among.size, bool)
     if not (among & seed).any():
-        return found
+        return touching
     occupied = np.zeros(_shape(geometry), bool)
     occupied.reshape(-1)[cell[among]] = True
-    from scipy import ndimage  # 0.1 s, which only a process that measures pays
+    from scipy import ndimage
 
     label, _ = ndimage.label(occupied, structure=np.ones((3, 3, 3), bool))
     labels = label.reshape(-1)[cell]
-    found[among] = np.isin(labels[among], np.unique(labels[among & seed]))
-    return found
+    touching[among] = np.isin(labels[among], np.unique(labels[among & seed]))
+    return touching
 
 
 def edge_from_outside(
@@ -284,7 +305,7 @@ def azimuthal_spread(radii: np.ndarray) -> float:
 
 
 def radii_by_sector(
-    seen: View,
+    view: ImpactView,
     keep: np.ndarray,
     weight: np.ndarray,
     areal_density: float,
@@ -297,26 +318,26 @@ def radii_by_sector(
     ``weight`` (n,) is the mass per radian that counts, ``areal_density`` (kg/m2) the undisturbed one; ``edge`` walks
     inwards from the rim or outwards from the axis, with a window of one cell unless told.
     """
-    radii = np.empty(seen.sectors)
-    for sector in range(seen.sectors):
-        mine = keep & (weight > 0.0) & (seen.sector == sector)
+    radii = np.empty(view.sectors)
+    for sector in range(view.sectors):
+        mine = keep & (weight > 0.0) & (view.sector == sector)
         radii[sector] = edge(
-            seen.radius[mine],
+            view.radius[mine],
             weight[mine],
-            width=seen.radial_width,
-            window=window or seen.cell,
-            start=seen.target_radius - seen.cell,
+            width=view.radial_width,
+            window=window or view.cell,
+            start=view.target_radius - view.cell,
             stop=0.0,
             nominal=lambda low, high: 0.5 * areal_density * (high**2 - low**2),
         )
     return radii
 
 
-def contained(seen: View, radii: np.ndarray) -> bool:
+def contained(view: ImpactView, radii: np.ndarray) -> bool:
     """Whether an opening stays clear of the rim."""
-    return bool(np.nanmax(radii) < seen.target_radius - 3.0 * seen.cell)
+    return bool(np.nanmax(radii) < view.target_radius - 3.0 * view.cell)
 
 
-def rim_flags(seen: View, diameter: float) -> tuple[str, ...]:
+def rim_flags(view: ImpactView, diameter: float) -> tuple[str, ...]:
     """``near_rim`` where an opening is wider than half of its plate: the rim has a say in it."""
-    return ("near_rim",) if diameter > seen.target_radius else ()
+    return ("near_rim",) if diameter > view.target_radius else ()

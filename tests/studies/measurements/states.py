@@ -1,0 +1,372 @@
+"""States with a known answer for measurements: drilled plates, scooped blocks, stretched bars, colliding plates."""
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any, get_type_hints
+
+import numpy as np
+
+from studies import measurements
+from studies.measurements import History, Reading
+from studies.measurements._bar import BarView
+from studies.measurements._impact import ImpactView
+from studies.measurements._plates import FLYER, TARGET, PlateView
+from studies.measurements._push import MOMENTUM
+
+DENSITY = 8930.0
+DIAMETER = 8e-3
+CELL = 0.5e-3
+PARTICLE = 0.5 * CELL  # spacing
+THICKNESS, RADIUS = 2e-3, 24e-3
+DEPTH, BREADTH = 40e-3, 40e-3  # of the half space
+HOLE = 7.3e-3  # radius of the drill, on no lattice plane
+CRATER = 11.3e-3  # radius of the scoop
+
+# An edge on a lattice is known to half a particle; a diameter has two of them.
+EDGE = 0.5 * PARTICLE
+ROUND_OFF = 1e-12
+
+OPENINGS = ("hole_diameter", "hole_diameter_clear", "hole_diameter_midplane")
+
+
+def line(begin: float, end: float) -> np.ndarray:
+    """Places of particles that fill begin..end from its end, so that the edge stands exactly at ``begin``."""
+    count = round((end - begin) / PARTICLE)
+    return begin + PARTICLE * (np.arange(count) + 0.5)
+
+
+def impact(
+    radius: np.ndarray, depth: np.ndarray, *, thickness: float, breadth: float, **changes: Any
+) -> ImpactView:
+    """A body of revolution of particles, all of it target and in one piece."""
+    whole = np.ones(radius.size, bool)
+    return ImpactView(
+        **{
+            "radius": radius,
+            "depth": depth,
+            "mass": DENSITY * radius * PARTICLE**2,
+            "speed": np.zeros(radius.size),
+            "sector": np.zeros(radius.size, np.int64),
+            "sectors": 1,
+            "target": whole,
+            "attached": whole,
+            "attached_target": whole,
+            "cell": CELL,
+            "radial_width": PARTICLE,
+            "axial_width": PARTICLE,
+            "density": DENSITY,
+            "thickness": thickness,
+            "target_mass": float((DENSITY * radius * PARTICLE**2).sum()),
+            "target_radius": breadth,
+            "back_absorbs": False,
+            "projectile_diameter": DIAMETER,
+            **changes,
+        }
+    )
+
+
+def drilled_disc(hole: float) -> ImpactView:
+    """A plate with a round hole: its matter begins exactly at the drill's radius."""
+    points = np.meshgrid(line(hole, RADIUS), line(0.0, THICKNESS), indexing="ij")
+    return impact(*(axis.ravel() for axis in points), thickness=THICKNESS, breadth=RADIUS)
+
+
+def scooped_half_space(crater: float) -> ImpactView:
+    """A deep block without a ball about the origin."""
+    points = np.meshgrid(line(0.0, BREADTH), line(0.0, DEPTH), indexing="ij")
+    radius, depth = (axis.ravel() for axis in points)
+    left = np.hypot(radius, depth) > crater
+    return impact(radius[left], depth[left], thickness=DEPTH, breadth=BREADTH)
+
+
+def cratered(wall: Callable[[float], float], floor: float) -> ImpactView:
+    """A deep block without a crater: each layer of particles begins exactly at the wall of its depth."""
+    depths = line(0.0, DEPTH)
+    rows = [line(wall(z) if z < floor else 0.0, BREADTH) for z in depths]
+    depth = np.concatenate([np.full(row.size, z) for row, z in zip(rows, depths, strict=True)])
+    return impact(np.concatenate(rows), depth, thickness=DEPTH, breadth=BREADTH)
+
+
+def bored_half_space() -> ImpactView:
+    """A deep block with a hole right through it, wider than the column about the axis."""
+    points = np.meshgrid(line(HOLE, BREADTH), line(0.0, DEPTH), indexing="ij")
+    return impact(*(axis.ravel() for axis in points), thickness=DEPTH, breadth=BREADTH)
+
+
+def dented_disc(left: float, *, stretch: float = 1.0) -> ImpactView:
+    """A plate of which a share is left where the hole would be, on its exit side and drawn out in both directions."""
+    disc = drilled_disc(HOLE)
+    gone = (1.0 - left) * THICKNESS
+    floor = np.meshgrid(line(0.0, HOLE / stretch), line(gone, THICKNESS), indexing="ij")
+    radius, depth = (axis.ravel() for axis in floor)
+    state = impact(
+        np.append(disc.radius, stretch * radius),
+        np.append(disc.depth, depth),
+        thickness=THICKNESS,
+        breadth=RADIUS,
+    )
+    mass = np.append(disc.mass, DENSITY * radius * PARTICLE**2)
+    return dataclasses.replace(state, mass=mass)
+
+
+def lipped_disc(hole: float, crest: float) -> ImpactView:
+    """A drilled disc whose entry side carries one ring of particles, two particles above the face."""
+    disc = drilled_disc(hole)
+    return with_particle(disc, crest, -2.0 * PARTICLE)
+
+
+def with_particle(state: ImpactView, radius: float, depth: float) -> ImpactView:
+    """One more particle of the target, which touches the rest."""
+    added = {
+        "radius": radius,
+        "depth": depth,
+        "mass": DENSITY * radius * PARTICLE**2,
+        "speed": 0.0,
+        "sector": 0,
+        "target": True,
+        "attached": True,
+        "attached_target": True,
+    }
+    arrays: dict[str, Any] = {
+        name: np.append(getattr(state, name), value) for name, value in added.items()
+    }
+    return dataclasses.replace(state, **arrays)
+
+
+def reordered(state: Any) -> Any:
+    """The same particles in another order."""
+    order = np.random.default_rng(0).permutation(state.mass.size)
+    arrays: dict[str, Any] = {
+        field.name: getattr(state, field.name)[order]
+        for field in dataclasses.fields(state)
+        if isinstance(getattr(state, field.name), np.ndarray)
+    }
+    return dataclasses.replace(state, **arrays)
+
+
+def hollowed_half_space(crater: float, *, roof: float, height: float) -> ImpactView:
+    """A scooped half space with a void, as spall leaves it, a ``roof`` below the floor."""
+    block = scooped_half_space(crater)
+    void = (block.radius < 2.0 * DIAMETER) & (block.depth > crater + roof)
+    return without(block, void & (block.depth < crater + roof + height))
+
+
+def without(state: Any, gone: np.ndarray) -> Any:
+    """The particles that are not gone."""
+    arrays: dict[str, Any] = {
+        field.name: getattr(state, field.name)[~gone]
+        for field in dataclasses.fields(state)
+        if isinstance(getattr(state, field.name), np.ndarray)
+    }
+    return dataclasses.replace(state, **arrays)
+
+
+# Bars
+
+BAR_LENGTH, BAR_DIAMETER, BAR_SPEED = 20e-3, 8e-3, 100.0
+Shape = Callable[[np.ndarray], np.ndarray]
+
+
+def straight(points: np.ndarray) -> np.ndarray:
+    return points
+
+
+def stretched(points: np.ndarray) -> np.ndarray:
+    """Shorter by a third, thicker by a fifth, a tenth of a cell above the wall."""
+    return points * (1.2, 1.2, 2.0 / 3.0) + (0.0, 0.0, 0.1 * CELL)
+
+
+def flared(points: np.ndarray) -> np.ndarray:
+    """Wider by half at the wall, as it was at the rear, straight in between."""
+    widening = 1.0 + 0.5 * (1.0 - points[:, 2:] / BAR_LENGTH)
+    return points * np.concatenate([widening, widening, np.ones_like(widening)], axis=1)
+
+
+def bar(
+    shape: Shape = straight,
+    *,
+    round_model: bool = False,
+    velocity: tuple[float, float, float] = (0.0, 0.0, -BAR_SPEED),
+    **changes: Any,
+) -> BarView:
+    """A round bar, deformed; a quarter in three dimensions, or a body of revolution."""
+    across, along = line(0.0, 0.5 * BAR_DIAMETER), line(0.0, BAR_LENGTH)
+    lines = (across, np.zeros(1) if round_model else across, along)
+    places = [np.arange(axis.size) for axis in lines]
+    place, points = (
+        np.stack([axis.ravel() for axis in np.meshgrid(*grid, indexing="ij")], axis=-1)
+        for grid in (places, lines)
+    )
+    inside = np.hypot(points[:, 0], points[:, 1]) < 0.5 * BAR_DIAMETER
+    points, place = points[inside], place[inside]
+    mass = DENSITY * (
+        points[:, 0] * PARTICLE**2 if round_model else np.full(len(points), PARTICLE**3)
+    )
+    return BarView(
+        **{
+            "place": place,
+            "position": shape(points),
+            "velocity": np.tile(velocity, (len(points), 1)),
+            "mass": mass,
+            "strain_energy": np.zeros(len(points)),
+            "width": PARTICLE,
+            "cell": CELL,
+            "length": BAR_LENGTH,
+            "diameter": BAR_DIAMETER,
+            "speed": BAR_SPEED,
+            "references": (BAR_LENGTH, BAR_DIAMETER, BAR_DIAMETER),
+            **changes,
+        }
+    )
+
+
+def short_bar() -> BarView:
+    """What is left of a bar that lost the rows on which its edges are read."""
+    whole = bar()
+    return without(whole, whole.place[:, 0] == whole.place[:, 0].max())
+
+
+# Plates
+
+PLATE = 40.0 * CELL  # thickness
+PLATE_SPEED, PRESSURE, SHOCKED = 2000.0, 48e9, 1.25  # m/s, Pa, compression behind the shock
+SHOCK = (
+    5.0 * 0.5 * PLATE_SPEED
+)  # m/s: mass behind a shock that stops at half the speed and compresses so
+
+
+def plates(time: float, *, scatter: float = 0.0) -> PlateView:
+    """Two plates of one material at a time after they met: steps of pressure, velocity and density, no smear.
+
+    ``scatter`` is the relative standard deviation of pressure that neighbours share out evenly.
+    """
+    layers = line(0.0, PLATE)
+    half = 0.5 * PLATE_SPEED
+    reach = SHOCK * time  # of undisturbed matter, from the impact face
+    behind = layers < reach
+    # From the interface, which moves on at half the speed: compressed behind the front, undisturbed before it.
+    distance = np.where(behind, layers / SHOCKED, layers - half * time)
+    sign = np.where(np.arange(layers.size) % 2, 1.0, -1.0)
+    pressure = np.where(behind, PRESSURE * (1.0 + scatter * sign), 0.0)
+    count = layers.size
+    velocity = np.where(behind, half, 0.0)
+    return PlateView(
+        body=np.repeat([FLYER, TARGET], count),
+        layer=np.tile(np.arange(count), 2),
+        place=half * time + np.concatenate([-distance, distance]),
+        velocity=np.concatenate([np.where(behind, half, PLATE_SPEED), velocity]),
+        mass=np.full(2 * count, DENSITY * CELL**2 * PARTICLE),
+        density=np.tile(np.where(behind, SHOCKED * DENSITY, DENSITY), 2),
+        pressure=np.tile(pressure, 2),
+        section=CELL**2,
+        cell=CELL,
+        time=time,
+        speed=PLATE_SPEED,
+    )
+
+
+LATE = 0.8 * PLATE / SHOCK  # the shock has run through 0.8 of each plate
+
+# Histories
+
+
+def pushed(rates: np.ndarray, interval: float = 1e-8) -> History:
+    """A bar that is pushed at some rates (shares of its momentum per second), one in each interval."""
+    times = interval * np.arange(rates.size + 1)
+    momentum = -1.0 + np.concatenate([[0.0], np.cumsum(rates * interval)])
+    return History(times, {MOMENTUM: momentum})
+
+
+def rectangle(contact: float, end: float = 2e-6, interval: float = 1e-8) -> np.ndarray:
+    """A constant push that turns the momentum round within a contact time, and then none."""
+    times = interval * np.arange(round(end / interval) + 1)
+    return np.diff(np.clip(times / contact, 0.0, 1.0)) * 2.0 / interval
+
+
+def running(name: str, speed: float, *, known: int = 21) -> History:
+    """A front that runs evenly, of which the last ``known`` of 21 observations have a place."""
+    times = 1e-7 * np.arange(21.0)
+    path = np.where(np.arange(21) >= 21 - known, speed * times, math.nan)
+    return History(times, {f"{plate}_shock_front": path for plate in ("flyer", "target")})
+
+
+def smeared(rates: np.ndarray) -> np.ndarray:
+    """The same push from the first touch on, its end smeared evenly over 20 intervals."""
+    return np.convolve(np.pad(rates, 10, mode="edge"), np.full(21, 1.0 / 21.0), mode="valid")
+
+
+# By what a measurement looks at.
+STATES: dict[type, dict[str, Callable[[], Any]]] = {
+    ImpactView: {
+        "drilled": lambda: drilled_disc(HOLE),
+        "undrilled": lambda: drilled_disc(0.0),
+        "drilled to the rim": lambda: drilled_disc(RADIUS - 2.0 * CELL),
+        "lipped": lambda: lipped_disc(HOLE, HOLE + 3.3e-3),
+        "lipped far out": lambda: lipped_disc(HOLE, HOLE + DIAMETER - 0.5 * CELL),
+        "dented": lambda: dented_disc(0.375),
+        "filmed": lambda: dented_disc(0.125),
+        "scooped": lambda: scooped_half_space(CRATER),
+        "unscooped": lambda: scooped_half_space(0.0),
+        "scooped to the rim": lambda: scooped_half_space(BREADTH - 2.0 * CELL),
+        "bored": bored_half_space,
+        "spalled": lambda: hollowed_half_space(CRATER, roof=2e-3, height=2e-3),
+    },
+    BarView: {
+        "straight": bar,
+        "stretched": lambda: bar(stretched),
+        "flared": lambda: bar(flared),
+        "round": lambda: bar(flared, round_model=True),
+        "short of rows": short_bar,
+        "without references": lambda: bar(references=(None, None, None)),
+    },
+    PlateView: {
+        "before the touch": lambda: plates(0.0),
+        "just met": lambda: plates(0.1 * LATE),
+        "shocked": lambda: plates(LATE),
+        "scattered": lambda: plates(LATE, scatter=0.05),
+        "through": lambda: plates(1.3 * PLATE / SHOCK),
+    },
+    History: {
+        "nothing yet": lambda: joined(pushed(np.zeros(0)), running("", 0.0, known=0)),
+        "rebound": lambda: joined(pushed(rectangle(1.2e-6)), running("", SHOCK)),
+        "in contact": lambda: joined(pushed(rectangle(4e-6)), running("", SHOCK, known=2)),
+        "never touched": lambda: joined(pushed(np.zeros(200)), running("", SHOCK)),
+    },
+}
+
+
+def joined(push: History, front: History) -> History:
+    """Everything that any measurement follows, cut to the shorter of two histories."""
+    size = min(push.times.size, front.times.size)
+    values = {**push.values, **front.values}
+    return History(front.times[:size], {name: value[:size] for name, value in values.items()})
+
+
+def looks_at(name: str) -> type:
+    """The type of state that a measurement reads."""
+    hints = get_type_hints(measurements.load(name).read)
+    (kind,) = (hint for argument, hint in hints.items() if argument != "return")
+    chosen: type = kind
+    return chosen
+
+
+def read(name: str, state: Any) -> Reading:
+    return measurements.load(name).read(state)
+
+
+def value(name: str, state: Any) -> float:
+    reading = read(name, state)
+    assert reading.flags == ()
+    return reading.value
+
+
+# Walls by depth: radius at the surface and depth of the floor are those of the scoop.
+WALLS: dict[str, Callable[[float], float]] = {
+    "cylinder": lambda z: CRATER,
+    "hemisphere": lambda z: math.sqrt(CRATER**2 - z**2),
+    "paraboloid": lambda z: CRATER * math.sqrt(1.0 - z / CRATER),
+    "cone": lambda z: CRATER - 0.5 * z,
+    "undercut": lambda z: CRATER + 0.3 * z,
+}
+TENTH = 0.1 * CELL

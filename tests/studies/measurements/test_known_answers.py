@@ -1,0 +1,426 @@
+"""What each measurement reads off states with a known answer, and what leaves its reading where it is."""
+
+import dataclasses
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies.measurements import History
+from tests.studies.measurements.states import (
+    BAR_DIAMETER,
+    BAR_LENGTH,
+    BAR_SPEED,
+    BREADTH,
+    CELL,
+    CRATER,
+    DENSITY,
+    DEPTH,
+    DIAMETER,
+    EDGE,
+    HOLE,
+    LATE,
+    OPENINGS,
+    PARTICLE,
+    PLATE,
+    PLATE_SPEED,
+    PRESSURE,
+    RADIUS,
+    ROUND_OFF,
+    SHOCK,
+    SHOCKED,
+    THICKNESS,
+    WALLS,
+    bar,
+    bored_half_space,
+    cratered,
+    dented_disc,
+    drilled_disc,
+    flared,
+    hollowed_half_space,
+    impact,
+    line,
+    lipped_disc,
+    plates,
+    pushed,
+    read,
+    rectangle,
+    running,
+    scooped_half_space,
+    smeared,
+    straight,
+    stretched,
+    value,
+    with_particle,
+    without,
+)
+
+TENTH = 0.1 * CELL
+Build = Callable[[], Any]
+
+
+def conical_disc() -> Any:
+    """A plate whose hole has the drill's radius in its middle plane."""
+    points = np.meshgrid(line(0.0, RADIUS), line(0.0, THICKNESS), indexing="ij")
+    radius, depth = (axis.ravel() for axis in points)
+    left = radius > HOLE + (depth - 0.5 * THICKNESS)
+    return impact(radius[left], depth[left], thickness=THICKNESS, breadth=RADIUS)
+
+
+def cap(share: float) -> Any:
+    """A crater of the scoop's radius at the surface and a share of it deep, a part of a sphere."""
+    depth = share * CRATER
+    sphere = (CRATER**2 + depth**2) / (2.0 * depth)
+    return cratered(lambda z: math.sqrt(sphere**2 - (z + sphere - depth) ** 2), depth)
+
+
+def torn(skin: float, below: float) -> Any:
+    """A crater with a gap of a cell in its wall, ``skin`` cells behind it and ``below`` cells deep."""
+    block = cratered(WALLS["cylinder"], CRATER)
+    begin = CRATER + skin * CELL
+    ring = (block.radius > begin) & (block.radius < begin + CELL)
+    return without(block, ring & (block.depth < below * CELL))
+
+
+def lipped_crater(lean: float) -> Any:
+    """A crater with a lip of eight layers that lean outwards by a part of their height."""
+    block = cratered(WALLS["hemisphere"], CRATER)
+    for height in PARTICLE * (np.arange(8) + 0.5):
+        for radius in line(CRATER + lean * height, CRATER + lean * height + 4.0 * PARTICLE):
+            block = with_particle(block, float(radius), -float(height))
+    return block
+
+
+def littered_crater() -> Any:
+    """A crater of which a fifth is filled with single particles that still touch the wall."""
+    block, random = cratered(WALLS["hemisphere"], CRATER), np.random.default_rng(1)
+    for radius in line(PARTICLE, CRATER - 2.0 * CELL):
+        for depth in line(0.0, 4.0 * CELL):
+            if random.random() < 0.2:
+                block = with_particle(block, float(radius), float(depth))
+    return block
+
+
+def veiled_crater() -> Any:
+    """A crater with a layer of a quarter of the nominal density in front of its floor."""
+    block = scooped_half_space(CRATER)
+    for radius in line(0.0, 0.25 * DIAMETER)[::4]:
+        for place in 0.5 * CRATER + PARTICLE * np.arange(2):
+            block = with_particle(block, float(radius), float(place))
+    return block
+
+
+def split_bar() -> Any:
+    """A bar whose halves part at the impact speed."""
+    state = bar()
+    state.velocity[state.place[:, 2] >= state.place[:, 2].max() / 2.0, 2] *= -1.0
+    return state
+
+
+def strained_bar() -> Any:
+    """A bar that flies off at half of its speed and holds a fifth of its energy as strain."""
+    state = bar(velocity=(0.0, 0.0, 0.5 * BAR_SPEED))
+    state.strain_energy[:] = 0.1 * BAR_SPEED**2
+    return state
+
+
+def wild_plates() -> Any:
+    """Plates with wild values next to the interface."""
+    state = plates(LATE)
+    wild = dataclasses.replace(state, pressure=state.pressure.copy(), density=state.density.copy())
+    near = np.abs(state.place - 0.5 * PLATE_SPEED * LATE) < 2.9 * CELL
+    wild.pressure[near] *= 1.3
+    wild.density[near] *= 0.7
+    return wild
+
+
+def drifted_plates() -> Any:
+    """Plates whose particles carry less density than they stand in."""
+    state = plates(LATE)
+    return dataclasses.replace(state, density=0.9 * state.density)
+
+
+def pulled() -> History:
+    rates = rectangle(1.2e-6)
+    rates[150:152] = -0.03 * rates.max()
+    return pushed(rates)
+
+
+def noisy() -> History:
+    rates = rectangle(1.2e-6)
+    return pushed(rates * np.where(np.arange(rates.size) % 2, 1.9, 0.1))
+
+
+def slow_start() -> History:
+    """A front that ran slower in the first third of the time."""
+    history = running("target", 5000.0)
+    history.values["target_shock_front"][:8] *= 0.3
+    return history
+
+
+def thesis_bar() -> Any:
+    """Ma (2005), Table 2.2, finite elements: 16.3, 13.4 and 10.0 mm against 16.2, 13.5 and 10.1 mm."""
+    ratios = (16.2 / 16.3, 13.5 / 13.4, 10.1 / 10.0)
+    sizes = (BAR_LENGTH, BAR_DIAMETER, BAR_DIAMETER)
+    return bar(references=tuple(s * r for s, r in zip(sizes, ratios, strict=True)))
+
+
+def bars(shape: Callable[[np.ndarray], np.ndarray]) -> list[Build]:
+    return [partial(bar, shape, round_model=flat) for flat in (False, True)]
+
+
+CAP = (0.25 * DIAMETER) ** 2 / (4.0 * CRATER)  # half of a flat column's floor lies below it
+REFERENCES = (0.9 * BAR_LENGTH, 1.25 * BAR_DIAMETER, 0.8 * BAR_DIAMETER)
+BEHIND = SHOCKED * DENSITY
+SHIFTS = [0.1 * part for part in range(11)]  # cells
+
+# Measurement, state, value, and how far off the reading may be.
+KNOWN: list[tuple[str, Build, float, float]] = [
+    # An edge on a lattice is known to half a particle, and a diameter has two of them.
+    *(
+        (name, lambda s=shift: drilled_disc(HOLE + s * CELL), 2.0 * (HOLE + shift * CELL), 2 * EDGE)
+        for name in OPENINGS
+        for shift in (SHIFTS if name == "hole_diameter" else [0.0])
+    ),
+    ("hole_diameter", conical_disc, 2.0 * HOLE, 2.0 * EDGE),
+    ("hole_diameter_clear", conical_disc, 2.0 * HOLE - THICKNESS, 2.0 * CELL),
+    ("hole_diameter_midplane", conical_disc, 2.0 * HOLE, 2.0 * CELL),
+    (
+        "hole_diameter_clear",
+        lambda: with_particle(drilled_disc(HOLE), 0.6 * HOLE, 0.5 * THICKNESS),
+        1.2 * HOLE - PARTICLE,
+        ROUND_OFF * HOLE,
+    ),
+    ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + 3.3e-3), 2 * HOLE + 6.6e-3, 1e-14),
+    *(
+        ("crater_diameter", lambda s=share: cap(s), 2.0 * CRATER, 2.0 * TENTH)
+        for share in (0.3, 0.5, 0.8)
+    ),
+    *(
+        (
+            "crater_diameter",
+            lambda c=c: cratered(WALLS["cylinder"], c * CELL),
+            2 * CRATER,
+            2 * TENTH,
+        )
+        for c in (3.0, 5.0, 7.0)
+    ),
+    *(
+        ("crater_diameter", lambda s=skin, b=below: torn(s, b), 2.0 * CRATER, 2.0 * TENTH)
+        for skin in (1.5, 4.0)
+        for below in (1.0, 4.0)
+    ),
+    # Lattice points leave one by one, so the reading follows a tenth of a cell to within a particle.
+    *(
+        (
+            name,
+            lambda s=shift: scooped_half_space(CRATER + s * CELL),
+            of(CRATER + shift * CELL),
+            off,
+        )
+        for name, of, off in (
+            ("crater_depth", lambda r: r - CAP, 2.0 * PARTICLE),
+            ("crater_diameter", lambda r: 2.0 * r, 4.0 * PARTICLE),
+        )
+        for shift in SHIFTS[::5]
+    ),
+    ("crater_depth", lambda: scooped_half_space(0.0), 0.0, PARTICLE),
+    ("crater_depth_over_diameter", lambda: scooped_half_space(CRATER), 0.5, PARTICLE / CRATER),
+    # A bar has exactly the length and diameter to which it was stretched, a flared one that of the cone. Its lowest
+    # layer stands half a particle above its foot.
+    *(("final_length", state, BAR_LENGTH, 1e-14) for state in (*bars(straight), *bars(flared))),
+    *(("final_length", state, 2.0 / 3.0 * BAR_LENGTH, 1e-14) for state in bars(stretched)),
+    *(("mushroom_diameter", state, 1.2 * BAR_DIAMETER, 1e-14) for state in bars(stretched)),
+    *(
+        ("mushroom_diameter", state, (1.5 - 0.25 * PARTICLE / BAR_LENGTH) * BAR_DIAMETER, 1e-14)
+        for state in bars(flared)
+    ),
+    *(("width_at_fifth", state, 1.4 * BAR_DIAMETER, 1e-14) for state in bars(flared)),
+    ("taylor_error", lambda: bar(references=REFERENCES), (0.1 / 0.9 + 0.2 + 0.25) / 3.0, 1e-9),
+    ("taylor_error", thesis_bar, 0.008, 0.0005),
+    ("rigid_energy", bar, 1.0, ROUND_OFF),
+    ("vibration_energy", bar, 0.0, ROUND_OFF),
+    ("strain_energy", bar, 0.0, 0.0),
+    ("lost_energy", bar, 0.0, ROUND_OFF),
+    ("rebound_momentum", bar, -1.0, ROUND_OFF),
+    ("rigid_energy", split_bar, 0.0, ROUND_OFF),
+    ("vibration_energy", split_bar, 1.0, ROUND_OFF),
+    ("rigid_energy", lambda: bar(velocity=(30.0, 40.0, 0.0)), 0.0, 0.0),
+    ("vibration_energy", lambda: bar(velocity=(30.0, 40.0, 0.0)), 0.25, ROUND_OFF),
+    ("strain_energy", strained_bar, 0.2, ROUND_OFF),
+    ("lost_energy", strained_bar, 1.0 - 0.25 - 0.2, 1e-9),
+    ("rebound_momentum", strained_bar, 0.5, ROUND_OFF),
+    # Half of the time between observations.
+    *(("contact_time", lambda t=t: pushed(rectangle(t)), t, 0.5e-8) for t in (0.5e-6, 1.234e-6)),
+    ("contact_time", lambda: pushed(smeared(rectangle(1.2e-6))), 1.2e-6, 1e-8),
+    ("contact_time", noisy, 1.2e-6, 2e-8),
+    ("wall_pull", pulled, 0.03, 1e-7),
+    ("wall_pull", lambda: pushed(rectangle(1.2e-6)), 0.0, 1e-9),
+    ("plateau_pressure", lambda: plates(LATE), PRESSURE, ROUND_OFF * PRESSURE),
+    ("plateau_velocity", lambda: plates(LATE), 0.5 * PLATE_SPEED, 1e-9),
+    ("plateau_scatter", lambda: plates(LATE), 0.0, ROUND_OFF),
+    ("plateau_scatter", lambda: plates(LATE, scatter=0.05), 0.05, 0.0005),
+    *(
+        (f"{plate}_{name}", state, expected, off)
+        for plate in ("flyer", "target")
+        for name, state, expected, off in (
+            ("density", lambda: plates(LATE), BEHIND, 1e-8),
+            ("density", drifted_plates, 0.9 * BEHIND, 1e-8),
+            ("density_from_spacing", lambda: plates(LATE), BEHIND, 1e-5),
+            ("density_from_spacing", drifted_plates, BEHIND, 1e-5),
+            ("density", wild_plates, BEHIND, 1e-8),
+            ("shock_front", lambda: plates(LATE), SHOCK * LATE, PARTICLE),
+            ("shock_speed", lambda: running("", 5432.1), 5432.1, 1e-5),
+        )
+    ),
+    ("plateau_pressure", wild_plates, PRESSURE, ROUND_OFF * PRESSURE),
+    ("target_shock_speed", slow_start, 5000.0, 1e-5),
+]
+
+
+@pytest.mark.parametrize(("name", "build", "expected", "off"), KNOWN)
+def test_reading__is_the_known_answer(name: str, build: Build, expected: float, off: float) -> None:
+    assert abs(value(name, build()) - expected) <= off
+
+
+def gone_disc() -> Any:
+    disc = drilled_disc(HOLE)
+    nothing = np.zeros_like(disc.target)
+    return dataclasses.replace(disc, attached=nothing, attached_target=nothing)
+
+
+def near_back(crater: float, *, absorbs: bool = False) -> Any:
+    return dataclasses.replace(scooped_half_space(crater * DEPTH), back_absorbs=absorbs)
+
+
+def bar_without_corner() -> Any:
+    whole = bar()
+    last = whole.place[:, 2] == whole.place[:, 2].max()
+    return without(whole, (whole.place[:, 1] == 0) & last)
+
+
+# Measurement, state, flags; a value comes with the flags of the second table only.
+NO_VALUE: list[tuple[str, Build, str]] = [
+    *(
+        (name, state, flag)
+        for name in OPENINGS
+        for state, flag in (
+            (lambda: drilled_disc(0.0), "not_perforated"),
+            (lambda: dented_disc(0.375), "not_perforated"),
+            (lambda: dented_disc(0.875), "not_perforated"),
+            (lambda: drilled_disc(RADIUS - 2.0 * CELL), "not_contained"),
+            (gone_disc, "not_contained"),
+        )
+    ),
+    ("hole_diameter_clear", lambda: dented_disc(0.125), "not_perforated"),
+    ("hole_diameter", lambda: dented_disc(1.0, stretch=1.9), "not_perforated"),
+    ("hole_diameter_lip", lambda: drilled_disc(HOLE), "no_lip"),
+    ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + 1.1 * DIAMETER), "no_lip"),
+    ("crater_depth", bored_half_space, "perforated"),
+    ("crater_depth_over_diameter", bored_half_space, "perforated"),
+    ("crater_diameter", lambda: scooped_half_space(0.0), "no_crater"),
+    ("crater_diameter", lambda: scooped_half_space(BREADTH - 2.0 * CELL), "not_contained"),
+    ("width_at_fifth", lambda: bar(lambda points: points * (1.0, 1.0, 0.15)), "too_short"),
+    ("final_length", bar_without_corner, "lost_particles"),
+    ("mushroom_diameter", bar_without_corner, "lost_particles"),
+    ("width_at_fifth", bar_without_corner, "lost_particles"),
+    ("taylor_error", lambda: bar(references=(BAR_LENGTH, None, BAR_DIAMETER)), "no_reference"),
+    ("contact_time", lambda: pushed(rectangle(1.2e-6, 0.6e-6)), "in_contact"),
+    ("contact_time", lambda: pushed(rectangle(1.2e-6, 1.1e-6)), "in_contact"),
+    ("plateau_pressure", lambda: plates(0.0), "no_shock"),
+    ("plateau_pressure", lambda: plates(0.1 * LATE), "no_plateau"),
+    ("plateau_pressure", lambda: plates(1.3 * PLATE / SHOCK), "reflected"),
+    ("target_shock_speed", lambda: running("target", 5000.0, known=3), "no_plateau"),
+]
+DOUBTED: list[tuple[str, Build, str]] = [
+    ("hole_diameter", lambda: dented_disc(0.125), "closed_on_axis"),
+    ("hole_diameter_midplane", lambda: dented_disc(0.125), "closed_on_axis"),
+    ("hole_diameter", lambda: dented_disc(1.0, stretch=2.1), "closed_on_axis"),
+    *((name, lambda: drilled_disc(0.51 * RADIUS), "near_rim") for name in OPENINGS),
+    *((name, lambda: drilled_disc(0.49 * RADIUS), "") for name in OPENINGS),
+    ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + DIAMETER - 0.5 * CELL), "lip_at_window"),
+    ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + DIAMETER - 1.5 * CELL), ""),
+    *(
+        (name, state, flag)
+        for name in ("crater_depth", "crater_depth_over_diameter")
+        for state, flag in (
+            (lambda: near_back(0.30), ""),
+            (lambda: near_back(0.37), "near_back"),
+            (lambda: near_back(0.37, absorbs=True), ""),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "build", "flag"), [*NO_VALUE, *DOUBTED])
+def test_reading__is_flagged(name: str, build: Build, flag: str) -> None:
+    reading = read(name, build())
+    assert reading.flags == ((flag,) if flag else ())
+    assert math.isnan(reading.value) == ((name, build, flag) in NO_VALUE)
+
+
+def slug() -> Any:
+    """A slug in the middle of the hole that touches nothing."""
+    state = with_particle(drilled_disc(HOLE), 0.2 * HOLE, 0.5 * THICKNESS)
+    state.attached_target[-1] = state.attached[-1] = False
+    return state
+
+
+def stray(part: float, depth: float = 0.5) -> Build:
+    return lambda: with_particle(drilled_disc(HOLE), part * HOLE, depth * THICKNESS)
+
+
+def scooped() -> Any:
+    return scooped_half_space(CRATER)
+
+
+# Measurement, state, state with a change that must not move the reading, and by how much it may.
+UNMOVED: list[tuple[str, Build, Build, float]] = [
+    *(
+        ("hole_diameter", lambda: drilled_disc(HOLE), stray(part), 1e-14)
+        for part in (0.3, 0.6, 0.9)
+    ),
+    # One of the eight particles through the thickness: an eighth of a particle on each side.
+    (
+        "hole_diameter",
+        lambda: drilled_disc(HOLE),
+        stray(1.0 - 0.6 * PARTICLE / HOLE),
+        2.0 * PARTICLE / 8.0,
+    ),
+    ("hole_diameter_midplane", lambda: drilled_disc(HOLE), stray(0.6, -1.0), 0.0),
+    *((name, lambda: drilled_disc(HOLE), slug, 0.0) for name in OPENINGS),
+    *(
+        ("crater_diameter", lambda: cratered(WALLS["hemisphere"], CRATER), state, off)
+        for state, off in (
+            (lambda: lipped_crater(-1.0), 0.0),
+            (lambda: lipped_crater(0.0), 0.0),
+            (lambda: lipped_crater(1.0), 0.0),
+            (littered_crater, 2.0 * TENTH),
+        )
+    ),
+    ("crater_depth", scooped, lambda: hollowed_half_space(CRATER, roof=2e-3, height=2e-3), 1e-14),
+    ("crater_depth", scooped, veiled_crater, 1e-14),
+    *(
+        (name, scooped, lambda: with_particle(scooped(), 0.1 * CRATER, 0.4 * CRATER), 1e-14)
+        for name in ("crater_depth", "crater_diameter")
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "before", "after", "off"), UNMOVED)
+def test_reading__stays_where_it_is(name: str, before: Build, after: Build, off: float) -> None:
+    assert abs(value(name, after()) - value(name, before())) <= off
+
+
+def test_hole_diameter__follows_the_drill_without_jumps() -> None:
+    """Each step of a tenth of a cell is seen, to a quarter of it."""
+    diameters = [value("hole_diameter", drilled_disc(HOLE + shift * CELL)) for shift in SHIFTS]
+    assert np.allclose(np.diff(diameters), 0.2 * CELL, atol=0.05 * CELL)
+
+
+def test_plateau__scatter_is_a_part_of_the_uncertainty_of_its_pressure() -> None:
+    part = read("plateau_pressure", plates(LATE, scatter=0.05)).parts["scatter"]
+    assert math.isclose(part, 0.05 * PRESSURE, rel_tol=0.01)

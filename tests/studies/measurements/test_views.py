@@ -1,0 +1,377 @@
+"""Views turn the arrays of the solver into the states that measurements read, in every geometry."""
+
+import math
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.eos.linear_elastic import LinearElastic
+from solver.geometry import grid
+from solver.geometry.axisymmetric import Axisymmetric
+from solver.geometry.cartesian3d import Cartesian3D
+from solver.state import Particles, Snapshot, empty_table, views
+from studies.measurements._bar import view as view_of_bar
+from studies.measurements._impact import ImpactView, azimuthal_spread, view
+from studies.measurements._plates import view as view_of_plates
+from tests.studies.measurements.states import (
+    BAR_DIAMETER,
+    BAR_LENGTH,
+    BAR_SPEED,
+    BREADTH,
+    CELL,
+    CRATER,
+    DENSITY,
+    DEPTH,
+    DIAMETER,
+    HOLE,
+    LATE,
+    OPENINGS,
+    PARTICLE,
+    RADIUS,
+    ROUND_OFF,
+    THICKNESS,
+    bar,
+    line,
+    plates,
+    read,
+    scooped_half_space,
+    value,
+)
+
+BULK, SHEAR = 130e9, 40e9  # Pa
+
+
+def plate(kind: str, *, hole: float = HOLE, slug: float = 0.0) -> ImpactView:
+    """A drilled plate, with a free slug within a radius, as a geometry shows it."""
+    setting, particles = plate_of_particles(kind, hole=hole, slug=slug)
+    return view(setting, snapshot_of(particles))
+
+
+def plate_of_particles(
+    kind: str, *, hole: float = HOLE, slug: float = 0.0, middle: float = 0.0, oval: float = 1.0
+) -> tuple[Any, Particles]:
+    """What ``view`` asks a setting for, and the particles; the hole may be an oval, its middle off the axis."""
+    flat = kind == "axisymmetric"
+    across, along = line(0.0, RADIUS), line(0.0, THICKNESS)
+    wide = np.concatenate([-across[::-1], across]) if kind == "half" else across
+    lines = (across, along, np.zeros(1)) if flat else (wide, across, along)
+    position = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
+    aside = 0.0 if flat else oval * position[:, 1]
+    from_axis = np.hypot(position[:, 0] - middle, aside)
+    position = position[(from_axis > hole) | (from_axis < slug)]
+    return setting_of_plate(kind), particles_at(kind, position)
+
+
+def particles_at(kind: str, position: np.ndarray) -> Particles:
+    """Particles of the target at some places."""
+    particles = views(empty_table(len(position)))
+    particles.position[:] = position
+    measure = position[:, 0] * PARTICLE**2 if kind == "axisymmetric" else PARTICLE**3
+    particles.mass[:] = DENSITY * measure
+    return particles
+
+
+def setting_of_plate(kind: str, **changes: Any) -> Any:
+    """What ``view`` asks a setting for."""
+    flat = kind == "axisymmetric"
+    cells = round(changes.get("radius", RADIUS) / CELL)
+    deep = round(changes.get("thickness", THICKNESS) / CELL) + 16
+    left, wide = (-RADIUS, 2 * cells) if kind == "half" else (0.0, cells)
+    lower = (0.0, -8.0 * CELL, 0.0) if flat else (left, 0.0, -8.0 * CELL)
+    record = Axisymmetric if flat else Cartesian3D
+    extent = (cells, deep, 0) if flat else (wide, cells, deep)
+    return SimpleNamespace(
+        **{
+            "problem": SimpleNamespace(
+                geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
+                bodies=(body_of("target", DENSITY),),
+                absorbers=(),
+            ),
+            "target": "target",
+            "projectile_diameter": DIAMETER,
+            "thickness": THICKNESS,
+            "radius": RADIUS,
+            "sector": {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}[kind],
+            **changes,
+        }
+    )
+
+
+def body_of(
+    name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> Any:
+    """What ``view`` asks a body for."""
+    return SimpleNamespace(
+        name=name,
+        density=density,
+        spacing=(PARTICLE,) * 3,
+        velocity=np.array(velocity),
+        mass=np.ones(1),
+    )
+
+
+def snapshot_of(particles: Particles) -> Snapshot:
+    return Snapshot(0.0, 0, particles, np.zeros(particles.mass.size, np.int64))
+
+
+@pytest.mark.parametrize("opening", OPENINGS)
+def test_opening__is_the_same_in_a_quarter_and_about_the_axis(opening: str) -> None:
+    flat, quarter = (value(opening, plate(kind)) for kind in ("axisymmetric", "quarter"))
+    assert abs(flat - quarter) < 0.5 * CELL
+    assert abs(flat - 2.0 * HOLE) < 2.0 * PARTICLE
+
+
+def test_quarter__has_the_scatter_of_its_sectors_as_a_part_of_the_uncertainty() -> None:
+    quarter = plate("quarter")
+    assert quarter.sectors == 9
+    assert 0.0 < read("hole_diameter", quarter).parts["azimuth"] < CELL
+    assert read("hole_diameter", plate("axisymmetric")).parts["azimuth"] == 0.0
+
+
+@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
+def test_view__weighs_each_sector_per_radian(kind: str) -> None:
+    state = plate(kind, hole=0.0)
+    # A square plate in three dimensions: only what lies within the round one compares.
+    inside = state.radius < RADIUS - CELL
+    sums = np.bincount(state.sector[inside], state.mass[inside])
+    expected = 0.5 * DENSITY * THICKNESS * (RADIUS - CELL) ** 2
+    assert sums.mean() == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize(("free_cells", "touching"), [(0, True), (1, False)])
+def test_view__takes_neighbouring_cells_for_contact_and_no_others(
+    free_cells: int, touching: bool
+) -> None:
+    edge = (math.floor(HOLE / CELL) - free_cells) * CELL  # where the last cell of the slug ends
+    state = plate("axisymmetric", slug=edge)
+    assert state.attached_target.all() == touching
+
+
+def test_view__leaves_out_what_has_left_the_grid() -> None:
+    setting, particles = plate_of_particles("axisymmetric")
+    particles.alive[:7] = 0
+    state = view(setting, snapshot_of(particles))
+    assert state.radius.size == particles.mass.size - 7
+    assert np.array_equal(state.depth, particles.position[7:, 1])
+
+
+def test_view__tells_plate_from_projectile() -> None:
+    """What fills the hole and is no plate joins the matter, but not the plate, to the rim."""
+    setting, particles = plate_of_particles("axisymmetric", slug=HOLE)
+    setting.problem.bodies = (body_of("projectile", DENSITY), *setting.problem.bodies)
+    body = (particles.position[:, 0] > HOLE).astype(np.int64)
+    state = view(setting, Snapshot(0.0, 0, particles, body))
+    assert state.attached.all()
+    assert np.array_equal(state.attached_target, body == 1)
+    assert value("hole_diameter", state) == value("hole_diameter", plate("axisymmetric"))
+
+
+@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
+def test_view__takes_no_debris_that_flies_past_the_rim_for_plate(kind: str) -> None:
+    """A jet from a slug in the hole to beyond the rim, six cells behind the plate."""
+    setting, particles = plate_of_particles(kind, slug=0.5 * HOLE)
+    behind = THICKNESS + 6.0 * CELL
+    rise, out = line(THICKNESS, behind), line(0.0, RADIUS)
+    across = np.concatenate([np.full_like(rise, 0.5 * PARTICLE), out])
+    depth = np.concatenate([rise, np.full_like(out, behind)])
+    nothing = np.zeros_like(across)
+    places = (across, depth, nothing) if kind == "axisymmetric" else (across, nothing, depth)
+    position = np.concatenate([particles.position, np.stack(places, axis=-1)])
+    state = view(setting, snapshot_of(particles_at(kind, position)))
+    whole = (state.radius > HOLE) & (state.depth < THICKNESS)
+    assert state.attached_target.tolist() == whole.tolist()
+
+
+@pytest.mark.parametrize("drift", [-5.5, 5.5])
+def test_view__finds_a_rim_that_has_drifted(drift: float) -> None:
+    """As one does that nothing holds."""
+    setting, particles = plate_of_particles("axisymmetric", slug=2e-3)
+    particles.position[:, 1] += drift * CELL
+    state = view(setting, snapshot_of(particles))
+    assert state.attached_target.tolist() == (state.radius > HOLE).tolist()
+
+
+@pytest.mark.parametrize(("side", "absorbs"), [(0, False), (1, True)])
+@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
+def test_view__knows_a_back_that_absorbs(kind: str, side: int, absorbs: bool) -> None:
+    setting, particles = plate_of_particles(kind)
+    rim = SimpleNamespace(body=0, axis=0, side=1)
+    face = SimpleNamespace(body=0, axis=1 if kind == "axisymmetric" else 2, side=side)
+    setting.problem.absorbers = (rim, face)
+    assert view(setting, snapshot_of(particles)).back_absorbs == absorbs
+
+
+# Metals of a projectile in a target of ``DENSITY``: the same, aluminium and tungsten.
+METALS = [DENSITY, 2700.0, 19300.0]
+
+
+def lined_crater(density: float, *, thick: float, thin: bool) -> ImpactView:
+    """A crater whose wall a projectile lines, as a solid or with a quarter of its particles."""
+    block = scooped_half_space(CRATER - thick)
+    lining = np.hypot(block.radius, block.depth) < CRATER
+    even = (np.floor(block.radius / PARTICLE) + np.floor(block.depth / PARTICLE)) % 4.0 == 0.0
+    left = ~lining | even if thin else np.ones_like(lining)
+    places = (block.radius[left], block.depth[left], np.zeros(left.sum()))
+    particles = particles_at("axisymmetric", np.stack(places, axis=-1))
+    body = lining[left].astype(np.int64)
+    particles.mass[body == 1] *= density / DENSITY
+    setting = setting_of_plate("axisymmetric", thickness=DEPTH, radius=BREADTH)
+    setting.problem.bodies = (*setting.problem.bodies, body_of("projectile", density))
+    return view(setting, Snapshot(0.0, 0, particles, body))
+
+
+@pytest.mark.parametrize("density", METALS)
+@pytest.mark.parametrize("thin", [False, True])
+@pytest.mark.parametrize("crater", ["crater_depth", "crater_diameter"])
+def test_crater__ends_where_half_of_the_space_is_filled_by_whatever_metal(
+    crater: str, thin: bool, density: float
+) -> None:
+    thick = 4.0 * CELL
+    reading = value(crater, lined_crater(density, thick=thick, thin=thin))
+    wanted = value(crater, scooped_half_space(CRATER if thin else CRATER - thick))
+    assert abs(reading - wanted) < 2.0 * PARTICLE
+
+
+# An oval hole beside the first touch, as an oblique shot makes it: half axes and shift
+LONG, SHORT, ASIDE = 10e-3, 7e-3, 5e-3
+AREA_DIAMETER = 2.0 * math.sqrt(LONG * SHORT)
+
+
+def oval_hole(*, aside: float = ASIDE, oblique: bool = True) -> ImpactView:
+    """The half of a plate that a shot has left."""
+    setting, particles = plate_of_particles("half", hole=LONG, middle=aside, oval=LONG / SHORT)
+    flight = (1.0 if oblique else 0.0, 0.0, 1.0)
+    setting.problem.bodies = (*setting.problem.bodies, body_of("projectile", DENSITY, flight))
+    return view(setting, snapshot_of(particles))
+
+
+def test_oblique_hole__is_that_of_its_area_and_its_shape_is_no_uncertainty() -> None:
+    state = oval_hole()
+    assert abs(state.target_radius - (RADIUS - ASIDE)) < 0.1 * CELL
+    # The innermost edge of a sector of an oval lies a little inside its mean.
+    for opening, off in zip(OPENINGS, (0.1 * CELL, CELL, CELL), strict=True):
+        reading = read(opening, state)
+        assert abs(reading.value - AREA_DIAMETER) < off
+        assert reading.parts["azimuth"] < 0.2 * CELL
+
+
+@pytest.mark.parametrize("opening", OPENINGS)
+def test_oblique_hole__is_the_same_wherever_it_lies(opening: str) -> None:
+    """The walk in from the rim begins elsewhere, and so its samples lie elsewhere."""
+    first, second = (value(opening, oval_hole(aside=cells * CELL)) for cells in (0.0, 10.0))
+    assert abs(first - second) < 0.01 * CELL
+
+
+def test_normal_hole__is_seen_from_the_first_touch() -> None:
+    """Whatever scatter has done to it: nothing but an oblique flight moves a hole."""
+    state = oval_hole(oblique=False)
+    assert state.target_radius == RADIUS
+    assert abs(state.radius.min() - (LONG - ASIDE)) < PARTICLE
+
+
+@pytest.mark.parametrize("hole", [0.0, RADIUS - ASIDE])
+def test_oblique_shot__without_a_hole_within_the_rim_is_seen_from_the_first_touch(
+    hole: float,
+) -> None:
+    setting, particles = plate_of_particles("half", hole=hole, middle=ASIDE)
+    setting.problem.bodies[0].velocity[0] = 1.0
+    assert view(setting, snapshot_of(particles)).target_radius == RADIUS
+
+
+def test_azimuthal_spread__of_independent_sectors_is_the_standard_error_of_their_mean() -> None:
+    scatter, sectors = 0.1e-3, 20000
+    radii = HOLE + np.random.default_rng(0).normal(0.0, scatter, sectors)
+    expected = 2.0 * scatter / math.sqrt(sectors)
+    assert math.isclose(azimuthal_spread(radii), expected, rel_tol=0.03)
+
+
+def bar_of_arrays(kind: str) -> tuple[Any, Particles]:
+    """What ``view`` asks a setting of a bar for, and the particles in their first places."""
+    flat = kind == "round"
+    state = bar(round_model=flat)
+    order = [0, 2, 1] if flat else [0, 1, 2]
+    particles = views(empty_table(len(state.mass)))
+    particles.position[:] = state.position[:, order]
+    particles.velocity[:, order.index(2)] = -BAR_SPEED
+    particles.mass[:] = state.mass
+    particles.density[:] = DENSITY
+    matter = SimpleNamespace(
+        eos=LinearElastic(density=DENSITY, bulk_modulus=BULK, temperature=293.0),
+        shear_modulus=SHEAR,
+    )
+    body = SimpleNamespace(
+        name="bar", density=DENSITY, spacing=(PARTICLE,) * 3, mass=state.mass, matter=matter
+    )
+    record = Axisymmetric if flat else Cartesian3D
+    cells = (10, 50, 0) if flat else (10, 10, 50)
+    setting = SimpleNamespace(
+        problem=SimpleNamespace(
+            geometry=grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL), bodies=(body,)
+        ),
+        length=BAR_LENGTH,
+        diameter=BAR_DIAMETER,
+        speed=BAR_SPEED,
+        place=state.place,
+        references=(None, None, None),
+    )
+    return setting, particles
+
+
+@pytest.mark.parametrize("kind", ["round", "quarter"])
+def test_view_of_a_bar__knows_each_particle_by_its_number(kind: str) -> None:
+    setting, particles = bar_of_arrays(kind)
+    order = np.random.default_rng(0).permutation(particles.mass.size)
+    shuffled = Particles(*(field[order] for field in particles))
+    state = view_of_bar(setting, snapshot_of(shuffled))
+    assert math.isclose(value("final_length", state), BAR_LENGTH, rel_tol=ROUND_OFF)
+    assert math.isclose(value("mushroom_diameter", state), BAR_DIAMETER, rel_tol=ROUND_OFF)
+    assert math.isclose(value("rebound_momentum", state), -1.0, rel_tol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("kind", ["round", "quarter"])
+def test_view_of_a_bar__leaves_out_what_has_left_the_grid(kind: str) -> None:
+    setting, particles = bar_of_arrays(kind)
+    particles.alive[-1] = 0
+    state = view_of_bar(setting, snapshot_of(particles))
+    assert state.mass.size == particles.mass.size - 1
+    assert read("final_length", state).flags == ("lost_particles",)
+
+
+def test_view_of_a_bar__has_the_elastic_energy_of_uniaxial_stress() -> None:
+    """sigma^2 / 2 E per volume, where strain is small: the terms left out are of the order of the strain."""
+    setting, particles = bar_of_arrays("quarter")
+    young = 9.0 * BULK * SHEAR / (3.0 * BULK + SHEAR)
+    stress = 1e-5 * young
+    particles.density[:] = DENSITY * (1.0 - stress / 3.0 / BULK)
+    particles.deviator[:, 2] = 2.0 / 3.0 * stress
+    particles.deviator[:, :2] = -stress / 3.0
+    state = view_of_bar(setting, snapshot_of(particles))
+    expected = 0.5 * stress**2 / young / DENSITY
+    assert np.allclose(state.strain_energy, expected, rtol=1e-4, atol=0.0)
+
+
+@pytest.mark.parametrize("kind", ["round", "quarter"])
+def test_view_of_plates__knows_each_particle_by_its_number(kind: str) -> None:
+    flat = kind == "round"
+    state = plates(LATE)
+    axis = 1 if flat else 2
+    particles = views(empty_table(state.mass.size))
+    particles.position[:, axis] = state.place
+    particles.velocity[:, axis] = state.velocity
+    for name in ("mass", "density", "pressure"):
+        getattr(particles, name)[:] = getattr(state, name)
+    record, cells = (Axisymmetric, (1, 90, 0)) if flat else (Cartesian3D, (1, 1, 90))
+    geometry = grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL)
+    setting = SimpleNamespace(
+        problem=SimpleNamespace(geometry=geometry),
+        layer=state.layer,
+        section=state.section,
+        speed=state.speed,
+    )
+    order = np.random.default_rng(0).permutation(state.mass.size)
+    shuffled = Particles(*(field[order] for field in particles))
+    shuffled_state = view_of_plates(setting, Snapshot(LATE, 0, shuffled, state.body[order]))
+    for name in ("plateau_pressure", "target_density_from_spacing", "flyer_shock_front"):
+        assert math.isclose(value(name, shuffled_state), value(name, state), rel_tol=1e-9)
