@@ -185,7 +185,7 @@ def _level(spacing: float, samples: Sequence[Sample]) -> Level:
         _root_mean_square([sample.sub_cell for sample in valued]),
         _root_mean_square([sample.rest for sample in valued]),
         sum(sample.nothing for sample in samples),
-        tuple(sorted({doubt for sample in valued for doubt in sample.quality_flags})),
+        tuple(sorted({flag for sample in valued for flag in sample.quality_flags})),
     )
 
 
@@ -205,23 +205,23 @@ def _root_mean_square(values: Sequence[float]) -> float:
 
 
 def _unstated(valued: Sequence[Level]) -> Iterator[str]:
-    """That differences stand against no noise, in words."""
+    """A note where differences stand against no noise."""
     alone = any(math.isnan(level.scatter) and not level.sub_cell for level in valued[:3])
     if alone and len(valued) > 1:
         yield "one offset, and no statement of what it cannot see"
 
 
 def _flagged(valued: Sequence[Level]) -> Iterator[str]:
-    """What the runs of the resolutions that count say against their own values, in words."""
+    """The quality flags of the resolutions that count, in words."""
     counted = valued[:3]
-    for doubt in sorted({doubt for level in counted for doubt in level.quality_flags}):
-        places = [place for place, level in enumerate(counted) if doubt in level.quality_flags]
+    for flag in sorted({flag for level in counted for flag in level.quality_flags}):
+        places = [place for place, level in enumerate(counted) if flag in level.quality_flags]
         which = " and ".join(("the finest", "the second", "the third")[place] for place in places)
         yield f"{flag.replace('_', ' ')} at {which} of the resolutions that count"
 
 
 def _left_out(levels: Sequence[Level]) -> list[str]:
-    """What has no value, in words."""
+    """Notes on resolutions and offsets without a value."""
     empty = [level for level in levels if not level.values]
     gaps = [level for level in levels if 0 < level.values < level.runs]
     notes = []

@@ -481,7 +481,7 @@ def test_quality_flags__are_named_with_the_resolutions_that_have_them() -> None:
             (8.0, ("odd",)),
         )
     ]
-    result = converge(doubtful)
+    result = converge(flagged)
     assert result.verdict == "converging"
     assert "late at the second and the third of the resolutions that count" in result.reason
     assert "coarse at the third of the resolutions that count" in result.reason
