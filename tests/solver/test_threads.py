@@ -1,7 +1,7 @@
 """Work cut for threads covers everything once, and the cut does not show in the result."""
 
+import itertools
 import threading
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,51 +9,45 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.simulation import MOST_SHARES, SHARE, shares_for, simulate, start, threads_for
-from solver.state import Particles, Snapshot
+from solver.state import Snapshot
 from solver.step import shares_of
 from solver.threads import ThreadPool, asked_threads, available_cores
-from tests.solver.bodies import two_blocks
+from tests.solver.bodies import after, assert_same_bits, each_kind, two_blocks
 
-STEPS = 60  # beyond the first reordering of the arrays
+STEPS = 60  # more than half of the way to the first reordering of the arrays
 SHARES = 4  # work for three threads
 
 
 @given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
-def test_ranges__cover_everything_once(count: int, threads: int, grain: int) -> None:
-    ranges = ThreadPool(threads).ranges(count, grain)
-    places = [place for begin, end in ranges for place in range(begin, end)]
-    assert places == list(range(count))
-
-
-@given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
-def test_ranges__begin_at_multiples_of_the_grain(count: int, threads: int, grain: int) -> None:
+def test_ranges__cover_everything_once_from_multiples_of_the_grain(
+    count: int, threads: int, grain: int
+) -> None:
     ranges = ThreadPool(threads).ranges(count, grain)
     assert len(ranges) <= threads
     assert all(begin % grain == 0 for begin, _ in ranges)
+    assert [place for begin, end in ranges for place in range(begin, end)] == list(range(count))
 
 
-def test_team__runs_every_share() -> None:
-    for threads in (1, 3):
-        done: list[int] = []
-        ThreadPool(threads).run(done.append, [3, 1, 2])
-        assert sorted(done) == [1, 2, 3]
+@pytest.mark.parametrize("threads", [1, 3])
+def test_pool__runs_every_share_and_passes_on_what_one_raises(threads: int) -> None:
+    done: list[int] = []
+    ThreadPool(threads).run(done.append, [3, 1, 2])
+    assert sorted(done) == [1, 2, 3]
 
-
-def test_team__passes_on_what_a_share_raises() -> None:
-    def stumble(share: int) -> None:
+    def fail(share: int) -> None:
         raise ZeroDivisionError(share)
 
     with pytest.raises(ZeroDivisionError):
-        ThreadPool(2).run(stumble, [1, 2])
+        ThreadPool(threads).run(fail, [1, 2])
 
 
-@pytest.mark.parametrize(("word", "threads"), [(None, 1), ("2", 2), ("auto", available_cores())])
+@pytest.mark.parametrize(("text", "threads"), [(None, 1), ("2", 2), ("auto", available_cores())])
 def test_asked_threads__are_those_of_the_environment(
-    monkeypatch: pytest.MonkeyPatch, word: str | None, threads: int
+    monkeypatch: pytest.MonkeyPatch, text: str | None, threads: int
 ) -> None:
     monkeypatch.delenv("WHIPPLE_THREADS", raising=False)
-    if word is not None:
-        monkeypatch.setenv("WHIPPLE_THREADS", word)
+    if text is not None:
+        monkeypatch.setenv("WHIPPLE_THREADS", text)
     assert asked_threads() == threads
 
 
@@ -72,39 +66,39 @@ def test_threads__are_no_more_than_find_work(particles: int, asked: int, threads
     assert threads_for(particles, asked) == threads
 
 
-def test_simulate__leaves_no_thread_behind_when_an_error_still_holds_what_it_had() -> None:
+def test_simulate__ends_its_threads_when_an_error_still_holds_its_frame() -> None:
     before = set(threading.enumerate())
-    seen: list[int] = []
+    threads: list[int] = []
 
     def observe(snapshot: Snapshot) -> None:
-        seen.append(len(set(threading.enumerate()) - before))
+        threads.append(len(set(threading.enumerate()) - before))
         if snapshot.step:
             raise ZeroDivisionError
 
-    problem = replace(two_blocks("axisymmetric"), end_time=1e-8)
+    problem = two_blocks("axisymmetric", end_time=1e-8)
     with pytest.raises(ZeroDivisionError) as held:
         simulate(problem, observe, threads=3, shares=SHARES)
     assert held.tb is not None
-    assert seen == [0, 3]
+    assert threads == [0, 3]
     assert set(threading.enumerate()) <= before
 
 
 @given(st.lists(st.integers(0, 3000), min_size=1, max_size=4), st.integers(1, 9))
 def test_shares__cover_the_particles_of_every_body_once(sizes: list[int], shares: int) -> None:
     """In their order, and by less than two particles more in one share than in another."""
-    edges = np.cumsum([0, *sizes])
-    ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(sizes))]
-    found = shares_of(ranges, shares)
-    assert found.shape == (shares, len(sizes), 2)
+    edges = np.cumsum([0, *sizes]).tolist()
+    ranges = list(itertools.pairwise(edges))
+    cut = shares_of(ranges, shares)
+    assert cut.shape == (shares, len(sizes), 2)
     for body, (begin, end) in enumerate(ranges):
-        covered = [place for low, high in found[:, body] for place in range(low, high)]
+        covered = [place for low, high in cut[:, body] for place in range(low, high)]
         assert covered == list(range(begin, end))
-        assert np.ptp(found[:, body, 1] - found[:, body, 0]) <= 1
+        assert np.ptp(cut[:, body, 1] - cut[:, body, 0]) <= 1
 
 
 @given(st.integers(1, 10_000_000))
 def test_shares__depend_on_the_number_of_particles_alone(particles: int) -> None:
-    """Never fewer than for fewer particles, a power of two, and so many that none is small."""
+    """Never fewer than for fewer particles, a power of two, and none of them small."""
     shares = shares_for(particles)
     assert shares in [2**power for power in range(shares.bit_length())]
     assert 1 <= shares <= MOST_SHARES
@@ -112,23 +106,18 @@ def test_shares__depend_on_the_number_of_particles_alone(particles: int) -> None
     assert shares_for(particles + 1) >= shares
 
 
-def test_simulation__has_as_many_shares_as_its_particles_ask_for_or_as_it_is_told() -> None:
+def test_simulation__has_the_shares_of_its_particles_or_as_many_as_asked_for() -> None:
     problem = two_blocks("cartesian")
     count = sum(body.mass.size for body in problem.bodies)
     assert start(problem, threads=2).shares == shares_for(count)
     assert start(problem, threads=1, shares=5).shares == 5
 
 
-@pytest.mark.parametrize("kind", ["axisymmetric", "cartesian"])
+@each_kind
 def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None:
-    one, two, three = (_final(kind, threads) for threads in (1, 2, 3))
-    for name in Particles._fields:
-        assert np.array_equal(getattr(one, name), getattr(two, name)), name
-        assert np.array_equal(getattr(one, name), getattr(three, name)), name
-
-
-def _final(kind: str, threads: int) -> Particles:
-    simulation = start(two_blocks(kind), threads=threads, shares=SHARES)
-    for _ in range(STEPS):
-        simulation.advance()
-    return simulation.particles
+    one, two, three = (
+        after(two_blocks(kind), STEPS, threads=threads, shares=SHARES).particles
+        for threads in (1, 2, 3)
+    )
+    assert_same_bits(one, two)
+    assert_same_bits(one, three)

@@ -77,61 +77,51 @@ def exact(x, y):
 
 
 @device
-def halves(x):
-    """The two parts of normal positive numbers."""
-    return fraction(x), exponent(x), power_of_two(maximum(minimum(exponent(x), 1023.0), -1022.0))
-
-
-@device
 def elementary(x, y):
-    """Functions of a positive number and of any."""
+    """Functions of a normal positive number x and of any y; the last three have no rounding."""
     base = maximum(minimum(x, 1e5), 1e-5)
-    return log(x), exp(y), power(x, 0.31), power(base, minimum(absolute(y), 40.0))
+    held = maximum(minimum(exponent(x), 1023.0), -1022.0)
+    powers = power(x, 0.31), power(base, minimum(absolute(y), 40.0))
+    return (log(x), exp(y), *powers, fraction(x), exponent(x), power_of_two(held))
+
+
+EXACT, ELEMENTARY = len(exact(1.0, 1.0)), len(elementary(1.0, 1.0))
 
 
 @kernel
-def exact_of_vectors(table, out):
-    """By eights; the last ones only as far as they go."""
-    count = table.shape[1]
-    for p in range(0, count, LANES):
-        lanes = first_lanes(count - p)
-        found = exact(load(table, 0, p, lanes), load(table, 1, p, lanes))
-        for row in range(len(found)):
-            store(out, row, p, found[row], lanes)
-
-
-@kernel
-def exact_of_numbers(table, out):
-    """One by one."""
-    for p in range(table.shape[1]):
-        found = exact(table[0, p], table[1, p])
-        for row in range(len(found)):
-            out[row, p] = found[row]
-
-
-@kernel
-def elementary_of_vectors(table, out):
-    """By eights."""
+def by_eights(table, out):
+    """Both sets of functions of the rows x and y; the last eight only as far as they go."""
     count = table.shape[1]
     for p in range(0, count, LANES):
         lanes = first_lanes(count - p)
         x, y = load(table, 0, p, lanes), load(table, 1, p, lanes)
-        found, parts = elementary(x, y), halves(x)
-        for row in range(4):
-            store(out, row, p, found[row], lanes)
-        for row in range(3):
-            store(out, 4 + row, p, parts[row], lanes)
+        values, others = exact(x, y), elementary(x, y)
+        for row in range(EXACT):
+            store(out, row, p, values[row], lanes)
+        for row in range(ELEMENTARY):
+            store(out, EXACT + row, p, others[row], lanes)
 
 
 @kernel
-def elementary_of_numbers(table, out):
-    """One by one."""
+def one_by_one(table, out):
+    """The functions of single numbers."""
     for p in range(table.shape[1]):
-        found, parts = elementary(table[0, p], table[1, p]), halves(table[0, p])
-        for row in range(4):
-            out[row, p] = found[row]
-        for row in range(3):
-            out[4 + row, p] = parts[row]
+        x, y = table[0, p], table[1, p]
+        values, others = exact(x, y), elementary(x, y)
+        for row in range(EXACT):
+            out[row, p] = values[row]
+        for row in range(ELEMENTARY):
+            out[EXACT + row, p] = others[row]
+
+
+compiled_forms = pytest.mark.parametrize("compiled", [by_eights, one_by_one])
+
+
+def computed(compiled: Any, table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The exact and the elementary functions of a table (2, n), as a kernel gives them."""
+    out = np.zeros((EXACT + ELEMENTARY, table.shape[1]))
+    compiled(table, out)
+    return out[:EXACT], out[EXACT:]
 
 
 def same_bits(one: Any, other: Any) -> bool:
@@ -150,15 +140,13 @@ def pairs() -> np.ndarray:
     return np.concatenate([special, RNG.normal(0.0, 3.0, (2, 300))], axis=1)
 
 
-@pytest.mark.parametrize("compiled", [exact_of_vectors, exact_of_numbers])
+@compiled_forms
 @np.errstate(invalid="ignore", divide="ignore", over="ignore")
 def test_exact_functions__have_the_same_bits_compiled_and_plain(compiled: Any) -> None:
     table = pairs()
     assert table.shape[1] % LANES
     plain = np.array([np.broadcast_to(row, table.shape[1]) for row in exact(*table)])
-    got = np.zeros_like(plain)
-    compiled(table, got)
-    assert same_bits(got, plain)
+    assert same_bits(computed(compiled, table)[0], plain)
 
 
 @np.errstate(invalid="ignore", divide="ignore", over="ignore")
@@ -171,7 +159,7 @@ def test_plain_functions__act_on_numbers_as_on_arrays() -> None:
             assert same_bits(found, np.broadcast_to(arrays[row], table.shape[1])[p])
 
 
-# Logarithm, powers
+# Logarithm, exponential, power
 
 
 def positive() -> np.ndarray:
@@ -186,38 +174,13 @@ def positive() -> np.ndarray:
     )
 
 
-def test_log__is_that_of_numpy_to_two_last_places() -> None:
-    x = positive()
-    assert np.allclose(log(x), np.log(x), rtol=2.0 * LAST_PLACE, atol=0.0)
-    assert log(1.0) == 0.0
-    with np.errstate(invalid="ignore"):
-        assert log(math.inf) == math.inf
-
-
-def test_exp__is_that_of_numpy_to_two_last_places() -> None:
-    y = np.concatenate([RNG.uniform(-708.0, 709.0, 40_000), RNG.uniform(-1.0, 1.0, 20_000)])
-    assert np.allclose(exp(y), np.exp(y), rtol=2.0 * LAST_PLACE, atol=0.0)
-    assert exp(0.0) == 1.0
-
-
-@pytest.mark.parametrize(("beyond", "held"), [(-1e9, -708.0), (-math.inf, -708.0), (1e9, 709.0)])
-def test_exp__holds_on_to_normal_numbers(beyond: float, held: float) -> None:
-    assert exp(beyond) == exp(held)
-    assert math.isclose(exp(held), math.exp(held), rel_tol=2.0 * LAST_PLACE)
-
-
-def test_power__is_that_of_numpy_to_round_off_of_its_logarithm() -> None:
-    base = np.exp(RNG.uniform(-30.0, 30.0, 40_000))
-    to = RNG.uniform(-20.0, 20.0, 40_000)
-    expected = base**to
-    error = np.abs(power(base, to) / expected - 1.0)
-    assert (error <= LAST_PLACE * (2.0 + np.abs(np.log(expected)))).all()
-
-
-def test_power__of_zero_is_zero_and_to_zero_is_one() -> None:
-    assert power(0.0, 0.31) == 0.0
-    assert power(0.0, 2.0) == 0.0
+@np.errstate(invalid="ignore")
+def test_elementary_functions__have_their_limits() -> None:
+    assert (log(1.0), log(math.inf), exp(0.0)) == (0.0, math.inf, 1.0)
+    assert power(0.0, 0.31) == power(0.0, 2.0) == 0.0
     assert power(3.0, 0.0) == power(0.0, 0.0) == 1.0
+    for beyond, held in ((-1e9, -708.0), (-math.inf, -708.0), (1e9, 709.0)):
+        assert exp(beyond) == exp(held)
 
 
 def test_parts__make_the_number() -> None:
@@ -228,42 +191,37 @@ def test_parts__make_the_number() -> None:
     assert (part[inside] * power_of_two(whole[inside]) == x[inside]).all()
 
 
-@pytest.mark.parametrize("compiled", [elementary_of_vectors, elementary_of_numbers])
-def test_elementary_functions__are_the_same_compiled_and_plain(compiled: Any) -> None:
-    """The parts of numbers to the bit; the others err as little, and so differ by twice that."""
+@compiled_forms
+def test_elementary_functions__are_those_of_numpy_compiled_and_plain(compiled: Any) -> None:
+    """Logarithm and exponential to two last places, powers to round-off of their logarithm, parts to the bit."""
     x = positive()
-    y = RNG.uniform(-700.0, 700.0, x.size)
-    plain = np.array([*elementary(x, y), *halves(x)])
-    got = np.zeros_like(plain)
-    compiled(np.array([x, y]), got)
+    y = RNG.uniform(-708.0, 709.0, x.size)
+    plain = np.array(elementary(x, y))
+    _, got = computed(compiled, np.array([x, y]))
     assert same_bits(got[4:], plain[4:])
     powers = np.array([x**0.31, np.clip(x, 1e-5, 1e5) ** np.minimum(np.abs(y), 40.0)])
-    for one in (got, plain):
+    for values in (got, plain):
         for row, expected in enumerate((np.log(x), np.exp(y), *powers)):
             places = 2.0 + (np.abs(np.log(expected)) if row > 1 else 0.0)
-            assert (np.abs(one[row] - expected) <= places * LAST_PLACE * np.abs(expected)).all()
+            assert (np.abs(values[row] - expected) <= places * LAST_PLACE * np.abs(expected)).all()
 
 
 # NaN
 
 
-def plain_and_compiled(x: float, y: float) -> list[np.ndarray]:
-    """log x, exp y, powers of them, plain and in both kernels."""
-    table = np.full((2, LANES), [[x], [y]])
-    found = [np.array(elementary(x, y), float)]
-    for compiled in (elementary_of_vectors, elementary_of_numbers):
-        out = np.zeros((7, LANES))
-        compiled(table, out)
-        found += [out[:4, 0], out[:4, LANES - 1]]
-    return found
-
-
 @pytest.mark.filterwarnings("ignore:invalid value encountered in cast")
-def test_nan__stays_visible_in_logarithm_and_powers() -> None:
-    for found in plain_and_compiled(math.nan, 1.0):
-        assert np.isnan(found).tolist() == [True, False, True, True]
-    for found in plain_and_compiled(2.0, math.nan):
-        assert np.isnan(found).tolist() == [False, True, False, True]
+@pytest.mark.parametrize(
+    ("x", "y", "nan"),
+    [(math.nan, 1.0, [True, False, True, True]), (2.0, math.nan, [False, True, False, True])],
+)
+def test_nan__stays_visible_in_logarithm_exponential_and_powers(
+    x: float, y: float, nan: list[bool]
+) -> None:
+    table = np.full((2, LANES), [[x], [y]])
+    assert np.isnan(elementary(x, y)[:4]).tolist() == nan
+    for compiled in (by_eights, one_by_one):
+        _, got = computed(compiled, table)
+        assert all(row.tolist() == nan for row in np.isnan(got[:4]).T)
 
 
 def test_nan__stays_visible_in_the_first_argument_of_a_bound() -> None:
@@ -281,44 +239,28 @@ def test_nan__stays_visible_in_the_first_argument_of_a_bound() -> None:
 
 
 @kernel
-def copied(table, out, row, place, count):
-    """Some neighbours of a row to the same place of another table."""
+def copied(table, out, row, place, count, line_out):
+    """Some neighbours of a row to the same place of another table, and with the masked lanes to a line of eight."""
     lanes = first_lanes(count)
-    store(out, row, place, load(table, row, place, lanes), lanes)
-
-
-@kernel
-def loaded(table, out, row, place, count):
-    """Some neighbours of a row, and what stands in the masked lanes, to a line of eight."""
-    set_line(out, 0, load(table, row, place, first_lanes(count)))
+    values = load(table, row, place, lanes)
+    store(out, row, place, values, lanes)
+    set_line(line_out, 0, values)
 
 
 @given(st.integers(0, 2), st.integers(0, 11), st.integers(-1, 10))
-def test_load__reads_its_lanes_and_zero(row: int, place: int, count: int) -> None:
-    """What is masked is not read: NaN stands there, and beyond the last row nothing."""
+def test_load_and_store__touch_their_lanes_only(row: int, place: int, count: int) -> None:
+    """What is masked is read as zero: NaN stands there, and beyond the last row nothing."""
     count = min(count, 12 - place)
-    table = np.full((3, 12), math.nan)
     inside = max(min(count, LANES), 0)
-    table[row, place : place + inside] = 1.0 + np.arange(inside)
-    expected = np.zeros(LANES)
-    expected[:inside] = table[row, place : place + inside]
-    for function in (loaded, loaded.py_func):
-        out = np.full((1, LANES), 7.0)
-        function(table, out, row, place, count)
-        assert same_bits(out[0], expected)
-
-
-@given(st.integers(0, 2), st.integers(0, 11), st.integers(-1, 10))
-def test_store__touches_its_lanes_only(row: int, place: int, count: int) -> None:
-    count = min(count, 12 - place)
-    table = RNG.normal(size=(3, 12))
-    expected = np.full((3, 12), 7.0)
-    inside = max(min(count, LANES), 0)
-    expected[row, place : place + inside] = table[row, place : place + inside]
+    numbers = 1.0 + np.arange(inside)
+    table, expected, expected_line = np.full((3, 12), math.nan), np.full((3, 12), 7.0), np.zeros(8)
+    table[row, place : place + inside] = expected[row, place : place + inside] = numbers
+    expected_line[:inside] = numbers
     for function in (copied, copied.py_func):
-        out = np.full((3, 12), 7.0)
-        function(table, out, row, place, count)
+        out, line_out = np.full((3, 12), 7.0), np.full((1, LANES), 7.0)
+        function(table, out, row, place, count, line_out)
         assert same_bits(out, expected)
+        assert same_bits(line_out[0], expected_line)
 
 
 @kernel
@@ -355,24 +297,16 @@ def test_lines__and_whole_numbers_come_to_their_places() -> None:
 
 
 @kernel
-def turned(table, out):
+def exchanged(table, out):
     """The eight lines of a table as columns."""
-    found = transposed(
-        line(table, 0),
-        line(table, 1),
-        line(table, 2),
-        line(table, 3),
-        line(table, 4),
-        line(table, 5),
-        line(table, 6),
-        line(table, 7),
-    )
+    rows = (line(table, 0), line(table, 1), line(table, 2), line(table, 3))
+    columns = transposed(*rows, line(table, 4), line(table, 5), line(table, 6), line(table, 7))
     for row in range(LANES):
-        set_line(out, row, found[row])
+        set_line(out, row, columns[row])
 
 
-@pytest.mark.parametrize("function", [turned, turned.py_func], ids=["compiled", "plain"])
-def test_transposed__changes_rows_and_columns(function: Any) -> None:
+@pytest.mark.parametrize("function", [exchanged, exchanged.py_func], ids=["compiled", "plain"])
+def test_transposed__exchanges_rows_and_columns(function: Any) -> None:
     table, out = RNG.normal(size=(LANES, LANES)), np.zeros((LANES, LANES))
     function(table, out)
     assert (out == table.T).all()
