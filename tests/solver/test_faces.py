@@ -85,7 +85,7 @@ def test_face__holds_its_components_of_its_own_nodes_and_accounts_for_their_impu
         (0, 1.0, 0.0, 1.0, False),  # leaves: let go
         (1, -1.0, 0.0, -1.0, False),
         (0, -1.0, 2.0, -1.0, False),  # its force turns it round within the step: let go
-        (0, -1.0, 0.5, 0.0, False),  # its force slows it: stopped, and the force is not the wall's
+        (0, -1.0, 0.5, -0.5, False),  # its force slows it: stopped, and the force is not the wall's
         (0, -1.0, -0.5, 0.0, True),
     ],
 )
