@@ -9,7 +9,7 @@ from numba.core import types as numba_types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, lower_cast, models, register_model
 
-from solver.vectors.plain import (
+from solver.vectors import (
     LANES,
     absolute,
     alike,

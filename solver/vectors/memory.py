@@ -6,6 +6,21 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.core.typing.templates import signature
 
+from solver.vectors import (
+    LANES,
+    bare,
+    element,
+    largest,
+    line,
+    load,
+    mark,
+    number,
+    set_line,
+    store,
+    store_whole,
+    total,
+    transposed,
+)
 from solver.vectors.compiled import (
     BITS,
     DOUBLES,
@@ -21,21 +36,6 @@ from solver.vectors.compiled import (
     external,
     is_number,
     types,
-)
-from solver.vectors.plain import (
-    LANES,
-    bare,
-    element,
-    largest,
-    line,
-    load,
-    mark,
-    number,
-    set_line,
-    store,
-    store_whole,
-    total,
-    transposed,
 )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.eos.ideal_gas import ideal_gas
+from solver.eos.ideal_gas import IdealGas
 from solver.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
 from solver.failure.plastic_strain import PlasticStrainLimit
 from solver.problem import ArtificialViscosity, Matter, Problem
@@ -74,7 +74,7 @@ def test_start__of_a_cold_solid_has_no_pressure() -> None:
 
 
 def test_start__of_a_gas_has_the_pressure_of_its_energy() -> None:
-    gas = ideal_gas(
+    gas = IdealGas(
         density=DENSITY, sound_speed=1e3, gamma=1.4, heat_capacity=717.0, temperature=ROOM
     )
     energy = 1e6 / (1.4 * 0.4)  # J/kg, of c = 1 km/s
