@@ -23,15 +23,15 @@ def main() -> None:
         parser.error(f"no part is named {', '.join(sorted(unknown))}; there are {', '.join(PARTS)}")
     file: Path | None = asked.json
     about = machine()
-    found = {**(json.loads(file.read_text()) if file and file.exists() else {}), **about}
+    figures = {**(json.loads(file.read_text()) if file and file.exists() else {}), **about}
     print(", ".join(f"{name} {value}" for name, value in about.items()))
     for part in asked.parts or PARTS:
         print(f"{part}: {PARTS[part].__doc__}")
         for name, value in PARTS[part]():
             print(f"    {name:48} {value:14.6g}", flush=True)
-            found[name] = value
+            figures[name] = value
             if file:
-                file.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+                file.write_text(json.dumps(figures, indent=2) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -50,8 +50,8 @@ def measured(tree: Path, what: str, *arguments: Any) -> Any:
 def former_tree(*, tight: bool = False) -> Iterator[Path]:
     """The tree of the commit, for as long; ``tight``: its return to yield goes on to round-off. Raises NoHistory."""
     git = ["git", "-C", str(ROOT)]
-    known = subprocess.run([*git, "cat-file", "-e", COMMIT], check=False, capture_output=True)
-    if known.returncode:
+    exists = subprocess.run([*git, "cat-file", "-e", COMMIT], check=False, capture_output=True)
+    if exists.returncode:
         raise NoHistory(
             f"the history does not reach back to {COMMIT}: fetch it (git fetch --unshallow)"
         )
@@ -72,7 +72,7 @@ def former_tree(*, tight: bool = False) -> Iterator[Path]:
 
 def main() -> None:
     """Measure what the file does not hold yet, and write it after each figure: remove the file to measure anew."""
-    found: dict[str, Any] = json.loads(FILE.read_text()) if FILE.exists() else {"commit": COMMIT}
+    figures: dict[str, Any] = json.loads(FILE.read_text()) if FILE.exists() else {"commit": COMMIT}
     with former_tree() as tree:
         for kind, what, cases in (
             ("figures", "steps", {name: ([name],) for name in MEASURED}),
@@ -82,12 +82,12 @@ def main() -> None:
                 {f"{case[0]:g} m/s, {case[1]:g} cells": case for case in SWEEP},
             ),
         ):
-            known = found.setdefault(kind, {})
+            stored = figures.setdefault(kind, {})
             for name, arguments in cases.items():
-                if name not in known:
+                if name not in stored:
                     answer = measured(tree, what, *arguments)
-                    known[name] = {**answer.get(name, answer), **machine()}
-                    FILE.write_text(json.dumps(found, indent=2) + "\n")
+                    stored[name] = {**answer.get(name, answer), **machine()}
+                    FILE.write_text(json.dumps(figures, indent=2) + "\n")
 
 
 def machine() -> dict[str, Any]:

@@ -47,8 +47,8 @@ SMALLEST = {"cells_per_diameter": 2.0, "particles_per_cell": 1}  # a step of it 
 
 def before() -> dict[str, Any]:
     """What ``tests.benchmarks.baseline`` measured of the step before the vectorised one."""
-    found: dict[str, Any] = json.loads(FILE.read_text())
-    return found
+    former: dict[str, Any] = json.loads(FILE.read_text())
+    return former
 
 
 def steps(names: Mapping[str, Any] = PROBLEMS, threads: tuple[int, ...] = (1, THREADS)) -> Figures:
@@ -56,16 +56,15 @@ def steps(names: Mapping[str, Any] = PROBLEMS, threads: tuple[int, ...] = (1, TH
     references = []
     for name in names:
         for count in threads:
-            [found] = measured(ROOT, "steps", [name], count).values()
+            [answer] = measured(ROOT, "steps", [name], count).values()
             tag = name if count == 1 else f"{name}_{count}_threads"
-            yield f"{tag}_particles", found["particles"]
-            yield f"{tag}_ns", found["ns"]
-            yield f"{tag}_per_reference", found["ratio"]
-            references.append(found["reference_ns"])
+            yield f"{tag}_particles", answer["particles"]
+            yield f"{tag}_ns", answer["ns"]
+            yield f"{tag}_per_reference", answer["ratio"]
+            references.append(answer["reference_ns"])
             if count == 1 and name in MEASURED:
                 family = name.rsplit("_", 1)[0]
-                yield f"{family}_ns", found["ns"]
-                yield f"{family}_speedup", before()["figures"][name]["ratio"] / found["ratio"]
+                yield f"{family}_speedup", before()["figures"][name]["ratio"] / answer["ratio"]
     yield "reference_ns", statistics.median(references)
 
 
@@ -97,9 +96,7 @@ def _split(made: Simulation) -> dict[str, float]:
 def threads() -> Figures:
     """Throughput of two threads in one run, over that of two runs of one thread at once, in turns; by the wall."""
     for family in ("axisymmetric_default", "3d_spline", "3d_linear"):
-        worth = _worth_of_threads(f"{family}_117k")
-        yield f"{family}_two_threads_117k", worth
-    yield "two_threads_117k", worth
+        yield f"{family}_two_threads_117k", _worth_of_threads(f"{family}_117k")
 
 
 def _worth_of_threads(name: str) -> float:
@@ -166,7 +163,7 @@ def _worth_of_box(name: str) -> float:
     more[axis] = math.ceil(NODES_PER_PARTICLE * particles / across) - geometry.nodes[axis]
     longer = geometry._replace(cells=geometry.cells + more, nodes=geometry.nodes + more)
     large = replace(problem, geometry=longer)
-    both = [start(one, threads=1) for one in (problem, large)]
+    both = [start(chosen, threads=1) for chosen in (problem, large)]
     for made in both:
         advance(made, STEPS)
     ratios = []
@@ -191,9 +188,9 @@ def _crater_observation() -> float:
 
     def observe(snapshot: Any) -> str | None:
         begin = time.process_time()
-        word = watched(snapshot)
+        stop = watched(snapshot)
         times.append(time.process_time() - begin)
-        return word
+        return stop
 
     simulate(watched.setting.problem, observe, interval=watched.pace.interval, threads=1)
     return statistics.mean(times)
@@ -202,10 +199,8 @@ def _crater_observation() -> float:
 def memory() -> Figures:
     """Resident memory that a run of a million particles adds, from before its problem is built, by particle."""
     for name in ("axisymmetric_default_1m", "3d_linear_1m"):
-        found = measured(ROOT, "memory", name)
-        each = found["bytes"] / found["particles"]
-        yield f"{name}_bytes_per_particle", each
-    yield "bytes_per_particle", each
+        answer = measured(ROOT, "memory", name)
+        yield f"{name}_bytes_per_particle", answer["bytes"] / answer["particles"]
 
 
 def compiling() -> Figures:
@@ -220,8 +215,6 @@ def compiling() -> Figures:
         kinds.append(cold - warm)
         yield f"{family}_compile_s", kinds[-1]
         yield f"{family}_first_step_s", warm
-        if family == "axisymmetric_default":
-            yield "first_step_s", warm
     yield "compile_kind_s", max(kinds)
 
 
@@ -229,13 +222,13 @@ def _first_step(name: str) -> list[str]:
     return ["-P", str(MEASURE), str(ROOT), "first_step", json.dumps(name)]
 
 
-def _core_seconds(arguments: list[str], cache: str, given: str = "") -> float:
+def _core_seconds(arguments: list[str], cache: str, stdin: str = "") -> float:
     """Processor time of a Python process and of all that it waits for, s."""
     command = [sys.executable, *arguments]
     environment = {**os.environ, "WHIPPLE_KERNEL_CACHE": cache}
     earlier = os.times()
     subprocess.run(
-        command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True, input=given
+        command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True, input=stdin
     )
     now = os.times()
     return now.children_user - earlier.children_user + now.children_system - earlier.children_system
@@ -255,8 +248,8 @@ def demo() -> Figures:
         results = [json.loads(file.read_text()) for file in out.rglob("result.json")]
     yield "demo_runs", len(results)
     for name in ("steps", "particle_steps"):
-        yield f"demo_{name}", sum(one["numbers"][name] for one in results)
-    late = [_share_after_settling(one) for one in results]
+        yield f"demo_{name}", sum(result["numbers"][name] for result in results)
+    late = [_share_after_settling(result) for result in results]
     yield "demo_share_after_settling", statistics.mean(late)
     yield "demo_largest_share_after_settling", max(late)
 
@@ -284,12 +277,12 @@ def sweep() -> Figures:
         ours.append(measured(ROOT, "converging", speed, cells))
         theirs.append(former.get(f"{speed:g} m/s, {cells:g} cells"))
     for name in ("core_s", "steps", "particle_steps"):
-        yield f"sweep_{name}", sum(one[name] for one in ours)
-        yield f"sweep_former_{name}", sum(one[name] for one in theirs if one)
+        yield f"sweep_{name}", sum(run[name] for run in ours)
+        yield f"sweep_former_{name}", sum(run[name] for run in theirs if run)
     yield "sweep_runs", len(ours)
-    yield "sweep_former_runs", sum(one is not None for one in theirs)
-    both = [(one, other) for one, other in zip(ours, theirs, strict=True) if other]
-    work = [sum(one["reference_numbers"] for one in column) for column in zip(*both, strict=True)]
+    yield "sweep_former_runs", sum(run is not None for run in theirs)
+    both = [pair for pair in zip(ours, theirs, strict=True) if pair[1]]
+    work = [sum(run["reference_numbers"] for run in column) for column in zip(*both, strict=True)]
     yield "sweep_share_of_former", work[0] / work[1]
 
 

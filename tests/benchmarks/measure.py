@@ -100,7 +100,7 @@ def question(**parameters: Any) -> Any:
 
     resolve = module("studies.runs.run", former="studies.run").resolve
     copper = load("copper-ofhc")
-    given = {
+    chosen = {
         "speed": 4e3,
         "projectile_diameter": 8e-3,
         "plate_thickness": 2e-3,
@@ -108,7 +108,7 @@ def question(**parameters: Any) -> Any:
         "target": "copper-ofhc",
         **parameters,
     }
-    return resolve("thin_plate", given, {"projectile": copper, "target": copper})
+    return resolve("thin_plate", chosen, {"projectile": copper, "target": copper})
 
 
 def simulation(name: str, threads: int = 1, warm: int = WARM) -> Any:
@@ -145,7 +145,6 @@ def cost(made: Any) -> dict[str, Any]:
         "ns": statistics.median(ours for ours, _ in pairs),
         "reference_ns": statistics.median(theirs for _, theirs in pairs),
         "ratio": statistics.median(ours / theirs for ours, theirs in pairs),
-        "pairs": pairs,
     }
 
 
@@ -254,6 +253,6 @@ def _near_one(drawn: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    tree, what, *given = sys.argv[1:]
+    tree, what, *arguments = sys.argv[1:]
     sys.path[:0] = [str(Path(tree).resolve())]
-    print(json.dumps(globals()[what](*map(json.loads, given))))
+    print(json.dumps(globals()[what](*map(json.loads, arguments))))

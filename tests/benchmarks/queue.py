@@ -41,8 +41,8 @@ def main() -> None:
         for what, seconds in _large(name).items():
             print(f"{what} of {LARGE} runs, {name}: {seconds:.3f} s")
     pool, queue = _pool(), _queue()
-    words = f"{LONG} runs of a second, {WORKERS} at once: pool {pool:.1f} s, queue {queue:.1f} s"
-    print(f"{words}: {queue / pool:.3f} times as long (aim {POOL_AIM})")
+    work = f"{LONG} runs of a second, {WORKERS} at once: pool {pool:.1f} s, queue {queue:.1f} s"
+    print(f"{work}: {queue / pool:.3f} times as long (aim {POOL_AIM})")
 
 
 def _start() -> float:
@@ -70,11 +70,11 @@ def _pool() -> float:
     """Seconds of the same work in a bare pool of warm processes."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        for one in as_completed([pool.submit(burn, 1) for _ in range(WORKERS)]):
-            one.result()
+        for run in as_completed([pool.submit(burn, 1) for _ in range(WORKERS)]):
+            run.result()
         begin = time.perf_counter()
-        for one in as_completed([pool.submit(burn) for _ in range(LONG)]):
-            one.result()
+        for run in as_completed([pool.submit(burn) for _ in range(LONG)]):
+            run.result()
         return time.perf_counter() - begin
 
 
@@ -90,14 +90,14 @@ def _large(database: str) -> dict[str, float]:
         client = ends.enter_context(httpx.Client(base_url=here.service.url, timeout=60))
         _ask(client, "POST", "/v1/queue/pause")
         ids: list[str] = []
-        found = {"acceptance": _seconds(lambda: ids.extend(here.submit()))}
+        spent = {"acceptance": _seconds(lambda: ids.extend(here.submit()))}
         sweep = f"/v1/sweeps/{ids[0]}"
         assert here.store.sweep(ids[0]).new == LARGE
         for what, page in {"list": "/", "state": sweep, "page": f"{sweep}/runs"}.items():
             look = partial(_ask, client, "GET", page)
-            found[what] = statistics.median(_seconds(look) for _ in range(LOOKS))
-        found["cancel"] = _seconds(partial(_ask, client, "POST", f"{sweep}/cancel"))
-        return found
+            spent[what] = statistics.median(_seconds(look) for _ in range(LOOKS))
+        spent["cancel"] = _seconds(partial(_ask, client, "POST", f"{sweep}/cancel"))
+        return spent
 
 
 def _ask(client: httpx.Client, method: str, path: str) -> None:

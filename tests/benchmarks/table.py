@@ -18,15 +18,15 @@ BEGIN, END = "<!-- figures: begin -->\n", "<!-- figures: end -->\n"
 SIZES = "12k", "117k", "1m"
 
 OTHERS = {
-    "two_threads_117k": "two threads at 117 k in 3-D linear, of the throughput of two runs of one thread",
+    "3d_linear_two_threads_117k": "two threads at 117 k in 3-D linear, of the throughput of two runs of one thread",
     "python_us_per_step": "Python of a step, us",
     "axisymmetric_default_12k_large_box": "a box of 20 nodes per particle, axisymmetric default, times",
     "3d_linear_117k_large_box": "the same in 3-D linear, times",
     "crater_observation_ms": "an observation of a crater, ms",
-    "bytes_per_particle": "bytes per particle at 1 M, 3-D linear",
+    "3d_linear_1m_bytes_per_particle": "bytes per particle at 1 M, 3-D linear",
     "axisymmetric_default_1m_bytes_per_particle": "the same, axisymmetric default",
     "compile_kind_s": "compiling a kind of kernels, the dearest of three, core-s",
-    "first_step_s": "a process to its first step, core-s",
+    "axisymmetric_default_first_step_s": "a process to its first step, core-s",
     "demo_core_s": "the demo, core-s",
     "demo_compile_core_s": "compiling its kernels before, core-s",
     "demo_wall_s": "both, wall, s",
@@ -67,17 +67,17 @@ def page(figures: Mapping[str, Any]) -> Iterator[str]:
         for threads, tag in ((1, ""), (2, "_2_threads")):
             names = [f"{family}_{size}{tag}" for size in SIZES]
             cells = [_cost(figures, name) for name in names]
-            speedup = _said(figures, f"{family}_speedup", "{:.1f}".format) if threads == 1 else ""
+            speedup = _figure(figures, f"{family}_speedup", "{:.1f}".format) if threads == 1 else ""
             if any(cells):
                 yield _row(f"{family}, {threads} thread{'s' * (threads > 1)}", *cells, speedup)
-    yield _row("a number of the reference kernel", _said(figures, "reference_ns"), "", "", "")
+    yield _row("a number of the reference kernel", _figure(figures, "reference_ns"), "", "", "")
     yield ""
     yield from _stages(figures)
     yield "| | |"
     yield "|---|---|"
     for name, meaning in OTHERS.items():
         if name in figures:
-            yield _row(meaning, _said(figures, name))
+            yield _row(meaning, _figure(figures, name))
 
 
 def _stages(figures: Mapping[str, Any]) -> Iterator[str]:
@@ -87,17 +87,17 @@ def _stages(figures: Mapping[str, Any]) -> Iterator[str]:
         yield _row("stage, ns per particle-step", *STAGED)
         yield "|---|---|---|---|"
         for stage in stages:
-            cells = [_said(figures, f"{name}_stage_{stage}", "{:.1f}".format) for name in STAGED]
+            cells = [_figure(figures, f"{name}_stage_{stage}", "{:.1f}".format) for name in STAGED]
             yield _row(stage.removesuffix("_ns"), *cells)
         yield ""
 
 
 def _cost(figures: Mapping[str, Any], name: str) -> str:
-    ratio = _said(figures, f"{name}_per_reference", "{:.1f}".format)
-    return f"{_said(figures, f'{name}_ns', '{:.0f}'.format)} ({ratio})" if ratio else ""
+    ratio = _figure(figures, f"{name}_per_reference", "{:.1f}".format)
+    return f"{_figure(figures, f'{name}_ns', '{:.0f}'.format)} ({ratio})" if ratio else ""
 
 
-def _said(
+def _figure(
     figures: Mapping[str, Any], name: str, form: Callable[[float], str] = "{:.4g}".format
 ) -> str:
     return form(figures[name]) if name in figures else ""

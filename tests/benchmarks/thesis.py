@@ -49,16 +49,16 @@ def figures() -> Iterator[tuple[str, float]]:
     text = deck(problem) if binary else ""
     advance(start(problem, threads=1), 1)  # its kernels are compiled or loaded
     pairs = [(ours(problem), theirs(binary, text) if binary else {}) for _ in range(PAIRS)]
-    for prefix, found in (
-        ("thesis", [one for one, _ in pairs]),
+    for prefix, costs in (
+        ("thesis", [cost for cost, _ in pairs]),
         ("thesis_mpm3d_f90", [other for _, other in pairs if other]),
     ):
-        if found:
-            yield f"{prefix}_ns", statistics.median(one["ns"] for one in found)
-            wall = statistics.median(one["wall"] for one in found) * whole / STEPS
+        if costs:
+            yield f"{prefix}_ns", statistics.median(cost["ns"] for cost in costs)
+            wall = statistics.median(cost["wall"] for cost in costs) * whole / STEPS
             yield f"{prefix}_extrapolated_wall_s", wall
     if binary:
-        ratios = [other["ns"] / one["ns"] for one, other in pairs]
+        ratios = [other["ns"] / cost["ns"] for cost, other in pairs]
         yield "thesis_times_mpm3d_f90", statistics.median(ratios)
     else:
         print("MPM3D_F90=/path/to/binary runs the same problem in MPM3D-F90, in turns")

@@ -52,7 +52,7 @@ def all_numbers() -> dict[str, dict[str, float]]:
 def numbers(case: str) -> dict[str, float]:
     """A handful of sums over the final state of a case (SI)."""
     name, material, changes = CASES[case]
-    given = {
+    parameters = {
         "speed": 4000.0,
         "projectile_diameter": 8e-3,
         "cells_per_diameter": 6.0,
@@ -63,7 +63,7 @@ def numbers(case: str) -> dict[str, float]:
         **changes,
     }
     copper = materials.load(material)
-    run = resolve(name, given, {"projectile": copper, "target": copper})
+    run = resolve(name, parameters, {"projectile": copper, "target": copper})
     scenario = scenarios.load(name)
     setting = scenario.build(scenario.parameters(**run.parameters), materials_of(run))
     simulation = start(setting.problem, threads=1)

@@ -49,16 +49,6 @@ def test_reordered__takes_columns_in_the_memory_of_the_table(order: list[int]) -
     assert np.shares_memory(columns, table) or not order
 
 
-def test_simulation__has_one_table_whose_memory_stays_when_particles_leave() -> None:
-    simulation = start(leaving("axisymmetric"), threads=1)
-    table, count = simulation.table, simulation.table.shape[1]
-    while simulation.table.shape[1] == count:
-        simulation.advance()
-    assert np.shares_memory(simulation.table, table)
-    for name in ("position", "velocity", "deviator", "mass", "temperature"):
-        assert np.shares_memory(getattr(simulation.particles, name), table), name
-
-
 # What it refuses
 
 

@@ -26,14 +26,6 @@ from tests.solver.bodies import (
 STEPS = 60
 
 
-@each_kind
-@each_shape
-def test_musl__keeps_energy_and_momentum_to_round_off(kind: str, shape: Any) -> None:
-    audit = after(two_blocks(kind, shape=shape), STEPS).audit()
-    assert abs(audit.energy_drift) <= ROUND_OFF
-    assert audit.momentum_error <= ROUND_OFF
-
-
 @each_shape
 def test_flight__of_particles_on_nodes_is_as_free_as_any(shape: Any) -> None:
     geometry = box(8, 8, 12)

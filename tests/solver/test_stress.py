@@ -66,13 +66,6 @@ def test_energy_to_come__has_the_half_of_the_new_stress_on_top() -> None:
     assert math.isclose(present - new.energy, work, rel_tol=1e-9)
 
 
-def test_start__of_a_cold_solid_has_no_pressure() -> None:
-    particles = cube(real_copper()).particles
-    assert not particles.pressure.any()
-    assert not particles.energy.any()
-    assert np.all(particles.temperature == ROOM)
-
-
 def test_start__of_a_gas_has_the_pressure_of_its_energy() -> None:
     gas = IdealGas(
         density=DENSITY, sound_speed=1e3, gamma=1.4, heat_capacity=717.0, temperature=ROOM

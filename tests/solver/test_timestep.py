@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from solver.problem import ArtificialViscosity, Problem, StepRule
 from solver.simulation import Simulation, start
 from solver.stress import SOUND_SPEED_FLOOR, Tally, empty_tallies, summarise
-from solver.timestep import FIRST_STEP, GROWTH, VOLUME_CHANGE, first_step, stable_step
+from solver.timestep import FIRST_STEP, GROWTH, VOLUME_CHANGE, stable_step
 from tests.solver.bodies import (
     DENSITY,
     OPEN,
@@ -90,12 +90,6 @@ def test_step__is_the_smallest_of_all_shares_and_falls_at_once() -> None:
     assert alone == COURANT * SPACING / 9e3
     assert step(tally((5e3, 0.0), (9e3, 0.0), (1e3, 0.0))) == alone
     assert step(tally((1.0, 3e9), (1.0, 1e9))) == VOLUME_CHANGE / 3e9
-
-
-def test_first_step__is_a_cautious_part_of_the_stable_one() -> None:
-    assert first_step(8e3, courant=COURANT, spacing=SPACING) == pytest.approx(
-        FIRST_STEP * step(tally((8e3, 0.0))), rel=ROUND_OFF
-    )
 
 
 def longitudinal_speed() -> float:
