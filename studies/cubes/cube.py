@@ -121,7 +121,10 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     name = quantity.name
     measured = _each(layout.cells, lambda cell: cell.measured(name))
     parts = [declared.uncertainty_part(part) for part in _parts(layout, name)]
-    for variable in (declared.VALUE, declared.UNCERTAINTY, declared.FLAGS, *parts):
+    companions = (declared.UNCERTAINTY, declared.FLAGS, declared.RUN_STATE)
+    ancillary = {"ancillary_variables": " ".join(each.named(name) for each in companions)}
+    yield declared.VALUE.filled(quantity), declared.VALUE.values(measured), ancillary
+    for variable in (declared.UNCERTAINTY, declared.FLAGS, *parts):
         yield _column(variable.filled(quantity), measured)
     if any(each is not None and declared.HISTORY_TIME.pick(each) for each in measured.flat):
         for variable in (declared.HISTORY, declared.HISTORY_TIME):
@@ -268,12 +271,6 @@ def _labelled(
     if variable.kind == "flag":
         attributes["flag_values"] = np.arange(len(variable.meanings), dtype=np.int8)
         attributes["flag_meanings"] = " ".join(variable.meanings)
-    if variable.pick is declared.VALUE.pick:
-        companions = (
-            declared.UNCERTAINTY.named(variable.name),
-            declared.FLAGS.named(variable.name),
-        )
-        attributes["ancillary_variables"] = " ".join((*companions, declared.RUN_STATE.name))
     return xr.Variable(dims[: values.ndim], values, attributes)
 
 

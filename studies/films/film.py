@@ -30,10 +30,10 @@ BYTES_PER_VALUE = np.dtype(np.float32).itemsize
 class Film:
     """The frames of a run so far."""
 
-    def __init__(self, problem: Problem):
+    def __init__(self, problem: Problem, most_bytes: int = BYTES):
         self.problem = problem
         particles = sum(body.mass.size for body in problem.bodies)
-        most = BYTES // (VALUES * BYTES_PER_VALUE * (FRAMES + 2))
+        most = most_bytes // (VALUES * BYTES_PER_VALUE * (FRAMES + 2))
         self.stride = -(-particles // most)
         self.interval = problem.end_time / FRAMES
         self.bodies = [body.name for body in problem.bodies]

@@ -63,7 +63,9 @@ def states(count: int) -> list[Snapshot]:
     return [simulation.snapshot()._replace(time=float(number)) for number in range(count)]
 
 
-def test_film__shows_the_first_and_the_last_state(run: Run, whole: dict[str, Any]) -> None:
+def test_film__has_frames_of_every_particle_from_the_first_to_the_last_state(
+    whole: dict[str, Any],
+) -> None:
     begin = start(small_problem(), threads=1).particles
     order = np.argsort(begin.number)
     np.testing.assert_array_equal(whole["position"][0], begin.position[order].astype(np.float32))
@@ -73,9 +75,6 @@ def test_film__shows_the_first_and_the_last_state(run: Run, whole: dict[str, Any
         whole["position"][-1], end.particles.position[order].astype(np.float32)
     )
     assert whole["time"][-1] == end.time
-
-
-def test_film__has_its_arrays_in_single_precision(whole: dict[str, Any]) -> None:
     frames, count = whole["time"].size, whole["number"].size
     assert 10 < frames <= MOST
     assert whole["position"].shape == (frames, count, 3)
@@ -116,11 +115,8 @@ def test_film__shows_retired_debris_on_its_straight_way() -> None:
     assert np.isnan(shown.frames[1][retired.number]).all()
 
 
-def test_film__of_a_large_run_shows_some_particles_and_stays_small(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setattr(film, "BYTES", 50_000)
-    shown = Film(small_problem())
+def test_film__of_a_large_run_shows_some_particles_and_stays_small(tmp_path: Path) -> None:
+    shown = Film(small_problem(), most_bytes=50_000)
     [state] = states(1)
     for number in range(MOST):
         shown.add(state._replace(time=float(number)), last=True)
@@ -131,17 +127,6 @@ def test_film__of_a_large_run_shows_some_particles_and_stays_small(
     assert np.isfinite(plain["position"]).all()
     fields = ("position", "speed", "pressure", "temperature")
     assert sum(plain[name].nbytes for name in fields) <= 50_000
-
-
-def test_film__a_particle_that_left_the_grid_is_nan() -> None:
-    shown = Film(small_problem())
-    [state] = states(1)
-    gone = state.particles.alive.copy()
-    gone[state.particles.number == 3] = 0
-    shown.add(state, last=False)
-    shown.add(state._replace(particles=state.particles._replace(alive=gone)), last=True)
-    missing = [np.flatnonzero(np.isnan(frame[:, 0])).tolist() for frame in shown.frames]
-    assert missing == [[], [3]]
 
 
 # --- over a break --------------------------------------------------------------------------------

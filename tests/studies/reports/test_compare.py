@@ -140,16 +140,6 @@ def test_error_bar__of_a_single_grid_judges_nothing(offsets: tuple[float, ...]) 
     assert sentence(found).endswith(f"{UNJUDGED_LAW}.")
 
 
-def test_error_bar__is_unknown_at_a_point_with_one_grid_left() -> None:
-    lost = {
-        point.run.id: replace(fakes.result(point.run), state="failed", reason="late")
-        for point in fakes.refined_holes().runs()
-        if point.coordinates["speed"] == 2e3 and point.coordinates["cells_per_diameter"] > 16.0
-    }
-    found = residual(refined_holes(**lost), "maiden_c")
-    assert (found.everywhere.n, found.everywhere.judged) == (6, 5)
-
-
 def test_sentence__names_the_direction_of_the_number_that_it_prints() -> None:
     # Law 20.5 and 0.5 mm against 20 and 0.8 mm: 0.1 mm larger, 17.5 % smaller.
     apart = Statistics(2, bias=1e-4, rms=1.0, relative_bias=-0.175, relative_rms=1.0)

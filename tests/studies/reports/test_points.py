@@ -64,11 +64,6 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
         assert levels == [(level.spacing, level.value, level.scatter) for level in expected.levels]
 
 
-def test_order__of_the_fakes_is_found() -> None:
-    orders = built().hole_diameter_converged_order.sel(speed=[2e3, 3e3, 7e3])
-    np.testing.assert_allclose(orders, [1.0, 2.0, 1.5], rtol=1e-6)
-
-
 @pytest.mark.parametrize(
     ("cells", "offsets", "dims"),
     [

@@ -69,30 +69,20 @@ def test_cube_alone__redoes_the_report(folder: Path) -> None:
     assert page.page(document) == (folder / "report.html").read_text()
 
 
-def test_cube__has_the_crashed_run_and_the_laws_that_ship(folder: Path) -> None:
+def test_cube__has_laws_materials_and_shots_that_ship_or_that_the_sweep_brings(
+    folder: Path,
+) -> None:
     with xr.open_dataset(folder / "cube.nc") as dataset:
         crashed = dataset.sel(speed=3e3, plate_thickness=2e-3)
         assert crashed.run_reason.item() == "killed by signal 9"
-        assert np.isnan(crashed.hole_diameter)
-        assert dataset.attrs["undeclared_numbers"] == ""
-        laws = set(dataset.hole_diameter_law_name.values)
-        assert {"maiden_al", "maiden_c", "zhang_tan", "strength_ln"} <= laws
-        answer = dataset.hole_diameter_by_law.sel(
-            speed=6e3, plate_thickness=2e-3, hole_diameter_law="maiden_al"
-        )
+        laws = dataset.hole_diameter_by_law
+        answer = laws.sel(speed=6e3, plate_thickness=2e-3, hole_diameter_law="maiden_al")
         assert float(answer) / 8e-3 == pytest.approx(1.971, abs=5e-4)  # Ma (2005), Eq. 1-3
-
-
-def test_cube__carries_the_sources_of_the_materials(folder: Path) -> None:
-    with xr.open_dataset(folder / "cube.nc") as dataset:
-        materials = json.loads(dataset.attrs["materials"])
-    assert materials["copper-ofhc"]["numbers"]["strength.A"]["source"]
-
-
-def test_observation__takes_from_the_sweep_what_it_does_not_state(folder: Path) -> None:
-    with xr.open_dataset(folder / "cube.nc") as dataset:
+        # The shot takes from the sweep what it does not state.
         assert float(dataset.observation_equivalent_diameter[0]) == 8e-3
         assert np.isfinite(dataset.hole_diameter_by_law_at_observation).any()
+        materials = json.loads(dataset.attrs["materials"])
+    assert materials["copper-ofhc"]["numbers"]["strength.A"]["source"]
 
 
 def test_publish__again_replaces_what_was_there(tmp_path: Path) -> None:

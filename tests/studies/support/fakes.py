@@ -259,7 +259,9 @@ PROVENANCE: dict[str, str | float] = {
 
 def measured(value: float, *flags: str) -> Measured:
     times: list[float | None] = [2e-6 * step for step in range(21)]
-    grown: list[float | None] = [value * (1 - math.exp(-step / 3.0)) for step in range(21)]
+    grown: list[float | None] = [
+        value * (1 - math.exp(-(2e-6 * step) / 6e-6)) for step in range(21)
+    ]
     parts = {"growth": 0.01 * value, "resolution": 0.02 * value}
     history = {"time": times, "value": grown}
     return Measured(value, math.hypot(*parts.values()), parts, flags, history, 1)
