@@ -1,4 +1,4 @@
-"""What the rest of the studies offers to a sweep's cube: parameters, quantities, laws, shots, sources."""
+"""Catalogue of a sweep's cube: parameters, quantities, laws, shots and sources from the rest of the studies."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -70,7 +70,7 @@ class Catalogue:
 
 
 def answers(choices: Sequence[LawChoice], shots: np.ndarray) -> np.ndarray:
-    """What each law answers for each shot: (shots..., laws)."""
+    """The answer of each law for each shot: (shots..., laws)."""
     asked = np.empty((*shots.shape, len(choices)), object)
     for place, shot in np.ndenumerate(shots):
         for number, choice in enumerate(choices):

@@ -42,7 +42,11 @@ class Cell:
 
     def measured(self, quantity: str) -> Any | None:
         """The measurement of a quantity (studies.results.Measured)."""
-        return (self.of_result("measurements") or {}).get(quantity)
+        return self.measurements.get(quantity)
+
+    @property
+    def measurements(self) -> Mapping[str, Any]:
+        return self.of_result("measurements") or {}
 
     @property
     def numbers(self) -> Mapping[str, float]:
@@ -104,7 +108,7 @@ def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
 
 
 def converge_cells(cells: np.ndarray, quantity: str) -> Convergence:
-    """What refinement says of a quantity over the runs of one point."""
+    """Convergence of a quantity over the runs of one point, (runs,)."""
     return converge(_sample(cell, cell.measured(quantity)) for cell in cells)
 
 

@@ -9,7 +9,7 @@ alone redoes the report. Each variable is declared in :mod:`studies.cubes.variab
 """
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from math import prod
@@ -139,7 +139,7 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
 
 
 def _of_laws(quantity: Quantity, catalogue: Catalogue, shots: np.ndarray) -> Iterator[Column]:
-    """What each law, with each of its variants, answers at each point; and the laws' own words."""
+    """Answers of each law, with each of its variants, at each point; and the laws' own texts."""
     choices = catalogue.choices(quantity.name, shots.flat)
     if choices:
         yield _column(declared.LAW_LABEL.filled(quantity), _records(choices))
@@ -151,7 +151,7 @@ def _of_laws(quantity: Quantity, catalogue: Catalogue, shots: np.ndarray) -> Ite
 
 
 def _of_observations(catalogue: Catalogue) -> Iterator[Column]:
-    """The shots that the sweep brought, and what the laws answer for each."""
+    """The shots that the sweep brought, and the answers of the laws for each."""
     shots = _records(catalogue.observations)
     yield _column(declared.OBSERVATION_NUMBER, _records(range(len(shots))))
     yield _column(declared.OBSERVATION_SOURCE, shots)
@@ -213,7 +213,7 @@ def _records(items: Sequence[Any]) -> np.ndarray:
 
 
 def _each(records: np.ndarray, pick: Any) -> np.ndarray:
-    """What a pick gives for each record; None stays None."""
+    """The picks of all records; None stays None."""
     picked = np.empty(records.shape, object)
     for place, record in np.ndenumerate(records):
         picked[place] = None if record is None else pick(record)
@@ -240,7 +240,7 @@ def _samples(layout: Layout) -> int:
     times = (
         declared.HISTORY_TIME.pick(measured)
         for cell in layout.cells.flat
-        for measured in (cell.of_result("measurements") or {}).values()
+        for measured in cell.measurements.values()
     )
     allowed = max(8, HISTORY_VALUES // max(1, layout.cells.size))
     return min(max(map(len, times), default=0), HISTORY_SAMPLES, allowed)
@@ -281,7 +281,7 @@ def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
 
 
 def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
-    """Where the cube comes from: CF's words for people, and JSON for programs."""
+    """The origin of the cube: CF's attributes for people, and JSON for programs."""
     now = datetime.now(UTC).isoformat(timespec="seconds")
     cells = list(layout.cells.flat)
     versions = _versions(cells)
@@ -336,23 +336,29 @@ def _names(axes: Sequence[Any]) -> list[str]:
     return [variable_name(axis.name) for axis in axes]
 
 
-def _versions(cells: Sequence[Cell]) -> dict[str, list[str]]:
+def _versions(cells: Sequence[Cell]) -> dict[str, list[Any]]:
     """Every version that a run of this cube was computed with, by what it is a version of."""
-    versions: dict[str, set[str]] = {}
-    for cell in cells:
-        for name, value in cell.provenance.items():
-            if name not in ONCE_A_RUN:
-                versions.setdefault(name, set()).add(str(value))
-    return {name: sorted(values) for name, values in sorted(versions.items())}
+    return _collected(
+        (name, str(value))
+        for cell in cells
+        for name, value in cell.provenance.items()
+        if name not in ONCE_A_RUN
+    )
 
 
-def _definitions(cells: Sequence[Cell]) -> dict[str, list[int]]:
+def _definitions(cells: Sequence[Cell]) -> dict[str, list[Any]]:
     """Versions of the definitions that each quantity of this cube was measured with; more than one: mixed."""
-    versions: dict[str, set[int]] = {}
-    for cell in cells:
-        for name, measured in (cell.of_result("measurements") or {}).items():
-            versions.setdefault(name, set()).add(measured.version)
-    return {name: sorted(values) for name, values in sorted(versions.items())}
+    return _collected(
+        (name, measured.version) for cell in cells for name, measured in cell.measurements.items()
+    )
+
+
+def _collected(pairs: Iterable[tuple[str, Any]]) -> dict[str, list[Any]]:
+    """The values of each name, each once; names and values sorted."""
+    values: dict[str, set[Any]] = {}
+    for name, value in pairs:
+        values.setdefault(name, set()).add(value)
+    return {name: sorted(values[name]) for name in sorted(values)}
 
 
 # ---- files ---------------------------------------------------------------------------------------

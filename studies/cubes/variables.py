@@ -1,4 +1,4 @@
-"""What a cube may hold: every variable once, with name, dimensions, unit, meaning, and the pick of its value.
+"""Variables of the cube: each declared once, with name, dimensions, unit, meaning, and the pick of its value.
 
 A name in braces is filled in for each sweep: ``{quantity}`` for a measured quantity (``hole_diameter``). A variable
 lies over ``RUNS``, all dimensions of the runs; over ``POINTS``, the same without the refinements (resolution and

@@ -1,4 +1,4 @@
-"""Captions of figures: what points, bars, bands and open marks are, and what the error bars include."""
+"""Captions of figures: they explain points, bars, bands and open marks, and name the parts of error bars."""
 
 from collections.abc import Iterator
 
@@ -10,7 +10,7 @@ from studies.reports.view import FigureView
 NEAR = (
     0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
 )
-# What a caption says of a kind of series, in this order, where the figure has it.
+# Sentences about kinds of series, in this order, for a figure that has them.
 OF_KINDS = (
     (
         {"law", "band"},
@@ -39,7 +39,7 @@ def of_laws(view: FigureView, name: str, kinds: set[str]) -> str:
 
 
 def of_points(view: FigureView, name: str) -> str:
-    """What the points of a figure are, and their bars and open marks."""
+    """Explain the points of a figure, their bars and open marks."""
     quantity = name.replace("_", " ")
     if not view.refinements:
         return (
@@ -105,7 +105,7 @@ def of_residuals(view: FigureView, name: str) -> str:
 
 
 def _why_unknown(view: FigureView) -> str:
-    """Why no error bar includes the mesh error."""
+    """The reason why no error bar includes the mesh error."""
     if not view.refinements:
         return "every point is one run on one mesh, so the mesh error is unknown"
     if not view.over_resolutions:

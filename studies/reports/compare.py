@@ -77,7 +77,7 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Residual:
-    """How one subject differs from one reference."""
+    """Difference of one subject from one reference."""
 
     quantity: str
     unit: str
@@ -108,7 +108,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class References:
-    """What subjects are compared with: arrays (points,)."""
+    """Values that subjects are compared with: arrays (points,)."""
 
     kind: Reference
     values: np.ndarray
@@ -164,7 +164,7 @@ def statistics(subject: np.ndarray, reference: References) -> Statistics:
 
 
 def _inside(residual: np.ndarray, reference: np.ndarray, bars: np.ndarray) -> dict[str, Any]:
-    """How many residuals are inside the error bars of their references, and how long those are."""
+    """Count the residuals inside the error bars of their references; median length of those."""
     barred = np.isfinite(bars)
     if not barred.any():
         return {}
@@ -282,7 +282,7 @@ def _with_judging_bars(points: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def sentence(residual: Residual) -> str:
-    """A residual in words: how far, of how many points, and how many inside the error bar."""
+    """A residual as a sentence: mean difference, number of points, and how many lie inside the error bar."""
     quantity = residual.quantity.replace("_", " ")
     subject = "the simulation" if residual.subject == "simulation" else residual.title
     variant = residual.subject.partition("/")[2]
@@ -343,7 +343,7 @@ def _reference(summary: Statistics, residual: Residual) -> str:
 
 
 def _why_unjudged(residual: Residual) -> str:
-    """Why no error bar judges."""
+    """The reason why no error bar judges."""
     if residual.reference == "simulation":
         return UNJUDGED_LAW
     return UNJUDGED_SIMULATION if residual.subject == "simulation" else UNJUDGED_BY_OBSERVATION

@@ -1,4 +1,4 @@
-"""What the figures of a report show: points, lines and bands in SI, from the cube alone.
+"""Content of the figures of a report: points, lines and bands in SI, from the cube alone.
 
 A figure is panels side by side; a panel is series. Nothing here knows how it is drawn
 (:mod:`studies.reports.plot`), and the report's JSON carries exactly these records.
@@ -249,7 +249,7 @@ def _simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
 
 
 def _missing(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
-    """Where a run gave no number: a gap is not a question that was never asked."""
+    """Marks for runs without a number, which tells them from points that were never computed."""
     values = view.succeeded(name)
     cells = [cell for cell in piece.cells if not np.isfinite(values[cell])]
     if cells:
@@ -474,7 +474,7 @@ def _value_of(view: FigureView, cell: int) -> str:
 
 
 def _over(view: FigureView, name: str) -> str:
-    """What is drawn over what: "Crater depth, p/d against speed"."""
+    """Title of a quantity over the abscissa: "Crater depth, p/d against speed"."""
     symbol = f", {SYMBOLS[name]}" if name in SYMBOLS and view.normed(name) else ""
     return f"{_words(name).capitalize()}{symbol} against {view.abscissa.label}"
 

@@ -65,7 +65,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
 
 
 def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:
-    """What the shot states of itself, by parameter."""
+    """The parameters that a shot states."""
     stated = {}
     for parameter in json.loads(shot.attrs["vocabulary"])["parameters"]:
         name = cubes.variable_name(parameter)
@@ -153,7 +153,7 @@ def _weighted(values: xr.DataArray, sides: Sides) -> xr.DataArray:
 
 
 def _chord_error(values: xr.DataArray, sides: Sides, axis: str, x: np.ndarray) -> float:
-    """How far off a chord along one axis may be, at the shot's place on the others.
+    """Error bound of a chord along one axis, at the shot's place on the others.
 
     The next order, |f[x0, x1, x2] (x - x0) (x - x1)|, estimates it: x2 is the next value of the axis
     on either side, the one that gives more. Where neither has a run with a value the next order is

@@ -74,7 +74,7 @@ def _marked(node: Node, text: str) -> Markup:
 
 
 def _only_marked(value: Any) -> Any:
-    """What ``{{ }}`` prints: texts of the document with their place, and no number at all."""
+    """Print texts of the document with their place, and refuse numbers: the output of ``{{ }}``."""
     if isinstance(value, Node) and isinstance(bare(value), str):
         return Markup('<span data-path="{}">{}</span>').format(value._path, bare(value))
     if isinstance(value, str | Markup):
@@ -132,7 +132,7 @@ def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node
 
 
 def _cut_note(rows: Any) -> str:
-    """What is said above a table that does not show all rows."""
+    """The note above a table that does not show all rows."""
     return "" if len(rows) <= MOST_ROWS else "Only the first rows are printed; report.json has all."
 
 

@@ -64,7 +64,7 @@ STYLES = {
 
 @dataclass(frozen=True)
 class Look:
-    """How series of one kind are drawn; sizes and widths in px, 0 for what is not drawn."""
+    """Marks and lines of one kind of series; sizes and widths in px, 0 for what is not drawn."""
 
     size: float = 0.0  # of marks
     ring: float = 0.0  # width of their outline

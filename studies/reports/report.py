@@ -112,7 +112,7 @@ def _overview(runs: Sequence[Document]) -> Document:
 
 
 def _mesh(dataset: xr.Dataset) -> str:
-    """What the error bars include of the mesh error, in words."""
+    """A statement of the runs behind a point, and of the parts of its error bar."""
     several = refinements_of(dataset)
     if not several:
         return (

@@ -29,7 +29,7 @@ Item = TypeVar("Item")
 
 @dataclass(frozen=True)
 class Scale:
-    """What an axis of a figure measures."""
+    """Quantity and unit of an axis of a figure."""
 
     name: str  # variable of the cube, or "ratio"
     label: str
@@ -79,7 +79,7 @@ class FigureView:
 
     @property
     def refinements(self) -> list[str]:
-        """What points were computed several times over: resolution, offset, or neither."""
+        """Parameters over which each point was computed several times: resolution, offset, or neither."""
         return str(self.dataset.attrs["refinements"]).split()
 
     @property
@@ -104,7 +104,7 @@ class FigureView:
         return bool(self.dataset[name].attrs["units"] == "m" and np.isfinite(self.diameter).all())
 
     def norm(self, name: str) -> np.ndarray:
-        """What the values of each point are divided by."""
+        """The divisor of the values of each point."""
         return self.diameter if self.normed(name) else np.ones(len(self.x))
 
     def scale_of(self, name: str) -> Scale:

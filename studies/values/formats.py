@@ -1,4 +1,4 @@
-"""How numbers are printed: the display unit of columns and axes, and one function for each kind of number.
+"""Printed numbers: the display unit of columns and axes, and one function for each kind of number.
 
 Files and programs have SI; only people get millimetres. A report prints every number through
 :func:`printed`.

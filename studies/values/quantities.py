@@ -49,7 +49,7 @@ _SUPERSCRIPTS = str.maketrans(
     {"²": "2", "³": "3", "⁻": "-", "¹": "1", "−": "-", "·": "*", "⋅": "*"}
 )
 
-# What a person calls the dimension of each SI unit, and the units that they are likely to mean.
+# Name of the dimension of each SI unit, and the units in which people usually write it.
 _DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "m": ("length", ("mm", "m")),
     "s": ("time", ("us", "s")),
@@ -197,7 +197,7 @@ def is_number(raw: object) -> bool:
 
 
 def dimension_of(unit: str) -> str:
-    """What a person calls the dimension of an SI unit: "speed" for "m s-1".
+    """Name of the dimension of an SI unit: "speed" for "m s-1".
 
     >>> dimension_of("m s-1"), dimension_of("1")
     ('speed', 'plain number')

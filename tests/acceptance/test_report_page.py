@@ -36,7 +36,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def opened(tmp_path_factory: pytest.TempPathFactory) -> tuple[str, str]:
-    """The page after its scripts have run, and what the browser had to say."""
+    """The page after its scripts have run, and the log of the browser."""
     folder = tmp_path_factory.mktemp("report")
     sweep = fakes.holes()
     catalogue = fakes.catalogue(observations=fakes.SHOTS)
@@ -70,5 +70,5 @@ def test_page__shows_every_series_in_the_legend(opened: tuple[str, str]) -> None
 
 
 def test_page__runs_without_a_message_on_the_console(opened: tuple[str, str]) -> None:
-    _, said = opened
-    assert [line for line in said.splitlines() if "CONSOLE" in line] == []
+    _, log = opened
+    assert [line for line in log.splitlines() if "CONSOLE" in line] == []

@@ -1,4 +1,4 @@
-"""Figures: what is drawn of simulation, laws, observations and convergence, and what captions say of it."""
+"""Figures of simulation, laws, observations and convergence, and their captions."""
 
 from dataclasses import replace
 from typing import Any
@@ -62,7 +62,7 @@ def bands(figure: Figure) -> list[Series]:
 
 
 def open_speeds(dataset: xr.Dataset) -> list[Any]:
-    """Where marks of the simulation are open."""
+    """Abscissas of the open marks of the simulation."""
     (simulation,) = series_of(drawn(dataset, "laws"), kind="simulation")
     return [x for x, is_open in zip(simulation.x, simulation.flagged, strict=True) if is_open]
 

@@ -1,4 +1,4 @@
-"""What a report's page prints: each marked number and text with its place, and whatever is not marked."""
+"""The content of a report's page: each marked number and text with its place, and all unmarked text."""
 
 import json
 from dataclasses import dataclass, field
