@@ -63,7 +63,7 @@ NO_CONTROL = RunControl()
 
 @dataclass(frozen=True)
 class RunResult:
-    """The outcome of a run: succeeded, or failed by the solver's own verdict."""
+    """The outcome of a run: succeeded, or failed with an unphysical state."""
 
     run_id: str
     state: str  # "succeeded" or "failed"

@@ -146,7 +146,7 @@ def _convergence(dataset: xr.Dataset) -> Document:
         quantities.append(
             {
                 "quantity": quantity["name"],
-                **{key: quantity[key] for key in ("words", "unit", "main")},
+                **{key: quantity[key] for key in ("label", "unit", "main")},
                 "points": points,
                 "verdicts": [
                     {"verdict": verdict, "points": counts[verdict]}
@@ -209,7 +209,7 @@ def _quantities(dataset: xr.Dataset) -> Iterator[Document]:
     for name in cubes.quantities_of(dataset):
         yield {
             "name": name,
-            "words": name.replace("_", " "),
+            "label": name.replace("_", " "),
             "unit": dataset[name].attrs["units"],
             "meaning": dataset[name].attrs["long_name"],
             "main": name in main,
@@ -304,7 +304,7 @@ def _audit(dataset: xr.Dataset) -> Iterator[Document]:
             values = dataset[name].values.ravel()
             yield {
                 "variable": name,
-                "words": number.name.replace("_", " "),
+                "label": number.name.replace("_", " "),
                 "meaning": number.meaning,
                 "unit": number.unit,
                 "kind": "share" if number.share else "plain",
