@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 Materials = Mapping[str, "Material"]  # by the name of the parameter that names it: "target"
 
 
+OBSERVATIONS_PER_WINDOW = 5  # of the time over which growth is judged
+
+
 @dataclass(frozen=True)
 class Size:
     """How much work a run is expected to be, before it is run."""
@@ -58,6 +61,16 @@ class Pace:
     window: float = math.inf  # s over which growth is judged; without one, it is not
     growth: float = 0.0  # relative, within a window, below which a measurement has settled
     early: bool = False  # whether the run ends once all that must settle has settled
+
+    @staticmethod
+    def settling(parameters: Any, window: float) -> "Pace":
+        """Several observations in a window (s) over which growth is judged, as ``settled_growth`` and ``stop`` say."""
+        return Pace(
+            interval=window / OBSERVATIONS_PER_WINDOW,
+            window=window,
+            growth=parameters.settled_growth,
+            early=parameters.stop == "settled",
+        )
 
 
 def _no_numbers(view: Any) -> dict[str, float]:

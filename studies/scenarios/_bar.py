@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from solver.units import Described
 from studies.scenarios import Setting, Size
-from studies.scenarios._lattice import body, line, points
+from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._numerics import (
     Numerics,
     filled_numerics,
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     import numpy as np
 
     from solver.problem import Body, Face, Matter
-
-SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,21 +136,17 @@ def view(setting: Any, snapshot: Any) -> Any:
 
 
 def _grid(parameters: Bar, extent: Extent) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
-    from solver.geometry import grid
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face
 
-    across = math.ceil(extent.radius / extent.cell - 1e-9)
-    along = math.ceil(extent.height / extent.cell - 1e-9)
-    wall = Face.WALL if parameters.wall == "unilateral" else Face.SYMMETRIC
-    side, flight = (Face.SYMMETRIC, Face.FREE), (wall, Face.FREE)
-    corner = (0.0, 0.0, 0.0)
-    if parameters.geometry == "axisymmetric":
-        flat = grid(Axisymmetric, lower=corner, cells=(across, along, 0), spacing=extent.cell)
-        return flat, (side, flight, (Face.FREE, Face.FREE))
-    box = grid(Cartesian3D, lower=corner, cells=(across, across, along), spacing=extent.cell)
-    return box, (side, side, flight)
+    return mesh(
+        parameters.geometry,
+        across=math.ceil(extent.radius / extent.cell - 1e-9),
+        along=math.ceil(extent.height / extent.cell - 1e-9),
+        front=0.0,
+        cell=extent.cell,
+        side=(Face.SYMMETRIC, Face.FREE),
+        flight=(Face.WALL if parameters.wall == "unilateral" else Face.SYMMETRIC, Face.FREE),
+    )
 
 
 def _bar(

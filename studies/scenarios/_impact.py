@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.scenarios import ImpactSetting, Materials, Setting, Size
-from studies.scenarios._lattice import body, line, points
+from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._matter import (
     Fracture,
     check_boiling,
@@ -59,8 +59,6 @@ WINDOW_PER_DIAMETER = 5e-6 / 8e-3  # s/m
 # Of the default window. In a tenth of it a hole that grows by 5 % in the whole counts as settled (0.5 %); in a shorter
 # one it does while it is being made, and the growth in its error bar says nothing.
 LEAST_WINDOW = 0.1
-
-SECTORS = {"axisymmetric": 1.0, "quarter": math.pi / 2.0, "half": math.pi}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -347,9 +345,6 @@ def _flight_axis(parameters: Impact) -> int:
 def _grid(
     parameters: Impact, thickness: float, radius: float
 ) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
-    from solver.geometry import grid
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face
 
     assert parameters.uprange is not None
@@ -364,26 +359,15 @@ def _grid(
     before = math.ceil(parameters.uprange * parameters.projectile_diameter / cell)
     before = max(before, math.ceil((_length(parameters) + 2.0 * cell) / cell))
     behind = math.ceil((thickness + parameters.downrange * parameters.projectile_diameter) / cell)
-    rim = Face.FIXED if parameters.edges == "fixed" else Face.FREE
-    free = (Face.FREE, Face.FREE)
-    inner_to_rim = (Face.SYMMETRIC, rim)
-    front = -(before + parameters.offset) * cell
-    if parameters.geometry == "axisymmetric":
-        geometry = grid(
-            Axisymmetric,
-            lower=(0.0, front, 0.0),
-            cells=(across, before + behind, 0),
-            spacing=cell,
-        )
-        return geometry, (inner_to_rim, free, free)
-    whole = parameters.geometry == "half"
-    geometry = grid(
-        Cartesian3D,
-        lower=(-across * cell if whole else 0.0, 0.0, front),
-        cells=(2 * across if whole else across, across, before + behind),
-        spacing=cell,
+    return mesh(
+        parameters.geometry,
+        across=across,
+        along=before + behind,
+        front=-(before + parameters.offset) * cell,
+        cell=cell,
+        side=(Face.SYMMETRIC, Face.FIXED if parameters.edges == "fixed" else Face.FREE),
+        flight=(Face.FREE, Face.FREE),
     )
-    return geometry, ((rim, rim) if whole else inner_to_rim, inner_to_rim, free)
 
 
 def _clamp(parameters: Impact, thickness: float) -> "Clamp":

@@ -5,21 +5,13 @@ from typing import Any
 from studies.scenarios import ImpactSetting, Pace, Watch
 from studies.scenarios._impact import settled_window
 
-OBSERVATIONS_PER_WINDOW = 5  # of the time over which growth is judged
-
 # A cross-check of connectivity, which alone decides what is plate: MPM3D-F90's holes were read from particles slower
 # than this, m/s.
 FAST = 300.0
 
 
 def _pace(parameters: Any, setting: Any) -> Pace:
-    window = settled_window(parameters)
-    return Pace(
-        interval=window / OBSERVATIONS_PER_WINDOW,
-        window=window,
-        growth=parameters.settled_growth,
-        early=parameters.stop == "settled",
-    )
+    return Pace.settling(parameters, settled_window(parameters))
 
 
 def _view(setting: ImpactSetting, snapshot: Any) -> Any:

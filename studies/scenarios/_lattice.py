@@ -1,11 +1,48 @@
-"""Lattices of particles, and a body of them."""
+"""Grids of the models, lattices of particles, and a body of them."""
 
+import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Matter
+    from solver.problem import Body, Face, Matter
+
+# Angle about the axis that a model covers, rad; 1 in axisymmetry, where all is per radian.
+SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}
+
+
+def mesh(
+    geometry: str,
+    *,
+    across: int,
+    along: int,
+    front: float,
+    cell: float,
+    side: tuple["Face", "Face"],
+    flight: tuple["Face", "Face"],
+) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+    """The grid of a model and its faces, for cells of a size (m) from the axis and along the flight from ``front`` (m).
+
+    A half model reaches as far to the other side of the axis, where the outer face of ``side`` ends it too.
+    """
+    from solver.geometry import grid
+    from solver.geometry.axisymmetric import Axisymmetric
+    from solver.geometry.cartesian3d import Cartesian3D
+    from solver.problem import Face
+
+    if geometry == "axisymmetric":
+        cells = (across, along, 0)
+        flat = grid(Axisymmetric, lower=(0.0, front, 0.0), cells=cells, spacing=cell)
+        return flat, (side, flight, (Face.FREE, Face.FREE))
+    half = geometry == "half"
+    box = grid(
+        Cartesian3D,
+        lower=(-across * cell if half else 0.0, 0.0, front),
+        cells=(2 * across if half else across, across, along),
+        spacing=cell,
+    )
+    return box, ((side[1], side[1]) if half else side, side, flight)
 
 
 def line(begin: float, end: float, step: float) -> tuple["np.ndarray", float]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
-from studies.scenarios._lattice import body, line, points
+from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._matter import check_constants, eos_forms, matter
 from studies.scenarios._numerics import (
     Numerics,
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from solver.problem import Body, Matter
     from studies.materials import Material
 
-SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi}
 BODIES = ("flyer", "target")
 CROSSED = 0.9  # of its plate that the first shock to cross has passed at the end: no reflection yet
 OBSERVATIONS = 20
@@ -218,22 +217,19 @@ def _section(parameters: PlateImpact) -> float:
 
 
 def _grid(parameters: PlateImpact) -> tuple[Any, tuple[Any, ...]]:
-    from solver.geometry import grid
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face
 
-    cell, wide = _cell(parameters), parameters.cells_across
+    cell = _cell(parameters)
     before, behind = (math.ceil(thick / cell - 1e-9) + BEYOND for thick in _thicknesses(parameters))
-    side, free = (Face.SYMMETRIC, Face.SYMMETRIC), (Face.FREE, Face.FREE)
-    front = -before * cell
-    if parameters.geometry == "axisymmetric":
-        cells = (wide, before + behind, 0)
-        flat = grid(Axisymmetric, lower=(0.0, front, 0.0), cells=cells, spacing=cell)
-        return flat, (side, free, free)
-    cells = (wide, wide, before + behind)
-    box = grid(Cartesian3D, lower=(0.0, 0.0, front), cells=cells, spacing=cell)
-    return box, (side, side, free)
+    return mesh(
+        parameters.geometry,
+        across=parameters.cells_across,
+        along=before + behind,
+        front=-before * cell,
+        cell=cell,
+        side=(Face.SYMMETRIC, Face.SYMMETRIC),
+        flight=(Face.FREE, Face.FREE),
+    )
 
 
 def _plate(

@@ -16,7 +16,6 @@ from studies.values.quantities import round_quantity
 # Ma (2005), section 2.3.2: until the kinetic energy no longer changes, 72 us for 25.4 mm.
 END_PER_LENGTH = 72e-6 / 25.4e-3  # s/m
 WINDOW = 1.0 / 12.0  # of the end time, over which growth is judged: 6 us of 72
-OBSERVATIONS_PER_WINDOW = 5
 
 SPREAD = 3.0  # radius of the grid over that of the bar: copper at 190 m/s widens to 1.8
 
@@ -125,13 +124,7 @@ def _cells(parameters: TaylorBar) -> dict[str, float]:
 
 
 def _pace(parameters: Any, setting: Setting) -> Pace:
-    window = WINDOW * _end_time(parameters)
-    return Pace(
-        interval=window / OBSERVATIONS_PER_WINDOW,
-        window=window,
-        growth=parameters.settled_growth,
-        early=parameters.stop == "settled",
-    )
+    return Pace.settling(parameters, WINDOW * _end_time(parameters))
 
 
 SCENARIO = Scenario(
