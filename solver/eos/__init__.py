@@ -21,7 +21,7 @@ from solver.vectors import maximum
 
 
 class EosEntry(NamedTuple):
-    """What a file of this folder offers as ``EOS``."""
+    """Entry that a file of this folder offers as ``EOS``."""
 
     name: str  # as a material file names it
     record: type  # parameter record; the device functions are chosen by it

@@ -14,7 +14,7 @@ from solver.jit import generic, implements
 
 
 class FailureEntry(NamedTuple):
-    """What a file of this folder offers as ``FAILURE``."""
+    """Entry that a file of this folder offers as ``FAILURE``."""
 
     name: str  # as ``failure`` in a sweep names it
     record: type

@@ -11,7 +11,7 @@ from solver.jit import generic
 
 
 class ShapeEntry(NamedTuple):
-    """What a file of this folder offers as ``SHAPE``."""
+    """Entry that a file of this folder offers as ``SHAPE``."""
 
     name: str  # as ``shape`` in a sweep names it
     record: type

@@ -16,7 +16,7 @@ from solver.vectors import minimum, where
 
 
 class StrengthEntry(NamedTuple):
-    """What a file of this folder offers as ``STRENGTH``."""
+    """Entry that a file of this folder offers as ``STRENGTH``."""
 
     name: str  # as a material file names it
     record: type

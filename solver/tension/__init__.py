@@ -11,7 +11,7 @@ from solver.jit import generic
 
 
 class TensionEntry(NamedTuple):
-    """What a file of this folder offers as ``TENSION``."""
+    """Entry that a file of this folder offers as ``TENSION``."""
 
     name: str  # as ``tension`` in a sweep names it
     record: type

@@ -1,8 +1,8 @@
 """Scenarios: a physical set-up with parameters, made into a ``Problem`` for the solver.
 
 How to add one: a module here that offers a ``Scenario`` as ``SCENARIO``; modules whose name starts with an underscore
-are shared by several. Its parameters are a frozen dataclass: annotations give the units, metadata the meaning and the
-bounds, and so the API, the checks at the door, the cube and the documentation follow. Nothing here is heavy to
+are shared by several. Its parameters are a frozen dataclass: annotations give units, meaning and bounds
+(``Described``), and so the API, the checks at the door, the cube and the documentation follow. Nothing here is heavy to
 import: ``build`` alone reaches for the solver, in the process that runs it. The contract tests build it at its
 corners, weigh its bodies and audit ten steps; give it small parameters there.
 """
@@ -29,7 +29,7 @@ OBSERVATIONS_PER_WINDOW = 5  # of the time over which growth is judged
 
 @dataclass(frozen=True)
 class Size:
-    """How much work a run is expected to be, before it is run."""
+    """Expected work of a run."""
 
     particles: int
     steps: int
@@ -54,8 +54,8 @@ class ImpactSetting(Setting):
 
 
 @dataclass(frozen=True)
-class Pace:
-    """How often a run is observed, and when it counts as settled."""
+class ObservationRate:
+    """Rate at which a run is observed, and the growth below which it counts as settled."""
 
     interval: float  # s between observations
     window: float = math.inf  # s over which growth is judged; without one, it is not
@@ -63,9 +63,9 @@ class Pace:
     early: bool = False  # whether the run ends once all that must settle has settled
 
     @staticmethod
-    def settling(parameters: Any, window: float) -> "Pace":
+    def settling(parameters: Any, window: float) -> "ObservationRate":
         """Several observations in a window (s) over which growth is judged, as ``settled_growth`` and ``stop`` say."""
-        return Pace(
+        return ObservationRate(
             interval=window / OBSERVATIONS_PER_WINDOW,
             window=window,
             growth=parameters.settled_growth,
@@ -78,17 +78,17 @@ def _no_numbers(view: Any) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Watch:
-    """How the runs of a family of scenarios are watched."""
+class ObserverOptions:
+    """Observer's options for the runs of a family of scenarios."""
 
-    pace: Callable[[Any, Setting], Pace]  # of the parameters and what was built of them
-    view: Callable[[Any, Any], Any]  # of a Setting and a Snapshot in it: what measurements look at
+    pace: Callable[[Any, Setting], ObservationRate]  # of the parameters and the built setting
+    view: Callable[[Any, Any], Any]  # of a Setting and a Snapshot in it, for measurements
     numbers: Callable[[Any], dict[str, float]] = _no_numbers  # that a last view says of its run
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
     fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
 
     def too_coarse(self, cells: Mapping[str, float]) -> bool:
-        """Whether a grid is so coarse that nothing is known of the error of what was measured on it."""
+        """True for a grid so coarse that the error of its measurements is unknown."""
         return any(cells[name] < fewest for name, fewest in self.fewest_cells.items())
 
 
@@ -108,7 +108,7 @@ class Scenario:
     build: Callable[[Any, Materials], Setting]
     estimate: Callable[[Any, Materials], Size]
     cells: Callable[[Any], dict[str, float]]  # across the diameter, through the thickness
-    watch: Watch
+    watch: ObserverOptions
 
 
 def names() -> list[str]:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class AtWall:
-    """How a bar and its wall are modelled."""
+    """Model of a bar and its wall."""
 
     geometry: Annotated[
         Literal["axisymmetric", "quarter"],

@@ -1,8 +1,8 @@
-"""How impacts are watched: particles about the line of flight, and what of the target has come loose."""
+"""Observer of impacts: particles about the line of flight, and the part of the target that has come loose."""
 
 from typing import Any
 
-from studies.scenarios import ImpactSetting, Pace, Watch
+from studies.scenarios import ImpactSetting, ObservationRate, ObserverOptions
 from studies.scenarios._impact import settled_window
 
 # A cross-check of connectivity, which alone decides what is plate: MPM3D-F90's holes were read from particles slower
@@ -10,8 +10,8 @@ from studies.scenarios._impact import settled_window
 FAST = 300.0
 
 
-def _pace(parameters: Any, setting: Any) -> Pace:
-    return Pace.settling(parameters, settled_window(parameters))
+def _pace(parameters: Any, setting: Any) -> ObservationRate:
+    return ObservationRate.settling(parameters, settled_window(parameters))
 
 
 def _view(setting: ImpactSetting, snapshot: Any) -> Any:
@@ -33,7 +33,7 @@ def _share(view: Any, keep: Any) -> float:
     return float(view.mass[keep].sum()) / view.target_mass
 
 
-IMPACT = Watch(
+IMPACT = ObserverOptions(
     pace=_pace,
     view=_view,
     numbers=_numbers,

@@ -16,7 +16,7 @@ from solver.units import (
     Pascal,
     Second,
 )
-from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
+from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._numerics import check_numerics, filled_numerics
@@ -147,8 +147,8 @@ def _cells(parameters: ElasticBar) -> dict[str, float]:
     return {"cells_per_diameter": parameters.cells_per_diameter}
 
 
-def _pace(parameters: Any, setting: Setting) -> Pace:
-    return Pace(interval=transit(parameters) / OBSERVATIONS_PER_TRANSIT)
+def _pace(parameters: Any, setting: Setting) -> ObservationRate:
+    return ObservationRate(interval=transit(parameters) / OBSERVATIONS_PER_TRANSIT)
 
 
 SCENARIO = Scenario(
@@ -173,5 +173,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
-    watch=Watch(pace=_pace, view=bars.view),
+    watch=ObserverOptions(pace=_pace, view=bars.view),
 )

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
-from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
+from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._matter import check_constants, eos_forms, matter
 from studies.scenarios._numerics import (
@@ -289,8 +289,8 @@ def _cells(parameters: PlateImpact) -> dict[str, float]:
     return {"cells_per_thickness": parameters.cells_per_thickness}
 
 
-def _pace(parameters: Any, setting: Setting) -> Pace:
-    return Pace(interval=setting.problem.end_time / OBSERVATIONS)
+def _pace(parameters: Any, setting: Setting) -> ObservationRate:
+    return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
 
 
 def _view(setting: Any, snapshot: Any) -> Any:
@@ -324,5 +324,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
-    watch=Watch(pace=_pace, view=_view),
+    watch=ObserverOptions(pace=_pace, view=_view),
 )

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
-from studies.scenarios import Materials, Pace, Scenario, Setting, Size, Watch
+from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._matter import check_boiling, check_constants, matter
@@ -123,8 +123,8 @@ def _cells(parameters: TaylorBar) -> dict[str, float]:
     return {"cells_per_diameter": parameters.cells_per_diameter}
 
 
-def _pace(parameters: Any, setting: Setting) -> Pace:
-    return Pace.settling(parameters, WINDOW * _end_time(parameters))
+def _pace(parameters: Any, setting: Setting) -> ObservationRate:
+    return ObservationRate.settling(parameters, WINDOW * _end_time(parameters))
 
 
 SCENARIO = Scenario(
@@ -140,5 +140,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
-    watch=Watch(pace=_pace, view=bars.view),
+    watch=ObserverOptions(pace=_pace, view=bars.view),
 )

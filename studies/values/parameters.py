@@ -1,4 +1,4 @@
-"""Checked parameters: what a person wrote, against a record's own annotations and limits.
+"""Checked parameters: values that a person wrote, against the annotations and limits of a record.
 
 A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``,
 ``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its
@@ -62,7 +62,7 @@ class Parameter:
     default: Value = None
 
     def limit(self) -> str:
-        """What is allowed, in words."""
+        """The allowed values as a text."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
         if self.unit is None:
@@ -88,7 +88,7 @@ def parse_parameters(
 
     ``path`` goes before each field name in a finding; ``materials`` are the names that a material
     parameter may hold (empty: any); with ``si`` a bare number on a field with a unit is taken as SI
-    (a value that went through a door before). Raises InvalidInput with every finding.
+    (a value that was parsed before). Raises InvalidInput with every finding.
     """
     parameters = declared(record)
     values, findings = parse_values(parameters, raw, path, materials=materials, si=si)
@@ -110,7 +110,7 @@ def parse_values(
     materials: Collection[str] = (),
     si: bool = False,
 ) -> tuple[dict[str, Value], list[Finding]]:
-    """The given values alone, and what was found wrong with the others."""
+    """The values that are right, and the findings of the others."""
     values: dict[str, Value] = {}
     findings = Findings()
     for name, value in raw.items():
@@ -294,13 +294,13 @@ def _nearest(value: Any, parameter: Parameter) -> Any:
 
 
 def _between(minimum: float | None, maximum: float | None, unit: str) -> str:
-    """The bounds in words, with a leading space; nothing where there are none."""
-    words = [
+    """The bounds as a text with a leading space; empty without bounds."""
+    texts = [
         f"{side} {readable(bound, unit)}"
         for side, bound in (("from", minimum), ("to", maximum))
         if bound is not None
     ]
-    return " " + " ".join(words) if words else ""
+    return " " + " ".join(texts) if texts else ""
 
 
 def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:

@@ -89,7 +89,7 @@ IMPACT_RECIPES: Mapping[RecipeName, ImpactRecipe] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How finely a sweep resolves each of its points."""
+    """Resolutions and offsets at which a sweep computes each of its points."""
 
     resolutions: tuple[float, ...]  # cells across the projectile's diameter, coarse to fine
     offsets: int  # sub-cell positions of the grid at each resolution, evenly spaced over a cell

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from solver.registry import entries
-from solver.units import units_of
 from studies import laws, materials
 from studies.laws import Law, Shot
 from studies.materials.schema import CONFIDENCES
@@ -95,25 +94,6 @@ def test_law__gives_a_reason_wherever_it_is_out_of_range(law: Law, speed: float)
         assert math.isfinite(answer.value) or not answer.in_range
 
 
-def test_law__of_a_hole_never_answers_without_a_plate(law: Law) -> None:
-    if law.quantity == "hole_diameter":
-        for variant in law.variants(shot(thickness=None)):
-            answer = law.evaluate(shot(thickness=None), variant)
-            assert not answer.in_range
-
-
 def test_law__band_is_the_smallest_to_the_largest_variant(law: Law) -> None:
     values = [law.evaluate(shot(), variant).value for variant in law.variants(shot())]
     assert law.band(shot()) == (min(values), max(values))
-
-
-def test_law__describes_itself_in_plain_values(law: Law) -> None:
-    described = law.describe()
-    assert described["name"] == law.name
-    assert all(
-        set(limit) == {"words", "confidence", "machine_checked"} for limit in described["range"]
-    )
-
-
-def test_shot__carries_units() -> None:
-    assert units_of(Shot)["speed"] == "m s-1"

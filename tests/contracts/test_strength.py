@@ -28,7 +28,6 @@ from solver.tensor import added, contract, equivalent_stress, rotated, scaled
 from tests.solver.bodies import (
     DENSITY,
     MELT,
-    ROOM,
     SHEAR_MODULUS,
     SPACING,
     real_copper,
@@ -159,14 +158,6 @@ def test_melt__takes_all_strength(name: str, plastic_strain: float, rate: float)
 def test_melt__takes_the_shear_stress_of_a_point(strength: Any, kelvin: float) -> None:
     point = stretched(real_copper()._replace(strength=strength), kelvin=kelvin, strain=1e-3)
     assert equivalent_stress(point.deviator) == 0.0
-
-
-@pytest.mark.parametrize("kelvin", [MELT - 1.0, 1.5 * MELT])
-def test_melt__never_comes_to_matter_without_a_melting_point(strength: Any, kelvin: float) -> None:
-    matter = real_copper()._replace(strength=strength, melt_temperature=math.inf)
-    hot, cold = (stretched(matter, kelvin=one, strain=1e-3) for one in (kelvin, ROOM))
-    assert equivalent_stress(cold.deviator) > 0.0
-    assert hot.deviator == cold.deviator
 
 
 @given(yielding, directions(), plastic_strains, rates, solid_temperatures, st.floats(1.0, 1e3))

@@ -18,7 +18,6 @@ from solver.stress import (
     PointState,
     advance,
     homologous_temperature,
-    relative_stiffness,
     return_to_yield,
 )
 from solver.tensor import equivalent_stress, scaled
@@ -63,13 +62,6 @@ def test_linear__shock_is_the_closed_form(particle_speed: float) -> None:
     half = 0.5 * particle_speed
     expected = half + math.hypot(half, reference_sound_speed(eos))
     assert math.isclose(shock(eos, particle_speed)[0], expected, rel_tol=1e-11)
-
-
-@pytest.mark.parametrize("particle_speed", [500.0, 1000.0, 2000.0, 3000.0])
-def test_tillotson__shocks_are_near_the_measured_line(particle_speed: float) -> None:
-    """Copper's Us = 3940 + 1.489 up: Marsh (1980). Ours is another fit of the same shocks, within 4 % of it."""
-    measured = 3940.0 + 1.489 * particle_speed
-    assert math.isclose(shock(made("tillotson"), particle_speed)[0], measured, rel_tol=0.04)
 
 
 def test_tillotson__has_no_jump_at_either_end_of_boiling() -> None:
@@ -118,11 +110,6 @@ def test_johnson_cook__is_the_stress_of_a_stretched_point(
     total = strain + expected * 1e6 / (3.0 * SHEAR_MODULUS)
     point = stretched(real_copper(), kelvin=kelvin, strain=total, rate=rate, steps=400)
     assert math.isclose(equivalent_stress(point.deviator) / 1e6, expected, rel_tol=FOUR_DIGITS)
-
-
-@pytest.mark.parametrize("rate", [0.0, 1e-9, 1.0])
-def test_johnson_cook__does_not_soften_below_its_reference_rate(rate: float) -> None:
-    assert rate_and_heat(copper("johnson-cook"), rate, 0.0, 1.0) == 1.0
 
 
 def test_johnson_cook__without_a_softening_exponent_is_strong_until_it_melts() -> None:
@@ -175,12 +162,6 @@ def test_steinberg_guinan__melts_before_it_is_as_soft_as_its_floor() -> None:
         cold, _ = pressure_terms(matter.eos, ratio * reference_density(matter.eos), 0.0)
         law = stiffness(matter.strength, ratio, max(cold, -2e9), melt)
         assert law / min(ratio / THINNEST_SOLID, 1.0) > 2.0 * SOFTEST
-
-
-def test_stiffness__does_not_feel_heat_in_matter_that_never_softens() -> None:
-    hard = elastic_copper()._replace(strength=copper("steinberg-guinan"))
-    cold, hot = (relative_stiffness(hard, DENSITY, 1e9, kelvin) for kelvin in (ROOM, 1e4))
-    assert cold == hot > 1.0
 
 
 @pytest.mark.parametrize(

@@ -45,13 +45,6 @@ def test_load__of_a_file_names_file_and_key(tmp_path: Path) -> None:
         materials.load(file)
 
 
-def test_load__of_a_broken_file_names_file_and_line(tmp_path: Path) -> None:
-    file = tmp_path / "mine.toml"
-    file.write_text("name = \n")
-    with pytest.raises(InvalidInput, match=r"mine\.toml.*line 1"):
-        materials.load(file)
-
-
 def test_simulated__leaves_out_what_no_simulation_reads(copper: Material) -> None:
     resolved = copper.resolved()
     renamed = {**resolved, "title": "another", "yield_stresses": []}
@@ -117,11 +110,6 @@ def test_load__tells_everything_at_once(document: dict[str, Any]) -> None:
     document["strength"].pop("n")
     message = refused(document)
     assert all(key in message for key in ("eos", "density", "strength.n"))
-
-
-def test_load__of_a_user_needs_no_word_of_confidence(document: dict[str, Any]) -> None:
-    del document["density"]["confidence"]
-    assert materials.load(document).sources["density"].confidence == "user"
 
 
 @pytest.mark.parametrize("given", [None, 3, "[]", []])

@@ -12,7 +12,7 @@ from solver.shapes.gimp import Gimp
 from solver.shapes.linear import Linear
 from solver.shapes.quadratic_bspline import QuadraticBSpline
 from solver.simulation import Simulation, start
-from studies import materials, scenarios
+from studies import materials
 from studies.runs.execution import setting_of
 from studies.runs.run import Run, estimate, resolve
 from studies.scenarios._impact import ImpactShot
@@ -20,13 +20,11 @@ from studies.scenarios._numerics import (
     BY_RECIPE,
     Numerics,
     check_numerics,
-    filled_numerics,
     numerics,
 )
 from studies.values.errors import InvalidInput
 from studies.values.parameters import declared
 from studies.values.recipes import (
-    ACCURACY,
     IMPACT_RECIPES,
     RECIPES,
     DebrisName,
@@ -89,12 +87,6 @@ def test_thesis__is_what_the_solver_does_without_being_told() -> None:
         default = plain[name]
         made = default.default_factory is not dataclasses.MISSING
         assert value == (default.default_factory() if made else default.default), name  # type: ignore[operator]
-
-
-def test_filled__keeps_what_was_given() -> None:
-    given = filled_numerics(Numerics(recipe="thesis", courant=0.123, shape="gimp"))
-    assert (given.courant, given.shape) == (0.123, "gimp")
-    assert given.viscosity_quadratic == RECIPES["thesis"].viscosity_quadratic
 
 
 # Identity
@@ -189,11 +181,6 @@ def test_estimate__knows_the_shape_and_the_recipe() -> None:
 # Debris and grid
 
 
-def test_retirement__waits_longer_for_a_long_projectile() -> None:
-    long = asked(debris="retire", projectile_shape="cylinder", projectile_length=16e-3)
-    assert setting_of(long).problem.retirement == Retirement(body=1, after=2e-5)
-
-
 def test_grid__reaches_as_far_as_it_is_told() -> None:
     """Before the target at z = 0, behind its back at 2 mm, and beyond its rim at 16 mm; diameters of 8 mm."""
     run = asked(uprange=1.5, downrange=3.0, beyond_edge=0.75, edges="free")
@@ -250,11 +237,6 @@ def test_offset__of_a_whole_cell_changes_round_off_only(geometry: str) -> None:
 
 
 # Accuracy
-
-
-def test_accuracy__resolves_at_least_what_a_run_is_not_flagged_for() -> None:
-    least = scenarios.load("thin_plate").watch.least_cells["cells_per_diameter"]
-    assert all(min(one.resolutions) >= least for one in ACCURACY.values())
 
 
 # Blocks
