@@ -73,7 +73,7 @@ def execute(
         outcome = simulate(
             problem,
             observer,
-            interval=observer.pace.interval,
+            interval=observer.rate.interval,
             threads=threads,
             checkpoint=_checkpointing(checkpoint, observer, control, explain)
             if checkpoint
@@ -178,7 +178,7 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
         run_id,
         "succeeded",
         measurements=observer.measured(),
-        flags=_flags(numbers, observer.scenario.watch.least_cells),
+        flags=_flags(numbers, observer.scenario.observer.least_cells),
         numbers=numbers,
         stop=outcome.stop,
     )
@@ -204,7 +204,7 @@ def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
         "outflow_energy_fraction": audit.outflow_energy,
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
-        **observer.scenario.watch.numbers(observer.last_view),
+        **observer.scenario.observer.numbers(observer.last_view),
         **counted,
     }
 

@@ -40,20 +40,20 @@ class Observer:
     first: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        self.pace = self.scenario.watch.pace(self.parameters, self.setting)
+        self.rate = self.scenario.observer.rate(self.parameters, self.setting)
         measured = [measurements.load(name) for name in self.scenario.measurements]
         self.of_a_state = [measurement for measurement in measured if not measurement.follows]
         self.of_a_history = [measurement for measurement in measured if measurement.follows]
 
     def __call__(self, snapshot: Snapshot) -> str | None:
         """Observe a state; returns "settled" when the run may end."""
-        view = self.last_view = self.scenario.watch.view(self.setting, snapshot)
+        view = self.last_view = self.scenario.observer.view(self.setting, snapshot)
         self.times.append(snapshot.time)
         self.readings.append({m.name: m.read(view) for m in self.of_a_state})
         self.readings[-1].update({m.name: self._follow(m) for m in self.of_a_history})
         if self.report:
             self.report(self._progress(snapshot))
-        settled = self.pace.early and all(self._settled(name) for name in self.scenario.settles)
+        settled = self.rate.early and all(self._settled(name) for name in self.scenario.settles)
         if self.film:
             self.film.add(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
         return "settled" if settled else None
@@ -90,7 +90,7 @@ class Observer:
         A length that was not there yet, as a hole, has grown from nothing.
         """
         # Observations are up to a step late; half of an interval leaves as many of them in every window.
-        begin = self.times[-1] - self.pace.window + 0.5 * self.pace.interval
+        begin = self.times[-1] - self.rate.window + 0.5 * self.rate.interval
         earlier = [index for index, at in enumerate(self.times) if at <= begin]
         if not earlier:
             return math.nan
@@ -108,14 +108,14 @@ class Observer:
 
     def _is_judged(self, name: str) -> bool:
         """Whether a measurement can be flagged as growing: lengths, and those that end a run when they settle."""
-        is_length = measurements.load(name).unit == "m" and math.isfinite(self.pace.window)
+        is_length = measurements.load(name).unit == "m" and math.isfinite(self.rate.window)
         return name in self.scenario.settles or is_length
 
     def _settled(self, name: str) -> bool:
         """Two windows at least, and a range within the last one below a share of the value or a quarter of a cell."""
-        if self.times[-1] < 2.0 * self.pace.window:
+        if self.times[-1] < 2.0 * self.rate.window:
             return False
-        share = self.pace.growth * abs(self.readings[-1][name].value)
+        share = self.rate.growth * abs(self.readings[-1][name].value)
         cells = SETTLED_IN_CELLS * self.setting.problem.geometry.spacing
         return self.growth(name) < max(share, cells)
 
@@ -135,7 +135,7 @@ class Observer:
         uncertainty = math.hypot(*parts.values()) if parts else None
         if uncertainty and uncertainty > measurement.widest * abs(reading.value):
             flags = (*flags, "wide_bar")
-        if has_value and self.scenario.watch.too_coarse(self.scenario.cells(self.parameters)):
+        if has_value and self.scenario.observer.too_coarse(self.scenario.cells(self.parameters)):
             uncertainty, flags = None, (*flags, TOO_COARSE)
         return Measured(
             value=_finite(reading.value),

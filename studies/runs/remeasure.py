@@ -92,7 +92,7 @@ def _view_of(run: Run, result: RunResult, state: Path) -> Any:
     from studies.runs.execution import setting_of
 
     step = int(result.numbers.get("steps", 0))
-    return scenarios.load(run.scenario).watch.view(setting_of(run), load_state(state, step=step))
+    return scenarios.load(run.scenario).observer.view(setting_of(run), load_state(state, step=step))
 
 
 def _from_histories(measurement: Measurement, result: RunResult) -> Measured:
@@ -123,7 +123,9 @@ def _from_state(
     """A measurement read off the final state alone."""
     measured = _measured(measurement, reading, result)
     flags: tuple[str, ...] = (*measured.flags, NEEDS_SOLVING)
-    if measured.value is not None and scenarios.load(run.scenario).watch.too_coarse(result.numbers):
+    if measured.value is not None and scenarios.load(run.scenario).observer.too_coarse(
+        result.numbers
+    ):
         return replace(measured, uncertainty=None, flags=(*flags, TOO_COARSE))
     return replace(measured, flags=flags)
 

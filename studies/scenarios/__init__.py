@@ -81,7 +81,7 @@ def _no_numbers(view: Any) -> dict[str, float]:
 class ObserverOptions:
     """Observer's options for the runs of a family of scenarios."""
 
-    pace: Callable[[Any, Setting], ObservationRate]  # of the parameters and the built setting
+    rate: Callable[[Any, Setting], ObservationRate]  # of the parameters and the built setting
     view: Callable[[Any, Any], Any]  # of a Setting and a Snapshot in it, for measurements
     numbers: Callable[[Any], dict[str, float]] = _no_numbers  # that a last view says of its run
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
@@ -108,7 +108,7 @@ class Scenario:
     build: Callable[[Any, Materials], Setting]
     estimate: Callable[[Any, Materials], Size]
     cells: Callable[[Any], dict[str, float]]  # across the diameter, through the thickness
-    watch: ObserverOptions
+    observer: ObserverOptions
 
 
 def names() -> list[str]:

@@ -147,7 +147,7 @@ def _cells(parameters: ElasticBar) -> dict[str, float]:
     return {"cells_per_diameter": parameters.cells_per_diameter}
 
 
-def _pace(parameters: Any, setting: Setting) -> ObservationRate:
+def _rate(parameters: Any, setting: Setting) -> ObservationRate:
     return ObservationRate(interval=transit(parameters) / OBSERVATIONS_PER_TRANSIT)
 
 
@@ -173,5 +173,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
-    watch=ObserverOptions(pace=_pace, view=bars.view),
+    observer=ObserverOptions(rate=_rate, view=bars.view),
 )

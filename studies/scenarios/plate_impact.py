@@ -289,7 +289,7 @@ def _cells(parameters: PlateImpact) -> dict[str, float]:
     return {"cells_per_thickness": parameters.cells_per_thickness}
 
 
-def _pace(parameters: Any, setting: Setting) -> ObservationRate:
+def _rate(parameters: Any, setting: Setting) -> ObservationRate:
     return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
 
 
@@ -324,5 +324,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
-    watch=ObserverOptions(pace=_pace, view=_view),
+    observer=ObserverOptions(rate=_rate, view=_view),
 )

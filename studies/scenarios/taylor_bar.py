@@ -123,7 +123,7 @@ def _cells(parameters: TaylorBar) -> dict[str, float]:
     return {"cells_per_diameter": parameters.cells_per_diameter}
 
 
-def _pace(parameters: Any, setting: Setting) -> ObservationRate:
+def _rate(parameters: Any, setting: Setting) -> ObservationRate:
     return ObservationRate.settling(parameters, WINDOW * _end_time(parameters))
 
 
@@ -140,5 +140,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
-    watch=ObserverOptions(pace=_pace, view=bars.view),
+    observer=ObserverOptions(rate=_rate, view=bars.view),
 )

@@ -13,7 +13,7 @@ from studies.scenarios._impact import (
     size,
     spacing,
 )
-from studies.scenarios._impact_watch import IMPACT
+from studies.scenarios._impact_observer import IMPACT
 from studies.values.errors import Finding
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
@@ -107,5 +107,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
-    watch=IMPACT,
+    observer=IMPACT,
 )

@@ -14,7 +14,7 @@ from studies.scenarios._impact import (
     size,
     spacing,
 )
-from studies.scenarios._impact_watch import IMPACT
+from studies.scenarios._impact_observer import IMPACT
 from studies.values.errors import Finding
 
 RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
@@ -120,5 +120,5 @@ SCENARIO = Scenario(
     build=_build,
     estimate=_size,
     cells=_cells,
-    watch=IMPACT,
+    observer=IMPACT,
 )

@@ -192,7 +192,7 @@ def _crater_observation() -> float:
         times.append(time.process_time() - begin)
         return stop
 
-    simulate(watched.setting.problem, observe, interval=watched.pace.interval, threads=1)
+    simulate(watched.setting.problem, observe, interval=watched.rate.interval, threads=1)
     return statistics.mean(times)
 
 

@@ -241,7 +241,9 @@ def _whole(case: list[str], seed: int) -> dict[str, Any]:
         )
         problem = replace(problem, bodies=bodies)
     try:
-        outcome = simulate(problem, watched, interval=watched.pace.interval, threads=1)
+        # ``pace`` in the former tree
+        rate = watched.rate if hasattr(watched, "rate") else watched.pace
+        outcome = simulate(problem, watched, interval=rate.interval, threads=1)
     except UnphysicalState as error:
         return {"steps": error.step, "hole": error.quantity}
     hole = watched.readings[-1]["hole_diameter"].value

@@ -205,29 +205,29 @@ def test_scenario__names_fields_measurements_and_materials_that_exist(scenario: 
     assert set(scenario.settles) <= set(scenario.measurements)
     for one in scenario.measurements:
         assert set(measurements.load(one).follows) <= set(scenario.measurements)
-    assert set(scenario.watch.least_cells) <= set(scenario.cells(given_of(asked(scenario.name))))
+    assert set(scenario.observer.least_cells) <= set(scenario.cells(given_of(asked(scenario.name))))
 
 
 def test_scenario__is_observed_often_enough_to_be_seen_growing(scenario: Scenario) -> None:
     run = asked(scenario.name)
     setting = built(run)
-    pace = scenario.watch.pace(given_of(run), setting)
-    assert 0.0 < pace.interval < setting.problem.end_time
-    assert bool(scenario.settles) == math.isfinite(pace.window)
+    rate = scenario.observer.rate(given_of(run), setting)
+    assert 0.0 < rate.interval < setting.problem.end_time
+    assert bool(scenario.settles) == math.isfinite(rate.window)
     if scenario.settles:
-        assert pace.interval < pace.window < setting.problem.end_time
+        assert rate.interval < rate.window < setting.problem.end_time
 
 
 def test_scenario__is_measured_at_its_start(scenario: Scenario) -> None:
     """Each measurement has a value or a reason before anything has happened."""
     setting = built(asked(scenario.name))
-    view = scenario.watch.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenario.observer.view(setting, start(setting.problem, threads=1).snapshot())
     for one in scenario.measurements:
         measurement = measurements.load(one)
         if not measurement.follows:
             reading = measurement.read(view)
             assert math.isfinite(reading.value) or reading.flags
-    assert all(math.isfinite(number) for number in scenario.watch.numbers(view).values())
+    assert all(math.isfinite(number) for number in scenario.observer.numbers(view).values())
 
 
 def test_scenario__says_how_well_it_is_resolved(scenario: Scenario) -> None:

@@ -147,7 +147,7 @@ def test_observer__is_restored_from_its_text(scenario: str) -> None:
 def watched(history: Sequence[float], name: str = "hole_diameter", **changes: Any) -> Observer:
     """An observer of a plate that has read a history, in mm, five times in each window."""
     observer = observer_of(asked("thin_plate", **{"cells_per_diameter": 16.0, **changes}))
-    observer.times = [observer.pace.interval * count for count in range(len(history))]
+    observer.times = [observer.rate.interval * count for count in range(len(history))]
     parts = {"resolution": 0.5e-3}
     observer.readings = [{name: Reading(1e-3 * value, parts, ())} for value in history]
     return observer
@@ -182,7 +182,7 @@ def test_growth__looks_at_as_many_observations_whichever_was_a_step_late() -> No
     level = [15.0] * 6  # a window begins and ends with an observation
     for late in (-1, -6):
         observer = watched([*STEADY, 15.3, *level])
-        observer.times[late] += 0.01 * observer.pace.interval
+        observer.times[late] += 0.01 * observer.rate.interval
         assert observer.growth("hole_diameter") == 0.0
     assert watched([*STEADY, 15.3, *level[1:]]).growth("hole_diameter") == pytest.approx(0.3e-3)
 

@@ -97,7 +97,7 @@ def test_taylor_bar__has_at_the_start_the_size_that_was_asked_for(geometry: str)
     """Exactly, whatever the lattice: it is what the final size is measured against."""
     scenario = scenarios.load("taylor_bar")
     setting = built(asked("taylor_bar", geometry=geometry, bar_length=11.1e-3))
-    view = scenario.watch.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenario.observer.view(setting, start(setting.problem, threads=1).snapshot())
     for name, size in (
         ("final_length", 11.1e-3),
         ("mushroom_diameter", DIAMETER),

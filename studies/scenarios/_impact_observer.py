@@ -10,7 +10,7 @@ from studies.scenarios._impact import settled_window
 FAST = 300.0
 
 
-def _pace(parameters: Any, setting: Any) -> ObservationRate:
+def _rate(parameters: Any, setting: Any) -> ObservationRate:
     return ObservationRate.settling(parameters, settled_window(parameters))
 
 
@@ -34,7 +34,7 @@ def _share(view: Any, keep: Any) -> float:
 
 
 IMPACT = ObserverOptions(
-    pace=_pace,
+    rate=_rate,
     view=_view,
     numbers=_numbers,
     least_cells={"cells_per_diameter": 16.0, "cells_per_thickness": 4.0},
