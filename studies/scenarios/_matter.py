@@ -183,7 +183,9 @@ def check_constants(materials: Materials) -> list[Finding]:
                 continue
             unit = parameters[low].unit or "1"
             limit = f"{'at most' if may_equal else 'below'} {role}.{high}, {readable(most, unit)}"
-            cure = f"{parameters[low].meaning} comes before {parameters[high].meaning}: correct one of them"
+            relation = "does not exceed" if may_equal else "lies below"
+            meanings = f"{parameters[low].meaning} {relation} {parameters[high].meaning}"
+            cure = f"{meanings}: correct one of them"
             findings.append(Finding(f"{role}.{low}", readable(least, unit), limit, cure))
     return findings
 
