@@ -64,7 +64,8 @@ def _failure_parameter(kind: str, constant: str) -> Any:
     return Annotated[float | None, unit, Described(meaning, about.minimum, about.maximum)]
 
 
-# Parameters of what breaks matter for good.
+# Each constant of a failure is a parameter of every impact and so part of the identity of its runs, given or not: a
+# new failure with constants makes new runs of them.
 Fracture: Any = make_dataclass(
     "Fracture",
     [
