@@ -1,9 +1,8 @@
 """Everything that must hold before a change is taken: ``make test``, or ``python -m tests``.
 
-Two lanes run side by side: tests wait for processes half of their time, and the other checks compute meanwhile.
-Each stage runs even when one before it failed, and says how long it took. The budget is what the
-stage may take on two cores before it deserves attention; going over it is said and is no failure,
-because machines differ.
+Two groups of stages run side by side: the tests, and the other checks. Each stage runs even when one
+before it failed, and prints its time. The budget is the time on two cores above which a stage deserves
+attention; a stage that exceeds it does not fail, because machines differ.
 """
 
 import os
@@ -43,10 +42,11 @@ class Outcome:
         return f"{self.stage.name:13}  {word}  {time_taken}{excess}"
 
 
-# Whole files side by side, so that what a file makes once is made once.
-SIDE_BY_SIDE = ["--numprocesses=2", "--dist=loadfile", "--no-loadscope-reorder", "--durations=10"]
+# Whole files side by side, so that a fixture of a file is made once; three of them on two cores, for tests of processes
+# wait half of their time.
+SIDE_BY_SIDE = ["--numprocesses=3", "--dist=loadfile", "--no-loadscope-reorder", "--durations=10"]
 
-TESTS = (Stage("tests", 420, ["python", "-m", "pytest", "-q", *SIDE_BY_SIDE]),)
+TESTS = (Stage("tests", 300, ["python", "-m", "pytest", "-q", *SIDE_BY_SIDE]),)
 CHECKS = (
     Stage("rules", 10, ["ruff", "check", "--quiet"]),
     Stage("format", 10, ["ruff", "format", "--check", "--quiet"]),
@@ -58,21 +58,21 @@ CHECKS = (
 
 def main() -> int:
     """Run every stage, and return 1 when any of them failed."""
-    with ThreadPoolExecutor() as lanes:
-        outcomes = [outcome for lane in lanes.map(run, (CHECKS, TESTS)) for outcome in lane]
+    with ThreadPoolExecutor() as pool:
+        outcomes = [each for group in pool.map(run, (CHECKS, TESTS)) for each in group]
     print("\n" + "\n".join(str(outcome) for outcome in outcomes))
     passed = sum(outcome.passed for outcome in outcomes)
     print(f"\nstages: {passed} passed, {len(outcomes) - passed} failed")
     return int(passed < len(outcomes))
 
 
-def run(lane: Sequence[Stage]) -> list[Outcome]:
-    """Run the stages of a lane one after the other."""
-    return [run_stage(stage) for stage in lane]
+def run(group: Sequence[Stage]) -> list[Outcome]:
+    """Run the stages of a group one after the other."""
+    return [run_stage(stage) for stage in group]
 
 
 def run_stage(stage: Stage) -> Outcome:
-    """Run one stage, and show what it said when it has ended."""
+    """Run one stage, and print its output when it has ended."""
     program, *arguments = stage.command
     # Hundreds of processes are started: each would compile our modules again if none may keep what it compiled.
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}

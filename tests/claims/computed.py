@@ -47,12 +47,12 @@ def rows_of_tests(tests: str, environment: Mapping[str, str] | None = None) -> I
         check=False,
     )
     counts = {word: int(number) for number, word in COUNTS.findall(answer.stdout)}
-    given = "".join(f" {name}={value}" for name, value in more.items())
+    settings = "".join(f" {name}={value}" for name, value in more.items())
     bad = sum(count for word, count in counts.items() if word != "passed")
     is_fine = answer.returncode == 0 and bad == 0 and counts.get("passed", 0) > 0
-    yield Row(f"{tests}{given}: findings", "none", _findings(answer.stdout, bad), is_fine)
+    yield Row(f"{tests}{settings}: findings", "none", _findings(answer.stdout, bad), is_fine)
     yield Row("tests that passed", "", counts.get("passed", 0), None)
 
 
-def _findings(said: str, bad: int) -> str:
-    return "none" if not bad else f"{bad}: {said[-1000:]}"
+def _findings(output: str, bad: int) -> str:
+    return "none" if not bad else f"{bad}: {output[-1000:]}"

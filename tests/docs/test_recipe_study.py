@@ -79,9 +79,9 @@ def test_gates__hold_splines_closer() -> None:
 
 
 def test_gates__look_at_both_bodies_of_every_shock() -> None:
-    one = study()
-    one["shocks"]["Cu on Cu, 4000"]["spacing_density"] = [0.0, -0.006]
-    assert missed(one) == ["spacing"]
+    figures = study()
+    figures["shocks"]["Cu on Cu, 4000"]["spacing_density"] = [0.0, -0.006]
+    assert missed(figures) == ["spacing"]
 
 
 def test_candidates__are_the_calmest_viscosity_of_each_kind__the_cheapest_first() -> None:
@@ -117,6 +117,6 @@ def test_choice__leaves_out_what_failed(fault: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("asked", [variants, scan])
 def test_variants__change_one_thing_under_one_name(asked: Any) -> None:
-    found = list(asked())
-    assert len({variant.name for variant in found}) == len(found)
-    assert len({variant.recipe for variant in found}) == len(found)
+    all_variants = list(asked())
+    assert len({variant.name for variant in all_variants}) == len(all_variants)
+    assert len({variant.recipe for variant in all_variants}) == len(all_variants)

@@ -84,12 +84,6 @@ def test_published_example__that_oscillates_is_not_extrapolated() -> None:
     assert math.isnan(result.extrapolated)
 
 
-def test_error_bar__of_a_converging_series_covers_the_limit_from_the_finest_value() -> None:
-    result = converge(series(1.0, HALVING))
-    finest = result.levels[0].value
-    assert abs(finest - LIMIT) <= result.mesh
-
-
 @given(
     st.floats(0.55, 1.95),
     st.floats(1.1, 4.0),
@@ -201,8 +195,8 @@ def power_law(order: float, ratios: tuple[float, float], difference: float) -> l
         math.log(h) if order == 0.0 else math.expm1(order * math.log(h)) / order for h in spacings
     ]
     return [
-        Sample(h, LIMIT + difference * one / grown[1])
-        for h, one in zip(spacings, grown, strict=True)
+        Sample(h, LIMIT + difference * size / grown[1])
+        for h, size in zip(spacings, grown, strict=True)
     ]
 
 
@@ -218,10 +212,10 @@ def test_error_bar__covers_the_limit_of_a_power_law(
 
 @given(ANY_ORDER, ANY_ORDER, RATIOS, RATIOS)
 def test_error_bar__never_shrinks_when_the_order_falls(
-    one: float, other: float, first: float, second: float
+    order_a: float, order_b: float, first: float, second: float
 ) -> None:
     low, high = (
-        converge(power_law(order, (first, second), ERROR)) for order in sorted((one, other))
+        converge(power_law(order, (first, second), ERROR)) for order in sorted((order_a, order_b))
     )
     assert low.mesh >= high.mesh * (1.0 - FOUND)
 
@@ -240,12 +234,12 @@ def test_error_bar__without_convergence_is_as_wide_as_any_with_it(
 
 @given(ANY_ORDER, RATIOS, RATIOS, st.floats(0.0, 2.0), st.floats(0.0, 2.0))
 def test_error_bar__never_shrinks_when_noise_grows(
-    order: float, first: float, second: float, one: float, other: float
+    order: float, first: float, second: float, quieter: float, louder: float
 ) -> None:
     samples = power_law(order, (first, second), ERROR)
     quiet, noisy = (
         converge(Sample(s.spacing, s.value, sub_cell=noise) for s in samples)
-        for noise in sorted((one, other))
+        for noise in sorted((quieter, louder))
     )
     assert noisy.mesh >= quiet.mesh * (1.0 - FOUND)
     assert noisy.uncertainty >= quiet.uncertainty * (1.0 - FOUND)
@@ -261,11 +255,6 @@ def test_scatter__above_a_difference_hides_the_order() -> None:
     assert noisy.verdict == "not in the asymptotic range"
     assert "scatter over offsets" in noisy.reason
     assert noisy.value == pytest.approx(20.0)
-
-
-def test_scatter__hides_an_oscillation_too() -> None:
-    result = shifted((20.2, 19.8), (19.9, 19.9), (22.0, 22.0))
-    assert result.verdict == "not in the asymptotic range"
 
 
 def test_one_offset__has_the_noise_that_its_measurement_states() -> None:
@@ -406,9 +395,9 @@ def test_scatter__is_half_the_range_of_few_and_the_deviation_of_more(
 
 
 def test_offsets__take_the_place_of_what_a_single_run_cannot_see() -> None:
-    one = converge([Sample(1.0, 20.0, sub_cell=0.3)])
+    single = converge([Sample(1.0, 20.0, sub_cell=0.3)])
     several = converge([Sample(1.0, 20.0, sub_cell=0.3), Sample(1.0, 20.2, sub_cell=0.3)])
-    assert one.offsets == pytest.approx(0.3)
+    assert single.offsets == pytest.approx(0.3)
     assert several.offsets == pytest.approx(0.1)
 
 
@@ -516,28 +505,28 @@ def test_converge__does_not_see_the_order_of_runs(
     levels: list[list[float]], random: object
 ) -> None:
     samples = samples_of(levels)
-    other = list(samples)
-    random.shuffle(other)  # type: ignore[attr-defined]
-    assert repr(converge(other)) == repr(converge(samples))  # a repr, because NaN is not NaN
+    shuffled = list(samples)
+    random.shuffle(shuffled)  # type: ignore[attr-defined]
+    assert repr(converge(shuffled)) == repr(converge(samples))  # a repr, because NaN is not NaN
 
 
 @given(LEVELS, st.integers(-20, 20), st.integers(-20, 20))
 def test_converge__does_not_see_the_units(
     levels: list[list[float]], of_value: int, of_length: int
 ) -> None:
-    one = converge(samples_of(levels))
+    plain = converge(samples_of(levels))
     factor = 2.0**of_value  # exact, so that no decision is on the edge
-    two = converge(
+    scaled = converge(
         Sample(s.spacing * 2.0**of_length, s.value * factor, s.sub_cell * factor, s.rest * factor)
         for s in samples_of(levels)
     )
-    assert two.verdict == one.verdict
+    assert scaled.verdict == plain.verdict
     for name in NUMBERS:
-        expected = getattr(one, name) * factor
-        assert getattr(two, name) == pytest.approx(expected, rel=SOLVED, nan_ok=True)
+        expected = getattr(plain, name) * factor
+        assert getattr(scaled, name) == pytest.approx(expected, rel=SOLVED, nan_ok=True)
     for name in ("order", "gci"):
-        expected = getattr(one, name)
-        assert getattr(two, name) == pytest.approx(expected, rel=SOLVED, nan_ok=True)
+        expected = getattr(plain, name)
+        assert getattr(scaled, name) == pytest.approx(expected, rel=SOLVED, nan_ok=True)
 
 
 @given(LEVELS)

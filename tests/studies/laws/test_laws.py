@@ -25,7 +25,7 @@ def aluminium_shot(speed: float, thickness: float = 2e-3) -> Shot:
     return Shot(speed, 8e-3, thickness, ALUMINIUM, ALUMINIUM)
 
 
-def given(**parameters: Any) -> Shot:
+def shot_of_parameters(**parameters: Any) -> Shot:
     fixed = {"speed": 6e3, "projectile_diameter": 2e-3}
     return laws.shot_from({**fixed, **parameters}, {"projectile": COPPER, "target": COPPER})
 
@@ -155,9 +155,9 @@ def test_range__may_state_projectiles_of_its_own() -> None:
 
 
 def test_shot_from__takes_the_length_of_a_cylinder_over_its_own_diameter() -> None:
-    rod = given(projectile_shape="cylinder", projectile_length=100e-3)
+    rod = shot_of_parameters(projectile_shape="cylinder", projectile_length=100e-3)
     assert rod.length_ratio == pytest.approx(50.0)
-    assert given(projectile_shape="sphere", projectile_length=None).length_ratio == 1.0
+    assert shot_of_parameters(projectile_shape="sphere", projectile_length=None).length_ratio == 1.0
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_shot_from__takes_the_length_of_a_cylinder_over_its_own_diameter() -> No
 )
 def test_shot_from__without_a_number_it_needs_is_no_shot(absent: dict[str, Any]) -> None:
     with pytest.raises(KeyError):
-        given(**absent)
+        shot_of_parameters(**absent)
 
 
 def test_like_on_like__flags_other_pairs() -> None:

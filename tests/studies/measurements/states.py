@@ -284,10 +284,10 @@ def rectangle(contact: float, end: float = 2e-6, interval: float = 1e-8) -> np.n
     return np.diff(np.clip(times / contact, 0.0, 1.0)) * 2.0 / interval
 
 
-def running(name: str, speed: float, *, known: int = 21) -> History:
+def running(name: str, speed: float, *, placed: int = 21) -> History:
     """A front that runs evenly, of which the last ``known`` of 21 observations have a place."""
     times = 1e-7 * np.arange(21.0)
-    path = np.where(np.arange(21) >= 21 - known, speed * times, math.nan)
+    path = np.where(np.arange(21) >= 21 - placed, speed * times, math.nan)
     return History(times, {f"{plate}_shock_front": path for plate in ("flyer", "target")})
 
 
@@ -328,9 +328,9 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "through": lambda: plates(1.3 * PLATE / SHOCK),
     },
     History: {
-        "nothing yet": lambda: joined(pushed(np.zeros(0)), running("", 0.0, known=0)),
+        "nothing yet": lambda: joined(pushed(np.zeros(0)), running("", 0.0, placed=0)),
         "rebound": lambda: joined(pushed(rectangle(1.2e-6)), running("", SHOCK)),
-        "in contact": lambda: joined(pushed(rectangle(4e-6)), running("", SHOCK, known=2)),
+        "in contact": lambda: joined(pushed(rectangle(4e-6)), running("", SHOCK, placed=2)),
         "never touched": lambda: joined(pushed(np.zeros(200)), running("", SHOCK)),
     },
 }

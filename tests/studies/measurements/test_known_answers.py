@@ -333,7 +333,7 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("plateau_pressure", lambda: plates(0.0), "no_shock"),
     ("plateau_pressure", lambda: plates(0.1 * LATE), "no_plateau"),
     ("plateau_pressure", lambda: plates(1.3 * PLATE / SHOCK), "reflected"),
-    ("target_shock_speed", lambda: running("target", 5000.0, known=3), "no_plateau"),
+    ("target_shock_speed", lambda: running("target", 5000.0, placed=3), "no_plateau"),
 ]
 DOUBTED: list[tuple[str, Build, str]] = [
     ("hole_diameter", lambda: dented_disc(0.125), "closed_on_axis"),
