@@ -134,6 +134,12 @@ def relative(
     return _row(claim, expected, got, abs(got - expected) / abs(expected), within, order)
 
 
+def relatives(where: str, *figures: tuple[str, float, float, float | None]) -> Iterator[Row]:
+    """Rows of ``relative`` with a common beginning of their claims: claim, expected, got and tolerance of each."""
+    for claim, expected, got, within in figures:
+        yield relative(f"{where}: {claim}", expected=expected, got=got, within=within)
+
+
 def absolute(
     claim: str,
     *,

@@ -8,7 +8,7 @@ from solver.eos.tillotson import tillotson
 from solver.problem import ArtificialViscosity, Matter
 from solver.stress import PointState, advance
 from studies.values.recipes import Recipe
-from studies.verification import Case, Row, relative
+from studies.verification import Case, Row, relatives
 from studies.verification._collision import Piece, collide, collision_problem
 from studies.verification._hugoniot import Shock
 from studies.verification._matter import matter_of
@@ -48,17 +48,13 @@ def _shock(speed: float, exact: Shock, recipe: Recipe) -> Iterator[Row]:
     piece = Piece(_copper(), DENSITY, exact.shock_speed)
     wave = collide(collision_problem(piece, piece, speed, recipe)).target
     where = f"Cu (Tillotson) on Cu, {speed / 1e3:g} km/s"
-    for word, expected, got, within in (
-        (
-            "plateau pressure (GPa)",
-            exact.pressure / 1e9,
-            wave.plateau.stress / 1e9,
-            PRESSURE.get(recipe.shape),
-        ),
+    got, pressure = wave.plateau, PRESSURE.get(recipe.shape)
+    yield from relatives(
+        where,
+        ("plateau pressure (GPa)", exact.pressure / 1e9, got.stress / 1e9, pressure),
         ("shock speed (m/s)", exact.shock_speed, wave.speed, SHOCK_SPEED),
-        ("particle density (kg/m3)", exact.density, wave.plateau.density, DENSITY_ERROR),
-    ):
-        yield relative(f"{where}: {word}", expected=expected, got=got, within=within)
+        ("particle density (kg/m3)", exact.density, got.density, DENSITY_ERROR),
+    )
 
 
 def _release(speed: float, exact: Shock) -> Iterator[Row]:
@@ -75,15 +71,22 @@ def _release(speed: float, exact: Shock) -> Iterator[Row]:
     ends = released(exact, [share * DENSITY for share in SHARES[speed]])
     for share, (energy, pressure) in zip(SHARES[speed], ends, strict=True):
         where = f"released from {speed / 1e3:g} km/s to {share:g} of the density"
-        for word, expected, got in (
+        place = share * DENSITY
+        yield from relatives(
+            where,
             (
                 "pressure (GPa)",
                 pressure / 1e9,
-                np.interp(share * DENSITY, density, pressures) / 1e9,
+                float(np.interp(place, density, pressures) / 1e9),
+                RELEASED,
             ),
-            ("energy (MJ/kg)", energy / 1e6, np.interp(share * DENSITY, density, energies) / 1e6),
-        ):
-            yield relative(f"{where}: {word}", expected=expected, got=float(got), within=RELEASED)
+            (
+                "energy (MJ/kg)",
+                energy / 1e6,
+                float(np.interp(place, density, energies) / 1e6),
+                RELEASED,
+            ),
+        )
 
 
 def _copper() -> Matter:
