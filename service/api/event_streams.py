@@ -146,7 +146,7 @@ class Live:
             last = self._store.last_event()
             if seen is None or last <= seen:
                 return Moment(last, self._store.under_way(), since=last, news=())
-            news = self._store.news(after=seen, limit=MOST_NEWS)
+            news = self._store.events_with_sweeps(after=seen, limit=MOST_NEWS)
             if len(news) == MOST_NEWS:
                 return Moment(last, self._store.under_way())
             last = news[-1][0].number

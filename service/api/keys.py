@@ -17,7 +17,7 @@ from fastapi.security.base import SecurityBase
 
 from service.api.access import is_of_this_machine, is_of_trusted_proxy
 from service.api.errors import NoKey, NotAllowed
-from service.records.jobs import Scope, SweepRow
+from service.records.jobs import Scope, SweepStatus
 from service.records.settings import Settings
 from service.store import Store
 
@@ -42,7 +42,7 @@ class Caller:
         """Whether what ``scope`` stands for is allowed."""
         return any(scope in INCLUDES[own] for own in self.scopes)
 
-    def check_owns(self, sweep: SweepRow) -> None:
+    def check_owns(self, sweep: SweepStatus) -> None:
         """Raises NotAllowed, unless the sweep is the caller's own or the caller an ``admin``."""
         if sweep.owner != self.name and not self.may(Scope.ADMIN):
             raise NotAllowed(

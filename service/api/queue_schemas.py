@@ -70,7 +70,7 @@ class QueueModel(Answer):
     paused: datetime | None = Field(
         description="since when no run is begun; null: it is not paused"
     )
-    hindrance: str | None = Field(description="why nothing is begun although there is work")
+    blocked_reason: str | None = Field(description="why nothing is begun although there is work")
     counts: dict[str, int] = Field(description="runs and publications by state")
     oldest_queued: datetime | None = Field(description="since when the first of them has waited")
     leader: str | None = Field(description="which process gives the work out; null: none does")
@@ -83,7 +83,7 @@ class QueueModel(Answer):
         order = "pause" if row.paused is None else "resume"
         return cls(
             paused=row.paused,
-            hindrance=row.hindrance,
+            blocked_reason=row.blocked_reason,
             counts={state.value: row.states.get(state, 0) for state in State},
             oldest_queued=row.oldest_queued,
             leader=row.leader,

@@ -17,8 +17,8 @@ from service.records.jobs import (
     RunRow,
     State,
     Stored,
-    SweepRow,
     SweepState,
+    SweepStatus,
 )
 from studies import examples
 from studies.sweeps.cost import PresetCost
@@ -93,7 +93,7 @@ class SweepModel(Answer):
     links: dict[str, str]
 
     @classmethod
-    def of(cls, row: SweepRow, files: Iterable[str] | None = None) -> "SweepModel":
+    def of(cls, row: SweepStatus, files: Iterable[str] | None = None) -> "SweepModel":
         """A row with its links; without ``files``, those that its state promises."""
         return cls(
             **vars(row), links=links_of(row, promised_files(row) if files is None else files)
@@ -107,7 +107,7 @@ class SweepPage(Answer):
     next_cursor: str | None = Field(description="give it back as `cursor`; null: the last page")
 
     @classmethod
-    def of(cls, page: Page[SweepRow]) -> "SweepPage":
+    def of(cls, page: Page[SweepStatus]) -> "SweepPage":
         """A page of the store."""
         items = [SweepModel.of(row) for row in page.items]
         return cls(items=items, next_cursor=page.next_cursor)
@@ -318,12 +318,12 @@ def problem_schemas() -> dict[str, Any]:
     return models_json_schema([(ProblemDocument, "serialization")], ref_template=place)[1]["$defs"]
 
 
-def promised_files(row: SweepRow) -> Iterable[str]:
+def promised_files(row: SweepStatus) -> Iterable[str]:
     """The files that a sweep in this state has."""
     return FILES if row.state is SweepState.SUCCEEDED else ()
 
 
-def links_of(row: SweepRow, files: Iterable[str]) -> dict[str, str]:
+def links_of(row: SweepStatus, files: Iterable[str]) -> dict[str, str]:
     """Where to go from a sweep."""
     here = f"/v1/sweeps/{row.id}"
     links = {name: f"{here}/{name}" for name in ("runs", "events", "history", "document")}

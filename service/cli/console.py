@@ -125,8 +125,8 @@ def print_queue(queue: Mapping[str, Any]) -> None:
     print(f"{paused}: {in_words(queue['counts']) or 'empty'}")
     if queue["oldest_queued"]:
         print(f"  the oldest has waited since {queue['oldest_queued']}")
-    if queue["hindrance"]:
-        print(f"  nothing is begun: {queue['hindrance']}")
+    if queue["blocked_reason"]:
+        print(f"  nothing is begun: {queue['blocked_reason']}")
     print(f"  worked through by {queue['leader'] or 'nobody'}")
 
 

@@ -14,8 +14,15 @@ from service.files.artifacts import LOG, PART, Artifacts
 from service.files.data_directory import DataInUse, check_names, holding
 from service.files.output_folders import check_same, held_in
 from service.queue import data_identity as identity
-from service.records.fault_points import point
-from service.records.jobs import SWEEP_TERMINAL, Stored, StoreUnavailable, SweepRow, SweepState
+from service.records.fault_points import fault_point
+from service.records.jobs import (
+    SWEEP_TERMINAL,
+    Stored,
+    StoreUnavailable,
+    Submission,
+    SweepState,
+    SweepStatus,
+)
 from service.records.settings import Settings
 from service.records.signals import Leaving, heeding
 from service.records.timings import DEFAULT, Timings
@@ -44,7 +51,7 @@ class Finished:
     """A sweep that was computed on this machine; as a path it is its folder."""
 
     folder: Path
-    sweep: SweepRow
+    sweep: SweepStatus
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -59,7 +66,7 @@ def run_sweep(
     document: Mapping[str, Any] | str | Path,
     out: str | Path,
     *,
-    progress: Callable[[SweepRow], None] | None = None,
+    progress: Callable[[SweepStatus], None] | None = None,
     settings: Settings | None = None,
     overwrite: bool = False,
 ) -> Finished:
@@ -114,9 +121,9 @@ def _compute(
     store: Store,
     settings: Settings,
     sweep: Sweep,
-    progress: Callable[[SweepRow], None],
+    progress: Callable[[SweepStatus], None],
     leaving: Leaving,
-) -> SweepRow:
+) -> SweepStatus:
     """The row of a sweep that has ended."""
     accepted = _accept(store, sweep)
     leaving.obey()
@@ -137,29 +144,29 @@ def _copy_out(files: Iterable[Stored], artifacts: Artifacts, folder: Path) -> No
             for part in folder.glob(f".{file.name}.{PART}"):  # of a copy that was killed
                 part.unlink(missing_ok=True)
             artifacts.copy_out(file, folder)
-            point("copy-halfway")
+            fault_point("copy-halfway")
 
 
 def _read(document: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
     return document if isinstance(document, Mapping) else read_sweep_file(Path(document))
 
 
-def _accept(store: Store, sweep: Sweep) -> SweepRow:
+def _accept(store: Store, sweep: Sweep) -> SweepStatus:
     """The sweep in this folder's store: a new one, unless it is there and not done.
 
     The folder answers one question at a time: other sweeps that are not done are given up.
     """
     known = store.find_sweep(digest_of(sweep))
     if known is None or known.is_terminal:
-        known = store.create_sweep(sweep)
+        known = store.create_sweep(Submission(sweep))
     for other in _unfinished(store):
         if other.id != known.id:
             store.cancel_sweep(other.id)
     return known
 
 
-def _unfinished(store: Store) -> list[SweepRow]:
-    found: list[SweepRow] = []
+def _unfinished(store: Store) -> list[SweepStatus]:
+    found: list[SweepStatus] = []
     for state in set(SweepState) - SWEEP_TERMINAL:
         found.extend(store.sweeps(state=state, limit=MOST_SWEEPS).items)
     return found
@@ -169,9 +176,9 @@ def _watch(
     store: Store,
     dispatcher: "Dispatcher",
     id: str,
-    progress: Callable[[SweepRow], None],
+    progress: Callable[[SweepStatus], None],
     leaving: Leaving,
-) -> SweepRow:
+) -> SweepStatus:
     """Tell how far the sweep is until it has ended, or until somebody asks us to leave."""
     while True:
         begin = time.monotonic()
@@ -186,5 +193,5 @@ def _watch(
         leaving.obey(wait=max(WATCH_SECONDS, WATCH_SHARE * spent))
 
 
-def _nobody(_row: SweepRow) -> None:
+def _nobody(_row: SweepStatus) -> None:
     """Nobody wants to know."""

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from service.files.artifacts import Artifacts, describe, digest
 from service.queue.verification import Damaged, summary_of
-from service.records.jobs import State, Stored, SweepRow
+from service.records.jobs import State, Stored, SweepStatus
 from service.records.settings import Settings
 from service.records.version import version
 from service.workers.warm_process import die_with_parent
@@ -81,7 +81,7 @@ def plan_of(store: "Store") -> Plan:
     return Plan(tuple(sorted(read)), tuple(sorted(not_kept)), sweeps)
 
 
-def _sweeps(store: "Store") -> Iterator[SweepRow]:
+def _sweeps(store: "Store") -> Iterator[SweepStatus]:
     page = store.sweeps()
     yield from page.items
     while page.next_cursor is not None:

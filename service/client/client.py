@@ -182,7 +182,7 @@ class Client:
     # --- the queue -------------------------------------------------------------------------------
 
     def queue(self) -> dict[str, Any]:
-        """The queue as a whole: paused, hindrance, counts, oldest_queued, leader."""
+        """The queue as a whole: paused, blocked_reason, counts, oldest_queued, leader."""
         return self._connection.json("GET", "/v1/queue")
 
     def pause(self) -> dict[str, Any]:

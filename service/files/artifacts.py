@@ -19,7 +19,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from service.records.jobs import Claim, Kind, Stored
+from service.records.jobs import Kind, Lease, Stored
 from studies.values.files import FILM, RESULT, STATE, to_disk, write_atomically
 
 RUNS, SWEEPS = "runs", "sweeps"
@@ -38,7 +38,7 @@ class Artifacts:
     def __init__(self, root: Path):
         self.root = root.absolute()
 
-    def attempt_directory(self, claim: Claim) -> Path:
+    def attempt_directory(self, claim: Lease) -> Path:
         """The folder that one attempt of a job writes into."""
         attempt = name_of_attempt(claim.attempt, claim.token)
         if claim.kind is Kind.RUN:
@@ -84,7 +84,7 @@ class Artifacts:
             for file in folder.glob(pattern):
                 file.unlink(missing_ok=True)
 
-    def complete_files(self, claim: Claim) -> tuple[Stored, ...]:
+    def complete_files(self, claim: Lease) -> tuple[Stored, ...]:
         """What an attempt of a run left, if it has an answer; else nothing."""
         directory = self.attempt_directory(claim)
         if not (directory / RESULT).is_file():

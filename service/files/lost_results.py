@@ -1,7 +1,7 @@
-"""Results that a publication found lost or damaged, on their way from its process to the rows.
+"""Lost or damaged results, as the process of a publication reports them to the service.
 
-It leaves their list in its folder and ends; the service looks at the files itself, and has those runs
-computed again that it cannot read either.
+The process leaves a list of them in its folder and ends; the service reads the files itself, and has
+those runs computed again whose results it cannot read either.
 """
 
 import json
@@ -17,11 +17,11 @@ LOSSES = "losses.json"
 
 
 class ResultsLost(WhippleError):
-    """Results of runs that are registered are not there, or are not what was registered."""
+    """Registered results of runs are missing or damaged."""
 
 
 class TooManyLost(WhippleError):
-    """More results would be forgotten than a disk loses now and then: most likely part of it is away."""
+    """More results are lost than a disk loses now and then: most likely part of it is not mounted."""
 
 
 @dataclass(frozen=True)
@@ -33,26 +33,26 @@ class Loss:
     sha256: str  # as registered
 
     def is_real(self) -> bool:
-        """Whether it cannot be read here and now either."""
+        """Whether the file is missing or damaged here and now too."""
         file = Path(self.path)
         return not file.is_file() or digest(file) != self.sha256
 
 
 def leave_list(losses: Sequence[Loss], directory: Path) -> None:
     """Write the list and raise ResultsLost."""
-    write_text(directory / LOSSES, json.dumps([asdict(one) for one in losses]))
-    raise ResultsLost(f"the results of runs are lost or damaged: {some(losses)}")
+    write_text(directory / LOSSES, json.dumps([asdict(loss) for loss in losses]))
+    raise ResultsLost(f"the results of runs are lost or damaged: {first_runs(losses)}")
 
 
-def some(losses: Sequence[Loss]) -> str:
-    """The first runs by name, and how many more there are."""
-    names = ", ".join(one.run_id for one in losses[:3])
+def first_runs(losses: Sequence[Loss]) -> str:
+    """Ids of the first runs, and the number of the others."""
+    names = ", ".join(loss.run_id for loss in losses[:3])
     return f"{names} and {len(losses) - 3} more" if len(losses) > 3 else names
 
 
 def list_in(directory: Path) -> tuple[Loss, ...]:
-    """The list that an attempt left; none: it lost nothing."""
+    """The list in the folder of an attempt; empty without one."""
     file = directory / LOSSES
     if not file.is_file():
         return ()
-    return tuple(Loss(**one) for one in json.loads(file.read_bytes()))
+    return tuple(Loss(**loss) for loss in json.loads(file.read_bytes()))

@@ -1,6 +1,6 @@
-"""How the tables grew, one step a file; brought up to date whenever a store is opened.
+"""Changes of the tables since revision 0006, one a file; a store applies them when it is opened.
 
-To add a step: change ``service/store/tables.py``, then write the next
-``versions/v<number>_<what>.py`` after the model of
-the last one. Rows of an older store must survive it.
+To change a table: edit ``service/store/tables.py``, from which an empty database is made, and add
+``versions/v<number>_<change>.py``, an Alembic migration that brings the tables and rows of the revision
+before to the same state. Called by ``service.store.connection`` alone.
 """

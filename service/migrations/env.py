@@ -1,4 +1,4 @@
-"""Runs the steps on the connection, inside the transaction, that ``Database.migrate`` gives."""
+"""Alembic environment: runs the migrations on the connection of ``Database.migrate``, in its transaction."""
 
 from alembic import context
 

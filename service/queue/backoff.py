@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass
 from itertools import islice
 
-from service.records.jobs import Claim
+from service.records.jobs import Lease
 from service.records.timings import DEFAULT, Timings
 
 FREE_LOSSES = 3  # in a row: a restart, a worker that was replaced
@@ -29,7 +29,7 @@ class Backoff:
         self._timings = timings
         self._losses: dict[str, _Loss] = {}
 
-    def lose(self, lease: Claim, step: int | None) -> float:
+    def lose(self, lease: Lease, step: int | None) -> float:
         """Note a loss behind the checkpoint of ``step``; the seconds for which the job is delayed."""
         before = self._losses.get(lease.id, _Loss(0, 0, 0.0))
         furthest = max(step or 0, before.step)
@@ -42,11 +42,11 @@ class Backoff:
         self._losses[lease.id] = _Loss(in_a_row, furthest, time.monotonic() + seconds)
         return seconds
 
-    def delay(self, lease: Claim, seconds: float) -> None:
+    def delay(self, lease: Lease, seconds: float) -> None:
         """Delay a job, however often it was lost."""
         self._losses[lease.id] = _Loss(0, 0, time.monotonic() + seconds)
 
-    def clear(self, lease: Claim) -> None:
+    def clear(self, lease: Lease) -> None:
         """Forget the losses of a job that ended in another way."""
         self._losses.pop(lease.id, None)
 

@@ -64,7 +64,7 @@ class Dispatcher:
 
     def start(self) -> None:
         """Begin to work through the queue; raises what keeps the engine from starting."""
-        self._store.on_order(self.wake)
+        self._store.on_command(self.wake)
         self._thread.start()
         error = self._first_tick.get()
         if error is not None:
@@ -206,7 +206,7 @@ class Dispatcher:
                 return False
             if self._leader.is_superseded:
                 log.error(OTHER_LEADER)
-            term = self._store.begin_epoch(self._owner)
+            term = self._store.begin_term(self._owner)
             self._leader.begin_term(term, self._engine)
             log.info("%s leads, term %s", self._owner, term)
         return True

@@ -152,7 +152,7 @@ class GarbageCollector:
 
     def _of_sweeps(self, folders: Sequence[Path]) -> Iterator[Orphan]:
         """Deleted sweeps, and replaced publications; the youngest one may be under way."""
-        deleted = self._store.forgotten([folder.name for folder in folders])
+        deleted = self._store.deleted_sweeps([folder.name for folder in folders])
         for folder in folders:
             if folder.name in deleted:
                 yield Orphan(folder, Reason.DELETED)
@@ -166,7 +166,7 @@ class GarbageCollector:
     def _of_runs(self, folders: Sequence[Path]) -> Iterator[Orphan]:
         """Orphans of runs that are neighbours in the order of ids: a few statements for all of them."""
         ids = [folder.name for folder in folders]
-        attempts, registered = self._store.known_attempts(ids), self._registered(ids)
+        attempts, registered = self._store.last_attempts(ids), self._registered(ids)
         forgotten = self._store.forgotten_runs([id for id in ids if id not in attempts])
         for folder in folders:
             if folder.name in attempts:

@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from service.records.attempt import Away, Back, Ended, Ending, Message, ProgressMessage
-from service.records.jobs import Cause, Claim
+from service.records.jobs import Cause, Lease
 
 
 class AttemptsInFlight:
@@ -13,7 +13,7 @@ class AttemptsInFlight:
 
     def __init__(self) -> None:
         self.submitted: set[str] = set()  # by us to the engine
-        self.leases: dict[str, Claim] = {}  # whose rows are ours in this term
+        self.leases: dict[str, Lease] = {}  # whose rows are ours in this term
         self.ended: dict[str, Ending] = {}  # not yet registered
         self.progress: dict[str, Mapping[str, Any]] = {}  # the last, not yet written
         self.away: str | None = None  # why the engine cannot be asked
@@ -37,12 +37,12 @@ class AttemptsInFlight:
         """Attempts that the engine has not ended."""
         return self.submitted - self.ended.keys()
 
-    def add(self, lease: Claim) -> None:
+    def add(self, lease: Lease) -> None:
         """Add an attempt of ours that the engine has, or is about to get."""
         self.submitted.add(lease.key)
         self.leases[lease.key] = lease
 
-    def add_lost(self, lease: Claim, reason: str) -> None:
+    def add_lost(self, lease: Lease, reason: str) -> None:
         """Add an attempt of an earlier life that the engine does not have."""
         self.leases[lease.key] = lease
         self.ended[lease.key] = Ending.lost("Lost", reason)

@@ -20,8 +20,8 @@ from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
 from service.queue.verification import Verification
 from service.records.attempt import Attempt, Ending
-from service.records.fault_points import point
-from service.records.jobs import Claim, Kind, State, StoreUnavailable
+from service.records.fault_points import fault_point
+from service.records.jobs import Kind, Lease, State, StoreUnavailable
 from service.records.logs import about
 from service.records.settings import Settings
 from service.records.timings import Timings
@@ -85,7 +85,7 @@ class Leader:
         """Bring rows and engine together; garbage is collected even if no row can be written."""
         assert self.term is not None
         try:
-            leases = self._store.claimed()
+            leases = self._store.leases()
             self.slots = self._engine.slots()
             late = time.monotonic() - self._compared >= self._settings.reconcile_seconds
             is_due = late or self.in_flight.is_back
@@ -126,12 +126,12 @@ class Leader:
 
     # --- rows and engine compared ----------------------------------------------------------------
 
-    def _compare(self, leases: tuple[Claim, ...], term: int) -> None:
+    def _compare(self, leases: tuple[Lease, ...], term: int) -> None:
         """Adopt, or mark as lost, each running row that is not under way here.
 
         While the engine is away its attempts are unknown, so none is marked as lost.
         """
-        self.is_superseded = self._store.queue().epoch > term
+        self.is_superseded = self._store.queue().term > term
         known = self._known()
         for lease in leases:
             if lease.key in self.in_flight.leases:
@@ -154,7 +154,7 @@ class Leader:
                 return self._engine.known()
         return None
 
-    def _adopt(self, lease: Claim, term: int) -> None:
+    def _adopt(self, lease: Lease, term: int) -> None:
         """Go on with an attempt of an earlier term that the engine still has."""
         if lease.key not in self.in_flight.submitted and not self._follow(lease.key):
             return
@@ -172,7 +172,7 @@ class Leader:
         self.in_flight.submitted.add(key)
         return True
 
-    def _stop_unwanted(self, leases: tuple[Claim, ...]) -> None:
+    def _stop_unwanted(self, leases: tuple[Lease, ...]) -> None:
         """Ask the engine to stop what no running row wants, at each tick until it has ended."""
         wanted = {lease.key for lease in leases if lease.state is State.RUNNING}
         unwanted = self.in_flight.under_way() - wanted
@@ -205,7 +205,7 @@ class Leader:
             if done:
                 self._engine.forget(done)
 
-    def _is_registered(self, lease: Claim) -> bool:
+    def _is_registered(self, lease: Lease) -> bool:
         """Register an ending that is verified; a failure must not hold up the others."""
         try:
             verified = self.verification.take(lease.key)
@@ -218,7 +218,7 @@ class Leader:
             return self._is_given_up(lease, error)
         return True
 
-    def _is_given_up(self, lease: Claim, error: Exception) -> bool:
+    def _is_given_up(self, lease: Lease, error: Exception) -> bool:
         """Note that an ending could not be registered; after some tries its job fails."""
         log.exception("the ending of %s could not be registered", lease.key, extra=about(lease))
         times = self._failures.get(lease.key, _Failure(0, 0.0)).times + 1
@@ -243,8 +243,8 @@ class Leader:
             if key in flight.leases
         ]
         flight.progress.clear()
-        self._store.progress([_progress_row(lease, progress) for lease, progress in news])
-        self._store.checkpointed(
+        self._store.record_progress([_progress_row(lease, progress) for lease, progress in news])
+        self._store.record_checkpoints(
             [
                 (lease, progress["checkpoint"])
                 for lease, progress in news
@@ -259,16 +259,16 @@ class Leader:
         free = self.slots - len(self.in_flight.under_way())
         if free <= 0 or self._why_nothing_begins() is not None:
             return
-        leases = self._store.claim(
+        leases = self._store.lease(
             free,
             term,
             publications_only=self._why_no_run_begins() is not None,
-            resting=self._registrar.backoff.delayed(),
+            backed_off=self._registrar.backoff.delayed(),
         )
         runs = len(self.in_flight.under_way()) + len(leases)
         threads = self._settings.threads_of_a_run(workers=self.slots, runs=max(1, runs))
         for lease in leases:
-            point("claim-after-commit")
+            fault_point("claim-after-commit")
             self.in_flight.add(lease)
             self._submit(lease, threads)
 
@@ -286,10 +286,10 @@ class Leader:
     def _store_blocked_reason(self) -> None:
         """Tell every service that shares the store why nothing begins, when that changes."""
         if self.blocked_reason != self._stored_reason:
-            self._store.hinder(self.blocked_reason, self.term)
+            self._store.set_blocked_reason(self.blocked_reason, self.term)
             self._stored_reason = self.blocked_reason
 
-    def _submit(self, lease: Claim, threads: int) -> None:
+    def _submit(self, lease: Lease, threads: int) -> None:
         try:
             self._engine.submit(self._attempt(lease, threads))
         except Exception as error:  # whatever it is, the attempt is not under way
@@ -297,9 +297,9 @@ class Leader:
             reason = f"{type(error).__name__}: {error}"
             self.in_flight.ended[lease.key] = Ending.lost("Lost", reason)
             self._refused = time.monotonic()
-        point("claim-after-submit")
+        fault_point("claim-after-submit")
 
-    def _attempt(self, lease: Claim, threads: int) -> Attempt:
+    def _attempt(self, lease: Lease, threads: int) -> Attempt:
         """The attempt of a lease; the folder above its own exists, so a worker that misses it lacks the disk."""
         directory = self._artifacts.attempt_directory(lease)
         self._artifacts.make_folder(directory.parent)
@@ -318,15 +318,15 @@ class Leader:
             threads=threads,
         )
 
-    def _publication(self, lease: Claim) -> Mapping[str, Any]:
+    def _publication(self, lease: Lease) -> Mapping[str, Any]:
         """The sweep document and the outcomes of its runs, from which cube and report are made."""
         assert lease.sweep_id is not None
-        document, outcomes = self._store.question(lease.sweep_id)
+        document, outcomes = self._store.publication_inputs(lease.sweep_id)
         root = self._artifacts.root
         return {"document": document, "outcomes": [outcome.as_json(root) for outcome in outcomes]}
 
 
 def _progress_row(
-    lease: Claim, progress: Mapping[str, Any]
-) -> tuple[Claim, float, float, Mapping[str, Any]]:
+    lease: Lease, progress: Mapping[str, Any]
+) -> tuple[Lease, float, float, Mapping[str, Any]]:
     return lease, float(progress.get("fraction") or 0.0), float(progress["seconds"]), progress

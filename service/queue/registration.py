@@ -9,8 +9,8 @@ from service.files.lost_results import TooManyLost
 from service.queue.backoff import Backoff
 from service.queue.verification import VerifiedEnding
 from service.records.attempt import Ending, legible
-from service.records.fault_points import point
-from service.records.jobs import Cause, Claim, State, Stored, crashes_before, may_try_again
+from service.records.fault_points import fault_point
+from service.records.jobs import Cause, Lease, State, Stored, crashes_before, may_try_again
 from service.records.logs import about
 from service.records.timings import Timings
 from service.store import Store
@@ -29,7 +29,7 @@ class Registrar:
         self._space = space
         self._timings = timings
 
-    def register(self, lease: Claim, verified: VerifiedEnding) -> None:
+    def register(self, lease: Lease, verified: VerifiedEnding) -> None:
         """Register one ended attempt; raises StoreUnavailable when it has to be tried again later."""
         ending = verified.ending
         if not verified.losses:
@@ -50,23 +50,23 @@ class Registrar:
             extra=about(lease),
         )
 
-    def abandon(self, lease: Claim, error: Exception) -> None:
+    def abandon(self, lease: Lease, error: Exception) -> None:
         """Fail an attempt whose ending cannot be registered."""
         reason = legible(f"its ending cannot be brought into the database: {error}")
         self._store.fail(lease, Cause.ERROR, failure=type(error).__name__, reason=reason)
         self.backoff.clear(lease)
 
-    def _succeed(self, lease: Claim, verified: VerifiedEnding) -> bool:
+    def _succeed(self, lease: Lease, verified: VerifiedEnding) -> bool:
         self.backoff.clear(lease)
         if verified.result is None:
-            point("publication-before-registration")
+            fault_point("publication-before-registration")
             seconds = verified.ending.seconds
             counts = self._store.publish(lease, verified.files, seconds=seconds)
-            point("publication-after-commit")
+            fault_point("publication-after-commit")
             return counts
-        point("result-before-registration")
+        fault_point("result-before-registration")
         counts = self._store.finish(lease, verified.result)
-        point("result-after-commit")
+        fault_point("result-after-commit")
         if counts:
             try:
                 self._artifacts.discard_checkpoint(lease.id)
@@ -74,7 +74,7 @@ class Registrar:
                 log.warning("the checkpoint of %s stays for now: %s", lease.key, error)
         return counts
 
-    def _retry_or_fail(self, lease: Claim, ending: Ending, files: tuple[Stored, ...]) -> bool:
+    def _retry_or_fail(self, lease: Lease, ending: Ending, files: tuple[Stored, ...]) -> bool:
         """Queue an attempt without result again, if the budget of its cause allows; else fail it."""
         assert ending.cause is not None
         cause, step = ending.cause, ending.checkpoint
@@ -93,7 +93,7 @@ class Registrar:
             files=files,
         )
 
-    def _lose_results(self, lease: Claim, verified: VerifiedEnding) -> bool:
+    def _lose_results(self, lease: Lease, verified: VerifiedEnding) -> bool:
         """Have lost results computed again; too many are verified again later, as a disk may come back."""
         try:
             counts = self._store.lose_results(lease, verified.losses)
@@ -107,7 +107,7 @@ class Registrar:
         self.refused.pop(lease.id, None)
         return counts
 
-    def _delay(self, lease: Claim, ending: Ending, state: State | None) -> None:
+    def _delay(self, lease: Lease, ending: Ending, state: State | None) -> None:
         """Delay a job that was lost again and again; one that was stopped on request was not lost."""
         if ending.cause is not Cause.LOST or state is not State.QUEUED:
             self.backoff.clear(lease)

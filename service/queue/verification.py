@@ -17,7 +17,7 @@ from typing import Any
 from service.files.artifacts import LOG, Artifacts, describe
 from service.files.lost_results import Loss, ResultsLost, list_in
 from service.records.attempt import Ending, legible
-from service.records.jobs import Cause, Claim, Kind, Result, Stored
+from service.records.jobs import Cause, Kind, Lease, Result, Stored
 from service.records.timings import Timings
 from service.workers.supervisor import BROKEN_MOUNT
 from solver.errors import WhippleError
@@ -69,7 +69,7 @@ class Verification:
         self._running: dict[str, Future[VerifiedEnding]] = {}
         self._retries: dict[str, _Retry] = {}
 
-    def begin(self, ended: Mapping[str, tuple[Claim, Ending]], *, seconds: float) -> None:
+    def begin(self, ended: Mapping[str, tuple[Lease, Ending]], *, seconds: float) -> None:
         """Begin to verify endings, unless that is under way or its retry is not due; wait so many seconds for them."""
         now, begun = time.monotonic(), list[Future[VerifiedEnding]]()
         for key, (lease, ending) in ended.items():
@@ -110,7 +110,7 @@ class Verification:
 
     # --- in a thread -----------------------------------------------------------------------------
 
-    def _verify(self, lease: Claim, ending: Ending, in_doubt: bool) -> VerifiedEnding:
+    def _verify(self, lease: Lease, ending: Ending, in_doubt: bool) -> VerifiedEnding:
         """Verify one ending; raises Unreadable for a shortage of our own and, ``in_doubt``, for errors that may pass.
 
         A lost attempt may be complete on the disk, with nobody left to report it; publications are cheap, and made
@@ -138,7 +138,7 @@ class Verification:
         ending = replace(ending, failure=legible(ending.failure), reason=legible(ending.reason))
         return VerifiedEnding(ending, self._log_of_a_run(lease))
 
-    def _verify_losses(self, lease: Claim, ending: Ending) -> VerifiedEnding:
+    def _verify_losses(self, lease: Lease, ending: Ending) -> VerifiedEnding:
         """The results that a publication could not read, and that cannot be read here either."""
         listed = list_in(self._artifacts.attempt_directory(lease))
         losses = tuple(loss for loss in listed if loss.is_real())
@@ -146,7 +146,7 @@ class Verification:
             ending = replace(ending, cause=Cause.LOST, reason=f"on its worker {ending.reason}")
         return VerifiedEnding(ending, (), losses=losses)
 
-    def _verify_files(self, lease: Claim, ending: Ending) -> VerifiedEnding:
+    def _verify_files(self, lease: Lease, ending: Ending) -> VerifiedEnding:
         """Complete files with the right digests; a log that is still written to is left out."""
         reported = [self._as_in_rows(file) for file in ending.files]
         damaged = {file.name for file in reported if not self._artifacts.is_intact(file)}
@@ -177,7 +177,7 @@ class Verification:
             seconds=seconds or float(answer["provenance"].get("seconds", 0.0)),
         )
 
-    def _log_of_a_run(self, lease: Claim) -> tuple[Stored, ...]:
+    def _log_of_a_run(self, lease: Lease) -> tuple[Stored, ...]:
         """The log of a run without result, if it can be read; a publication keeps the files of the last one."""
         if lease.kind is not Kind.RUN:
             return ()

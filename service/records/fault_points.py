@@ -1,6 +1,6 @@
 """Named places where a process can be made to die, so that a test can see what is left behind.
 
-``point("...")`` does nothing, unless the environment variable ``WHIPPLE_FAULT`` has that name: then
+``fault_point("...")`` does nothing, unless the environment variable ``WHIPPLE_FAULT`` has that name: then
 the process kills itself as ``kill -9`` would, before the next line is reached.
 """
 
@@ -25,7 +25,7 @@ POINTS = (
 )
 
 
-def point(name: str) -> None:
+def fault_point(name: str) -> None:
     """Die here, if the environment says so."""
     assert name in POINTS, name
     if os.environ.get(VARIABLE) == name:

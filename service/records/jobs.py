@@ -18,11 +18,11 @@ until there is another, and is what the run goes back to if there is none.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from solver.errors import WhippleError
 from studies.values.files import FILM, RESULT, STATE
@@ -187,32 +187,59 @@ class Submission:
     idempotency: tuple[str, str] | None = None  # the owner's key, SHA-256 of the body
 
 
-@dataclass(frozen=True)
-class SweepRow:
-    """A sweep as its rows tell it at one moment."""
+def described(sentence: str) -> Mapping[str, str]:
+    """Metadata of a field that the API serves: its sentence in the API's documentation."""
+    return {"description": sentence}
 
-    id: str  # 32 hex digits, made by the service
+
+@dataclass(frozen=True)
+class SweepStatus:
+    """A sweep at one moment: read from its rows, served by the API, returned by the client."""
+
+    id: str = field(metadata=described("32 hex digits, made by the service"))
     name: str
     title: str
     scenario: str
-    owner: str  # name of an API key; empty on the loopback
-    priority: int  # smaller is sooner
-    keep: Keep
+    owner: str = field(
+        metadata=described("name of the API key of the submission; empty: without a key")
+    )
+    priority: int = field(metadata=described("smaller is sooner, -100 to 100"))
+    keep: Keep = field(metadata=described("what is kept of each run beside its numbers"))
     state: SweepState
-    reason: str | None  # why the publication failed
-    planned: int  # points of the sweep
-    reused: int  # of these, computed before, or under way for another sweep
-    new: int  # of these, put into the queue for this sweep
-    counts: Mapping[str, int]  # points per state, every state of RUN_STATES present
-    progress: float  # 0 to 1: ended points without cancelled ones, and part of the running ones
-    eta_seconds: float | None  # from estimated costs and measured times; None: nothing to go by
+    reason: str | None = field(metadata=described("why cube and report could not be made"))
+    planned: int = field(
+        metadata=described("runs of the sweep: points times resolutions and offsets")
+    )
+    reused: int = field(
+        metadata=described("of these, computed before or already under way when accepted")
+    )
+    new: int = field(metadata=described("of these, queued for this sweep"))
+    counts: Mapping[str, int] = field(metadata=described("points by state of their runs"))
+    progress: float = field(
+        metadata=described(
+            "0 to 1: computed part of the estimated cost; below 1 where runs were cancelled"
+        )
+    )
+    eta_seconds: float | None = field(
+        metadata=described("time left, in seconds; null before the first measured run")
+    )
     created: datetime
-    cancelled: datetime | None  # when somebody asked for it
+    cancelled: datetime | None = field(metadata=described("when the cancel was requested"))
     finished: datetime | None
+
+    @classmethod
+    def from_json(cls, body: Mapping[str, Any]) -> Self:
+        """The record in a response of the API; its links are left out."""
+        moments = {
+            name: datetime.fromisoformat(body[name]) if body[name] else None
+            for name in ("created", "cancelled", "finished")
+        }
+        typed = {"keep": Keep(body["keep"]), "state": SweepState(body["state"]), **moments}
+        return cls(**{name: body[name] for name in cls.__dataclass_fields__} | typed)
 
     @property
     def is_terminal(self) -> bool:
-        """Nothing will change any more unless somebody asks."""
+        """The sweep has ended; only a retry changes it."""
         return self.state in SWEEP_TERMINAL
 
 
@@ -308,13 +335,13 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Claim:
+class Lease:
     """The right to compute one attempt of a job; it ends when the attempt does."""
 
     id: str  # of the job
     kind: Kind
     attempt: int
-    epoch: int  # of the dispatcher that claimed it
+    term: int  # of the dispatcher that claimed it
     token: str  # random, in the name of the attempt's directory
     crashes: int  # earlier attempts that died at ``crash_step``
     crash_step: int | None  # step of the checkpoint that they had come to; None: of none
@@ -330,7 +357,7 @@ class Claim:
         return f"{self.id}-{self.attempt}-{self.token}"
 
 
-def crashes_before(claim: Claim, step: int | None) -> int:
+def crashes_before(claim: Lease, step: int | None) -> int:
     """Earlier crashes that count for one at the checkpoint of ``step``: none, if it is a later one."""
     return claim.crashes if (step or 0) <= (claim.crash_step or 0) else 0
 
@@ -366,10 +393,10 @@ class QueueRow:
     """The queue as a whole at one moment."""
 
     paused: datetime | None  # since when no run is begun
-    hindrance: str | None  # why nothing is begun although there is work, in the leader's words
+    blocked_reason: str | None  # why nothing is begun although there is work, in the leader's words
     states: Mapping[State, int]  # jobs in each state, publications included
     oldest_queued: datetime | None  # since when the run that waits longest is in the queue
-    epoch: int  # of the youngest reign; 0: there was none
+    term: int  # of the youngest reign; 0: there was none
     leader: str | None  # who reigns; None: nobody
 
 

@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from datetime import UTC, datetime
 from typing import Any, TextIO
 
-from service.records.jobs import Claim, Kind
+from service.records.jobs import Kind, Lease
 
 FIELDS = (
     "request_id",
@@ -49,7 +49,7 @@ class JsonLines(logging.Formatter):
         )
 
 
-def about(claim: Claim) -> dict[str, Any]:
+def about(claim: Lease) -> dict[str, Any]:
     """What a line is about that tells of an attempt: its run, or the sweep of a publication."""
     subject = {"run": claim.id} if claim.kind is Kind.RUN else {"sweep": claim.sweep_id}
     return {**subject, "attempt": claim.attempt}

@@ -1,14 +1,14 @@
 """Connections and transactions, on SQLite and PostgreSQL.
 
-Writers are one at a time, on both. SQLite knows nothing else; on PostgreSQL every writer first locks
+Writers run one at a time, on both. SQLite knows nothing else; on PostgreSQL every writer first locks
 the one row of ``control``, and reads only after that: each of its statements then sees all that
 earlier writers committed (READ COMMITTED), and nothing changes between its statements. So whatever
 holds for one order of the transactions holds for any number of replicas: two of them that accept the
-same sweep, a run that ends while a sweep joins it, a cancel beside a submission. Nobody holds another
-lock while it waits for this one, so there is neither a deadlock nor a failure to serialise, and the
-numbers of events become visible in their order. What it costs: replicas do not write side by side.
+same sweep, a run that ends while a sweep joins it, a cancel beside a submission. No writer holds another
+lock while it waits for this one, so there are no deadlocks and no failures to serialise, and the
+numbers of events become visible in order. The price: replicas do not write side by side.
 
-Readers wait for nobody, and see one moment (REPEATABLE READ, a read transaction of SQLite).
+Readers wait for no writer, and see one moment (REPEATABLE READ, a read transaction of SQLite).
 """
 
 import sqlite3
@@ -22,10 +22,10 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
-from service.store.tables import CONTROL
+from service.store.tables import CONTROL, PRIORITY_CLASSES, TABLES
 
-BUSY_MILLISECONDS = 20_000  # how long a writer waits for others before it says "locked"
-NO_WAIT_MILLISECONDS = 100  # for those of the same process: not worth another statement
+BUSY_MILLISECONDS = 20_000  # that a writer waits for others before it raises StoreUnavailable
+NO_WAIT_MILLISECONDS = 100  # a shorter wait within the process is not worth another statement
 CONNECTIONS: dict[str, Any] = {
     "pool_size": 10,
     "max_overflow": 20,
@@ -37,8 +37,8 @@ CACHE_KIBIBYTES = 32 * 1024
 MIGRATION_LOCK = int.from_bytes(b"migrate")  # advisory, of PostgreSQL
 
 POSTGRESQL = {
-    # A client that is gone must not keep its locks: seen after 5 + 3 * 2 s where the network is cut,
-    # and where the process stands still within a transaction before another service has come to lead.
+    # A client that is gone must not keep its locks. A cut network is detected after 5 + 3 * 2 s, a process
+    # that is frozen within a transaction before another service has come to lead.
     "tcp_keepalives_idle": "5",
     "tcp_keepalives_interval": "2",
     "tcp_keepalives_count": "3",
@@ -51,7 +51,7 @@ POSTGRESQL = {
 
 
 class Database:
-    """Where the tables are; every use of it is one short transaction."""
+    """A database; every use of it is one short transaction."""
 
     def __init__(self, url: str, migrations: str = "service:migrations"):
         self.url = sa.make_url(url)
@@ -70,78 +70,85 @@ class Database:
 
     @property
     def is_sqlite(self) -> bool:
-        """Whether it is a file of this machine."""
+        """Whether the database is a file of this machine."""
         return self.url.get_backend_name() == "sqlite"
 
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
-        """A transaction that changes nothing, and sees one moment."""
+        """A read transaction, which sees one moment."""
         with _transaction(self._readers) as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
-        """A transaction that changes all of what it says, or nothing; no other runs meanwhile."""
-        with self._alone() as left, _transaction(self._patient(left)) as connection:
-            if not self.is_sqlite and left < BUSY_MILLISECONDS - NO_WAIT_MILLISECONDS:
-                connection.exec_driver_sql(f"SET LOCAL lock_timeout = {left}")
-            connection.execute(sa.select(CONTROL.c.id).with_for_update())
-            yield connection
-
-    def _patient(self, milliseconds: int) -> sa.Engine:
-        """Connections that wait so long for the write lock of SQLite."""
-        return self._engine.execution_options(patience=milliseconds)
+        """A write transaction; no other one runs meanwhile."""
+        with self._alone() as left:
+            engine = self._engine.execution_options(lock_milliseconds=left)
+            with _transaction(engine) as connection:
+                if not self.is_sqlite and left < BUSY_MILLISECONDS - NO_WAIT_MILLISECONDS:
+                    connection.exec_driver_sql(f"SET LOCAL lock_timeout = {left}")
+                connection.execute(sa.select(CONTROL.c.id).with_for_update())
+                yield connection
 
     def migrate(self) -> None:
-        """Make the tables, or bring them up to date; raises StoreUnavailable for those of an unknown revision."""
+        """Make the tables in an empty database, or bring them up to date; raises StoreUnavailable.
+
+        Tables of an unknown revision are refused.
+        """
         from alembic import command
 
         with self._alone(), _transaction(self._engine) as connection:
             if not self.is_sqlite:
                 connection.execute(sa.select(sa.func.pg_advisory_xact_lock(MIGRATION_LOCK)))
-            found = _revision(connection)
-            if found is not None and found not in self._revisions():
-                raise self._refusal(found)
-            steps = self._steps()
-            steps.attributes["connection"] = connection
-            command.upgrade(steps, "head")
+            present = _revision(connection)
+            migrations = self._alembic()
+            migrations.attributes["connection"] = connection
+            if present is None:
+                TABLES.create_all(connection)
+                connection.execute(CONTROL.insert().values(cache_generation=0, forgettable=0))
+                connection.execute(PRIORITY_CLASSES.insert().values(priority=0, virtual_time=0.0))
+                command.stamp(migrations, "head")
+            elif present in self._revisions():
+                command.upgrade(migrations, "head")
+            else:
+                raise self._refusal(present)
 
     def check_revision(self) -> None:
         """Raise StoreUnavailable unless the tables are those of this version."""
-        found = self.revision()
-        if found != self._revisions()[0]:
-            raise self._refusal(found)
+        present = self.revision()
+        if present != self._revisions()[0]:
+            raise self._refusal(present)
 
     def revision(self) -> str | None:
-        """The revision of the tables; None where there are none."""
+        """The revision of the tables; None for an empty database."""
         with self.reading() as connection:
             return _revision(connection)
 
     def _revisions(self) -> list[str]:
-        """Those that this version knows, the newest first."""
+        """The revisions that this version knows, the newest first."""
         from alembic.script import ScriptDirectory
 
-        scripts = ScriptDirectory.from_config(self._steps())
+        scripts = ScriptDirectory.from_config(self._alembic())
         return [script.revision for script in scripts.walk_revisions()]
 
-    def _refusal(self, found: str | None) -> StoreUnavailable:
+    def _refusal(self, present: str | None) -> StoreUnavailable:
         place = self.url.database if self.is_sqlite else self.url.render_as_string()
         newest, *older = self._revisions()
         cure = "start in a new data directory and database; whipple.open_cube still reads its cubes"
-        if found in (None, *older):
+        if present in (None, *older):
             cure = "start the service, which brings them up to date"
-        words = f"{place} has tables of revision {found}, and this version needs {newest}"
-        return StoreUnavailable(f"{words}: {cure}")
+        problem = f"{place} has tables of revision {present}, and this version needs {newest}"
+        return StoreUnavailable(f"{problem}: {cure}")
 
-    def _steps(self) -> Any:
+    def _alembic(self) -> Any:
         from alembic import config
 
-        steps = config.Config()
-        steps.set_main_option("script_location", self._migrations)
-        return steps
+        migrations = config.Config()
+        migrations.set_main_option("script_location", self._migrations)
+        return migrations
 
     def copy_to(self, file: Path) -> None:
-        """Write a copy of an SQLite file, as it is at one moment; writers go on meanwhile."""
+        """Copy an SQLite file, as it is at one moment; writers go on meanwhile."""
         assert self.is_sqlite
         try:
             with closing(self._engine.raw_connection()) as connection:
@@ -155,7 +162,7 @@ class Database:
 
     @contextmanager
     def _alone(self) -> Iterator[int]:
-        """The only writer of this process; yields the milliseconds that it may still wait for others."""
+        """Be the only writer of this process; yields the milliseconds left to wait for other processes."""
         begin = time.monotonic()
         if not self._mutex.acquire(timeout=BUSY_MILLISECONDS / 1000):
             raise StoreUnavailable("the database cannot be used now: locked by another writer")
@@ -176,7 +183,7 @@ class Part:
 def connect_postgresql(
     url: sa.URL, *, idle_session_timeout: str = "0", **options: Any
 ) -> sa.Engine:
-    """An engine whose connections wait for nothing for ever.
+    """An engine whose connections have a time limit for every wait.
 
     The server ends those that are idle for longer than ``idle_session_timeout``; 0: never.
     """
@@ -184,7 +191,7 @@ def connect_postgresql(
         "lock_timeout": str(BUSY_MILLISECONDS),
         "idle_session_timeout": idle_session_timeout,
     }
-    words = " ".join(f"-c {name}={value}" for name, value in settings.items())
+    server_options = " ".join(f"-c {name}={value}" for name, value in settings.items())
     of_client = {
         "connect_timeout": 10,
         "keepalives_idle": 5,
@@ -192,7 +199,7 @@ def connect_postgresql(
         "keepalives_count": 3,
         "tcp_user_timeout": BUSY_MILLISECONDS,
     }
-    return sa.create_engine(url, connect_args={"options": words, **of_client}, **options)
+    return sa.create_engine(url, connect_args={"options": server_options, **of_client}, **options)
 
 
 @contextmanager
@@ -218,7 +225,7 @@ def _revision(connection: sa.Connection) -> str | None:
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:
-    connection.isolation_level = None  # BEGIN is ours: the driver's own comes too late
+    connection.isolation_level = None  # ``_begin_sqlite`` begins: the driver would do so too late
     connection.execute(f"PRAGMA busy_timeout={BUSY_MILLISECONDS}")
     connection.execute("PRAGMA journal_mode=WAL")
     connection.execute("PRAGMA synchronous=FULL")
@@ -227,9 +234,10 @@ def _prepare_sqlite(connection: Any, _record: Any) -> None:
 
 
 def _begin_sqlite(connection: sa.Connection) -> None:
-    """A writer takes the write lock at once: asking later can fail when another was faster."""
+    """Begin; a writer takes the write lock at once, since a later upgrade can fail."""
     options = connection.get_execution_options()
-    if "patience" in options:
-        connection.connection.cursor().execute(f"PRAGMA busy_timeout={options['patience']}")
+    if "lock_milliseconds" in options:
+        timeout = f"PRAGMA busy_timeout={options['lock_milliseconds']}"
+        connection.connection.cursor().execute(timeout)
     writes = options.get("writes", True)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")

@@ -1,4 +1,4 @@
-"""API keys: the secret is told once and never stored, only its SHA-256."""
+"""API keys. A secret is shown once, at its creation; the store has its SHA-256."""
 
 import hashlib
 import hmac
@@ -13,18 +13,17 @@ import sqlalchemy as sa
 
 from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
 from service.store.connection import Database, Part
-from service.store.queries import now, one_row
-from service.store.rows import key_record
+from service.store.statements import Row, now, one_row
 from service.store.tables import KEYS
 
-MARK = "whp_"  # by which people, and scanners of public text, know a secret of this service
+MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
 PREFIX_LENGTH = len(MARK) + 8
 SECRET_BYTES = 32
-USED_EVERY = timedelta(minutes=1)  # how exactly the last use is known
+USED_EVERY = timedelta(minutes=1)  # between two notes of the use of a key
 
 
 class Keys(Part):
-    """Who may ask what, elsewhere than on the loopback."""
+    """Keys that requests need elsewhere than on the loopback."""
 
     def __init__(self, database: Database):
         super().__init__(database)
@@ -33,7 +32,7 @@ class Keys(Part):
     def create_key(
         self, name: str, scopes: Iterable[Scope], expires: datetime | None = None
     ) -> tuple[KeyRow, str]:
-        """A new key, and its secret, which is never told again."""
+        """Create a key; return it with its secret, which is stored nowhere."""
         secret = MARK + secrets.token_urlsafe(SECRET_BYTES)
         row = {
             "id": uuid.uuid4().hex,
@@ -46,20 +45,20 @@ class Keys(Part):
         }
         insert = KEYS.insert().values(row).returning(KEYS)
         with self._database.writing() as connection:
-            return key_record(connection.execute(insert).one()), secret
+            return _record(connection.execute(insert).one()), secret
 
     def find_key(self, secret: str) -> KeyRow | None:
-        """The key with this secret, if it can be used now; that it was is noted, to a minute, beside it."""
+        """The usable key with this secret, if there is one; its use is noted in the background, once a minute."""
         if not (secret.isascii() and secret.isprintable()):
             return None
         digest, moment = _digest(secret), now()
         query = sa.select(KEYS).where(KEYS.c.prefix == secret[:PREFIX_LENGTH], _is_usable(moment))
         with self._database.reading() as connection:
             rows = connection.execute(query).all()
-        found = [key_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)]
-        if not found:
+        matching = [_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)]
+        if not matching:
             return None
-        [key] = found
+        [key] = matching
         if key.used is None or abs(moment - key.used) > USED_EVERY:
             self._note_use(key.id, moment)
         return key
@@ -71,27 +70,26 @@ class Keys(Part):
             return bool(connection.execute(query).scalar())
 
     def keys(self) -> tuple[KeyRow, ...]:
-        """All keys, those of no more use too, oldest first."""
+        """All keys, expired and revoked ones too, oldest first."""
         query = sa.select(KEYS).order_by(KEYS.c.created, KEYS.c.id)
         with self._database.reading() as connection:
-            return tuple(key_record(row) for row in connection.execute(query))
+            return tuple(_record(row) for row in connection.execute(query))
 
     def revoke_key(self, id: str) -> KeyRow:
         """Make a key useless from now on; raises NotFound."""
         query = sa.select(KEYS).where(KEYS.c.id == id)
         with self._database.reading() as connection:
-            known = key_record(one_row(connection, query, "key", id))
-        return known if known.revoked is not None else self._set(id, revoked=now())
+            key = _record(one_row(connection, query, "key", id))
+        return key if key.revoked is not None else self._set(id, revoked=now())
 
     def _note_use(self, id: str, moment: datetime) -> None:
-        """Whoever asks does not wait for other writers; what is not noted now is noted at the next use."""
+        """Note a use in a thread, one at a time: a request does not wait for other writers."""
         if self._noting.acquire(blocking=False):
             Thread(target=self._write_use, args=(id, moment), name="key use", daemon=True).start()
 
     def _write_use(self, id: str, moment: datetime) -> None:
-        """Called in a thread of its own, one at a time."""
         try:
-            with suppress(StoreUnavailable):  # it is a note for people
+            with suppress(StoreUnavailable):  # the next use is noted again
                 self._set(id, used=moment)
         finally:
             self._noting.release()
@@ -102,7 +100,12 @@ class Keys(Part):
             row = connection.execute(update).first()
         if row is None:
             raise NotFound("key", id)
-        return key_record(row)
+        return _record(row)
+
+
+def _record(row: Row) -> KeyRow:
+    values = {name: getattr(row, name) for name in KeyRow.__dataclass_fields__ if name != "scopes"}
+    return KeyRow(**values, scopes=frozenset(map(Scope, row.scopes.split())))
 
 
 def _digest(secret: str) -> str:

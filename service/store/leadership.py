@@ -1,11 +1,10 @@
-"""Who works through the queue: one service at a time.
+"""Leadership: one service at a time works through the queue.
 
-With SQLite it is whoever holds the data directory; that lock is taken before the store is opened.
-With PostgreSQL every service is a replica, and the one leads whose connection holds an advisory lock
-of the database. The server gives the lock back when that connection ends, however it ends; no clock
-is asked. It ends the connection of a leader that is silent for ``IDLE_SECONDS``: its process is frozen,
-or its network cut. A leader that lost its connection learns it from ``holds``; what it writes until
-then is fenced by its epoch.
+With SQLite it is the service that holds the lock of the data directory, taken before the store is
+opened. With PostgreSQL every service is a replica, and the leader is the one whose connection holds an
+advisory lock of the database. The server releases the lock when that connection ends, whatever ends
+it, and it ends the connection of a leader that is silent for ``IDLE_SECONDS``: its process is frozen, or
+its network cut. A leader learns of the loss from ``holds``; its writes until then are fenced by its term.
 """
 
 import threading
@@ -15,25 +14,27 @@ import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
 from service.store.connection import Database, connect_postgresql
-from service.store.tables import DISPATCHERS
+from service.store.tables import TERMS
 
 LOCK = int.from_bytes(b"leader")  # advisory, of PostgreSQL
 IDLE_SECONDS = 6.0  # of silence, after which the server ends the connection that holds the lock
-PING_SECONDS = 1.5  # between two words to the server: four of them fit into its patience
+PING_SECONDS = 1.5  # between two pings of the server: four of them fit into IDLE_SECONDS
 
 
 class Leadership:
-    """The right to work through the queue, while it lasts."""
+    """The right to work through the queue, until it is given back or lost."""
 
     def __init__(self, connection: sa.Connection | None = None):
-        self._connection = connection  # None: somebody else sees to it that there is one leader
+        self._connection = (
+            connection  # None: the lock of the data directory makes sure of one leader
+        )
         self._mutex = threading.Lock()  # of the connection
         self._closing = threading.Event()
-        if connection is not None:  # a turn may take longer than the server's patience
+        if connection is not None:  # a tick may take longer than IDLE_SECONDS
             threading.Thread(target=self._ping, name="leadership", daemon=True).start()
 
     def holds(self) -> bool:
-        """Whether the right is still there; asks the server."""
+        """Whether the right is still there; a query of the server."""
         if self._connection is None:
             return True
         try:
@@ -43,20 +44,20 @@ class Leadership:
             return False
 
     def close(self) -> None:
-        """Give the right back; others may take it at once."""
+        """Give the right back; another service may take it at once."""
         self._closing.set()
         if self._connection is not None:
             with self._mutex:
                 self._connection.close()
 
     def _ping(self) -> None:
-        """Say something to the server every so often, until the right is given back or lost."""
+        """Query the server every PING_SECONDS, until the right is given back or lost."""
         while not self._closing.wait(PING_SECONDS) and self.holds():
             pass
 
 
 def lead(database: Database, owner: str) -> Leadership | None:
-    """Become the leader, or None if another service is; raises StoreUnavailable."""
+    """Become the leader; None if another service leads. Raises StoreUnavailable."""
     if database.is_sqlite:
         return Leadership()
     engine = connect_postgresql(
@@ -68,20 +69,20 @@ def lead(database: Database, owner: str) -> Leadership | None:
     try:
         connection = engine.connect()
         named = sa.func.set_config("application_name", owner, False)
-        taken = connection.execute(sa.select(named, sa.func.pg_try_advisory_lock(LOCK))).one()[1]
+        leads = connection.execute(sa.select(named, sa.func.pg_try_advisory_lock(LOCK))).one()[1]
     except sa.exc.OperationalError as error:
         raise StoreUnavailable(f"the database cannot be used now: {error.orig}") from error
-    if taken:
+    if leads:
         return Leadership(connection)
     connection.close()
     return None
 
 
 def leader(database: Database, connection: sa.Connection) -> str | None:
-    """Who leads now; on SQLite, who did last."""
+    """The owner of the present term; on SQLite, of the last one."""
     if not database.is_sqlite:
         return connection.execute(_held("application_name")).scalar()
-    youngest = sa.select(DISPATCHERS.c.owner).order_by(DISPATCHERS.c.epoch.desc()).limit(1)
+    youngest = sa.select(TERMS.c.owner).order_by(TERMS.c.term.desc()).limit(1)
     return connection.execute(youngest).scalar()
 
 

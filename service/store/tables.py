@@ -1,4 +1,4 @@
-"""What is stored. The migrations make these tables; a test compares the two."""
+"""The tables. ``Database.migrate`` makes them in an empty database; later changes are migrations."""
 
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -20,8 +20,8 @@ class UtcTime(sa.types.TypeDecorator[datetime]):
         return value.astimezone(UTC) if value.tzinfo else value.replace(tzinfo=UTC)
 
 
-def words(kind: type[StrEnum]) -> sa.Enum:
-    """A column of words: text in the database, members in Python."""
+def enumeration(kind: type[StrEnum]) -> sa.Enum:
+    """The type of a column with values of an enumeration: text in the database, members in Python."""
     return sa.Enum(
         kind,
         native_enum=False,
@@ -45,7 +45,7 @@ SWEEPS = sa.Table(
     sa.Column("digest", sa.String(64), nullable=False),  # of document and run ids
     sa.Column("owner", sa.Text, nullable=False),  # name of an API key; empty on the loopback
     sa.Column("priority", sa.Integer, nullable=False),  # smaller is sooner, as with nice
-    sa.Column("keep", words(Keep), nullable=False),
+    sa.Column("keep", enumeration(Keep), nullable=False),
     sa.Column("planned", sa.Integer, nullable=False),
     sa.Column("new", sa.Integer, nullable=False),  # runs that it brought into the queue
     sa.Column("created", UtcTime, nullable=False),
@@ -59,26 +59,27 @@ JOBS = sa.Table(
     "jobs",
     TABLES,
     sa.Column("id", sa.String(32), primary_key=True),  # of a run: its content id
-    sa.Column("kind", words(Kind), nullable=False),
+    sa.Column("kind", enumeration(Kind), nullable=False),
     sa.Column("sweep_id", sa.ForeignKey("sweeps.id"), unique=True),  # of a publication
-    sa.Column("witness", sa.Integer),  # of a publication: ordinal of a point that it waits for
+    # Of a publication: ordinal of a point that was unfinished at the last check.
+    sa.Column("unfinished_point", sa.Integer),
     sa.Column("scenario", sa.Text),
-    sa.Column("spec", JSON),  # of a run: the whole question
-    sa.Column("state", words(State), nullable=False),
+    sa.Column("spec", JSON),  # of a run, complete
+    sa.Column("state", enumeration(State), nullable=False),
     sa.Column("priority", sa.Integer, nullable=False),  # of the most urgent sweep that waits for it
-    sa.Column("turn", sa.Float, nullable=False),  # among those of its priority, see LANES
+    sa.Column("virtual_time", sa.Float, nullable=False),  # within its priority class
     sa.Column("ordinal", sa.Integer, nullable=False),  # place in the sweep that brought it
-    sa.Column("keep", words(Keep), nullable=False),  # the most that a sweep asked for
+    sa.Column("keep", enumeration(Keep), nullable=False),  # the most that a sweep asked for
     sa.Column("cost", sa.Float, nullable=False),  # estimated core seconds
     sa.Column("attempt", sa.Integer, nullable=False),
-    sa.Column("epoch", sa.Integer, nullable=False),
+    sa.Column("term", sa.Integer, nullable=False),
     sa.Column("token", sa.String(16)),
     sa.Column("crashes", sa.Integer, nullable=False),  # at the same checkpoint
     sa.Column("crash_step", sa.Integer),  # of that checkpoint
     sa.Column("checkpoint", sa.Integer),  # step of the last one
     sa.Column("fraction", sa.Float),  # of the attempt, 1 for a result
     sa.Column("progress", JSON),
-    sa.Column("cause", words(Cause)),
+    sa.Column("cause", enumeration(Cause)),
     sa.Column("failure", sa.Text),
     sa.Column("reason", sa.Text),
     sa.Column("summary", JSON),
@@ -92,7 +93,7 @@ JOBS = sa.Table(
     sa.Column("finished", UtcTime),
     sa.Column("abandoned", UtcTime),  # of a run: when a sweep that had it was last deleted
     sa.Index("jobs_abandoned", "abandoned"),
-    sa.Index("jobs_queue", "state", "priority", "turn", "ordinal"),
+    sa.Index("jobs_queue", "state", "priority", "virtual_time", "ordinal"),
 )
 
 POINTS = sa.Table(
@@ -101,7 +102,7 @@ POINTS = sa.Table(
     sa.Column("sweep_id", sa.ForeignKey("sweeps.id"), primary_key=True),
     sa.Column("ordinal", sa.Integer, primary_key=True),
     sa.Column("run_id", sa.ForeignKey("jobs.id"), nullable=False),
-    sa.Column("place", JSON, nullable=False),  # index on each axis
+    sa.Column("axis_index", JSON, nullable=False),  # place on each axis
     sa.Column("coordinates", JSON, nullable=False),
     sa.Column("detached", sa.Boolean, nullable=False),  # the sweep no longer waits for it
     sa.Index("points_run", "run_id", "sweep_id"),
@@ -132,11 +133,11 @@ EVENTS = sa.Table(
     sqlite_autoincrement=True,  # a number is never given twice
 )
 
-# Each start of a dispatcher is an epoch; a claim carries the epoch that it was made in.
-DISPATCHERS = sa.Table(
-    "dispatchers",
+# Terms of leadership; a lease carries the term that it was given in.
+TERMS = sa.Table(
+    "terms",
     TABLES,
-    sa.Column("epoch", sa.Integer, primary_key=True),
+    sa.Column("term", sa.Integer, primary_key=True),
     sa.Column("owner", sa.Text, nullable=False),
     sa.Column("started", UtcTime, nullable=False),
     sqlite_autoincrement=True,
@@ -148,18 +149,20 @@ CONTROL = sa.Table(
     TABLES,
     sa.Column("id", sa.Integer, primary_key=True),
     sa.Column("paused", UtcTime),
-    sa.Column("hindrance", sa.Text),
-    sa.Column("revivals", sa.Integer, nullable=False),  # points that had ended, and no longer have
+    sa.Column("blocked_reason", sa.Text),
+    # Of the remembered tallies of sweeps: grows when points that had ended are queued again.
+    sa.Column("cache_generation", sa.Integer, nullable=False),
     sa.Column("data_id", sa.String(32)),  # of the data directory that belongs to this database
-    sa.Column("forgettable", sa.Integer, nullable=False),  # lost results, beyond the limits
+    # Lost results that may be forgotten beyond the limits, on request.
+    sa.Column("forgettable", sa.Integer, nullable=False),
 )
 
-# How far the queue has come among the runs of one priority: the turn of the last one claimed.
-LANES = sa.Table(
-    "lanes",
+# Sweeps of one priority; the virtual time of a class is that of its run leased last.
+PRIORITY_CLASSES = sa.Table(
+    "priority_classes",
     TABLES,
     sa.Column("priority", sa.Integer, primary_key=True, autoincrement=False),
-    sa.Column("turn", sa.Float, nullable=False),
+    sa.Column("virtual_time", sa.Float, nullable=False),
 )
 
 KEYS = sa.Table(
@@ -169,7 +172,7 @@ KEYS = sa.Table(
     sa.Column("name", sa.Text, nullable=False),
     sa.Column("prefix", sa.String(16), nullable=False),  # of the secret
     sa.Column("sha256", sa.String(64), nullable=False),  # of the secret
-    sa.Column("scopes", sa.Text, nullable=False),  # words with spaces between
+    sa.Column("scopes", sa.Text, nullable=False),  # separated by spaces
     sa.Column("created", UtcTime, nullable=False),
     sa.Column("expires", UtcTime),
     sa.Column("used", UtcTime),
@@ -177,7 +180,7 @@ KEYS = sa.Table(
     sa.Index("keys_prefix", "prefix"),
 )
 
-# A submission that can be sent again without being accepted twice.
+# Idempotency keys of accepted submissions.
 IDEMPOTENCY = sa.Table(
     "idempotency",
     TABLES,
@@ -188,10 +191,10 @@ IDEMPOTENCY = sa.Table(
     sa.Index("idempotency_sweep", "sweep_id"),
 )
 
-# Attempts without success since the store was made.
+# Attempts without success since the store was made, by cause.
 CAUSES = sa.Table(
     "causes",
     TABLES,
-    sa.Column("cause", words(Cause), primary_key=True),
+    sa.Column("cause", enumeration(Cause), primary_key=True),
     sa.Column("attempts", sa.BigInteger, nullable=False),
 )

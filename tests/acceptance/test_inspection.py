@@ -12,12 +12,12 @@ import xarray as xr
 
 from service.api.app import CACHE
 from service.files.artifacts import Artifacts, describe
-from service.records.jobs import Claim, Stored
+from service.records.jobs import Lease, Stored, Submission
 from service.store import Store
 from studies.values.files import RESULT
 from tests.acceptance.support.inspection import damaged, differences, half_files
 from tests.service.support.fakes import sweep_of
-from tests.service.support.rows import claim_runs, result
+from tests.service.support.rows import lease_runs, result
 
 ANSWERED = json.dumps({"state": "succeeded"}).encode()
 
@@ -28,10 +28,10 @@ class Site:
 
     store: Store
     artifacts: Artifacts
-    done: Claim
-    running: Claim
+    done: Lease
+    running: Lease
 
-    def folder(self, claim: Claim) -> Path:
+    def folder(self, claim: Lease) -> Path:
         return self.artifacts.attempt_directory(claim)
 
     def registered(self, file: Path) -> Stored:
@@ -42,8 +42,8 @@ class Site:
 def site(tmp_path: Path) -> Iterator[Site]:
     url = f"sqlite:///{tmp_path / 'whipple.db'}"
     with closing(Store.open(url, cost=lambda run: 1.0)) as store:
-        store.create_sweep(sweep_of(2))
-        found = Site(store, Artifacts(tmp_path), *claim_runs(store, 2))
+        store.create_sweep(Submission(sweep_of(2)))
+        found = Site(store, Artifacts(tmp_path), *lease_runs(store, 2))
         file = write(found.folder(found.done) / RESULT, ANSWERED)
         assert store.finish(found.done, replace(result(), files=(found.registered(file),)))
         yield found

@@ -11,7 +11,7 @@ from service.api.partial_cubes import PartialCubes
 from service.api.routes.given import ArtifactsGiven, PartialCubesGiven, StoreGiven, SweepId
 from service.api.routes.serving import served_as, serves
 from service.files.artifacts import Artifacts
-from service.records.jobs import NotFound, SweepRow
+from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
 from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON
 
@@ -100,7 +100,7 @@ def _cube(
     elif not partial:
         raise _missing(sweep, CUBE)
     else:
-        document, outcomes = store.question(sweep.id)
+        document, outcomes = store.publication_inputs(sweep.id)
         results = sum(outcome.path is not None for outcome in outcomes)
         if not results:
             raise NotReady(f"the sweep is {_how_far(sweep)}, and none of its runs has a result yet")
@@ -110,14 +110,14 @@ def _cube(
     return Offer(path, served_as(CUBE), f"{_plain(sweep.name)}-{name}", sha256, attachment=True)
 
 
-def _missing(sweep: SweepRow, name: str) -> Exception:
+def _missing(sweep: SweepStatus, name: str) -> Exception:
     """Why a file is not there: it never will be, or not yet."""
     if sweep.is_terminal:
         return NotFound("file", f"{sweep.id}/{name}")
     return NotReady(f"the sweep is {_how_far(sweep)}")
 
 
-def _how_far(sweep: SweepRow) -> str:
+def _how_far(sweep: SweepStatus) -> str:
     return f"{sweep.state}, {sweep.progress:.0%} done"
 
 

@@ -141,7 +141,7 @@ def _engine(engine: DispatcherStatus, queue: QueueRow) -> Iterator[tuple[str, st
     if queue.leader is None:
         raise ServiceNotReady("nobody gives out what is in the queue yet")
     yield "leader", "known"
-    trouble = engine.blocked_reason() or queue.hindrance
+    trouble = engine.blocked_reason() or queue.blocked_reason
     if trouble is not None:
         raise ServiceNotReady(trouble)
     workers = engine.workers()

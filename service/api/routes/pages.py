@@ -34,7 +34,7 @@ TEMPLATES.filters["pretty"] = lambda value: json.dumps(value, indent=2)
 @router.get("/")
 def show_sweeps(store: StoreGiven, cursor: Annotated[str | None, Query()] = None) -> str:
     """The sweeps with state, progress and links to report and cube."""
-    front = store.front(cursor=cursor)
+    front = store.sweeps_with_files(cursor=cursor)
     page = front.sweeps
     return _rendered(
         "sweeps.html",

@@ -60,7 +60,7 @@ def download_log(
     id: RunId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
 ) -> Response:
     registered = [stored for stored in store.run_files(id) if stored.name == LOG]
-    last = store.known_attempts([id]).get(id)
+    last = store.last_attempts([id]).get(id)
     if last is None or last.token is None:
         raise NotFound("log", id)
     filename, media_type = f"{id}-{LOG}", served_as(LOG)

@@ -29,7 +29,7 @@ from service.api.schemas import (
     example_sweeps,
 )
 from service.queue.garbage_collection import forget_lost_states
-from service.records.jobs import RUN_STATES, State, SweepRow, SweepState
+from service.records.jobs import RUN_STATES, State, SweepState, SweepStatus
 from service.store import Store
 from studies.runs.run import estimate
 from studies.sweeps.cost import presets_of
@@ -77,13 +77,7 @@ def submit_sweep(asked: SubmissionGiven, store: StoreGiven, response: Response) 
     `reused` of the `planned` runs are computed already, or under way for another sweep; `new` ones were
     put into the queue. What was sent twice with the same `Idempotency-Key` is accepted once.
     """
-    row = store.create_sweep(
-        asked.sweep,
-        owner=asked.owner,
-        priority=asked.priority,
-        keep=asked.keep,
-        idempotency=asked.idempotency,
-    )
+    row = store.create_sweep(asked)
     accepted = SweepModel.of(row)
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
@@ -102,7 +96,7 @@ def estimate_sweep(
     runs = {point.run.id: point.run for point in points}
     known = store.known_runs(runs)
     estimates = [estimate(run) for id, run in runs.items() if id not in known]
-    measured = store.pace(sweep.scenario)
+    measured = store.measured_rate(sweep.scenario)
     pace = 1.0 if measured is None else measured
     core_seconds = sum(one.core_seconds for one in estimates) * pace
     workers = request.app.state.engine.workers() or settings.workers
@@ -204,7 +198,7 @@ def delete_sweep(id: SweepId, caller: Submitter, store: StoreGiven) -> None:
     store.delete_sweep(id)
 
 
-def _own(store: Store, caller: Caller, id: str) -> SweepRow:
+def _own(store: Store, caller: Caller, id: str) -> SweepStatus:
     """The sweep, if the caller may give orders about it; raises NotFound, NotAllowed."""
     row = store.sweep(id)
     caller.check_owns(row)

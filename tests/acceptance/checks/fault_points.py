@@ -17,7 +17,7 @@ import yaml
 
 from service.files.artifacts import Artifacts, digest
 from service.records.fault_points import POINTS, VARIABLE
-from service.records.jobs import Kind, State, SweepRow, SweepState
+from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
 from studies.values.files import RESULT
 from tests.acceptance.checks.common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
@@ -149,7 +149,7 @@ class Expected:
     look: Callable[[Site, Seen], bool]
 
 
-def _sweep(here: Site) -> SweepRow:
+def _sweep(here: Site) -> SweepStatus:
     [row] = here.store.sweeps().items
     return row
 
@@ -164,13 +164,13 @@ def _is_accepted(here: Site, _seen: Seen) -> bool:
 
 
 def _is_claimed(here: Site, _seen: Seen) -> bool:
-    return len(here.store.claimed()) > 0
+    return len(here.store.leases()) > 0
 
 
 def _has_unregistered_answer(here: Site, seen: Seen) -> bool:
     answers = [
         here.artifacts.attempt_directory(claim) / RESULT
-        for claim in here.store.claimed()
+        for claim in here.store.leases()
         if claim.kind is Kind.RUN
     ]
     return any(map(Path.is_file, answers)) and _count(here, State.SUCCEEDED) == seen.succeeded

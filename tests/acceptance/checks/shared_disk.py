@@ -67,9 +67,9 @@ def frozen_leader(place: Path, url: str) -> Iterator[Row]:
     with _services(place, url, SLOW, 2) as here:
         first, second = here.services
         leading, other = (first, second) if here.leads(first) else (second, first)
-        epoch = here.store.queue().epoch
+        term = here.store.queue().term
         ids = [here.submit(leading, "under way")]
-        wait_until(here.store.claimed)
+        wait_until(here.store.leases)
 
         with _frozen(leading):
             begin, last = time.monotonic(), here.store.last_event()
@@ -81,7 +81,7 @@ def frozen_leader(place: Path, url: str) -> Iterator[Row]:
         wait_until(lambda: not _says_that_it_leads(leading))
         yield Row("goes on and stands by: /readyz", 200, *_same(200, leading.get("/readyz")))
         yield Row("the other one leads", True, *_same(True, here.leads(other)))
-        yield Row("epochs since", 1, *_same(1, here.store.queue().epoch - epoch))
+        yield Row("terms since", 1, *_same(1, here.store.queue().term - term))
 
         other.leave()
         ids += [here.submit(leading, "when it leads again", resolution=6)]

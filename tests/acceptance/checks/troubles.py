@@ -116,7 +116,7 @@ def disk_full(**more: Any) -> Iterator[Row]:
 def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Iterator[Row]:
     """What is told, and that nothing is begun, while less than the reserve is free."""
     wait_until(lambda: _bodies(here, "requeued", before), seconds=PATIENCE)
-    why = wait_until(lambda: here.store.queue().hindrance, seconds=PATIENCE)
+    why = wait_until(lambda: here.store.queue().blocked_reason, seconds=PATIENCE)
     yield Row("why nothing is begun", "the reserve", why, "the reserve is" in why)
     _wait_for_looks(here, filler)
     ends = {
@@ -136,13 +136,13 @@ def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Ite
 def _wait_for_looks(here: CrashTest, filler: Path) -> None:
     """Until the dispatcher has looked so often: each time it says anew how much room there is."""
     for _ in range(LOOKS):
-        said = here.store.queue().hindrance
+        said = here.store.queue().blocked_reason
         os.truncate(filler, filler.stat().st_size - STEP)
         wait_until(partial(_says_something_else, here, said), seconds=PATIENCE)
 
 
 def _says_something_else(here: CrashTest, said: str | None) -> bool:
-    return here.store.queue().hindrance != said
+    return here.store.queue().blocked_reason != said
 
 
 def _bodies(here: CrashTest, kind: str, seen: int) -> list[Mapping[str, Any]]:

@@ -23,9 +23,9 @@ def main() -> None:
     file, right = Path(sys.argv.pop(1)), time.time
     time.time = lambda: right() + float(file.read_text())
     from service.cli import main as cli
-    from service.store import queries
+    from service.store import statements
 
-    queries.datetime = Clock  # type: ignore[misc]
+    statements.datetime = Clock  # type: ignore[misc]
     cli.main()
 
 

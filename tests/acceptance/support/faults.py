@@ -8,7 +8,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from service.files.artifacts import Artifacts
-from service.records.jobs import Claim, Kind, State
+from service.records.jobs import Kind, Lease, State
 from service.store import Store
 from studies.values.files import RESULT
 from tests.service.support.fakes import is_gone
@@ -71,7 +71,7 @@ def draw_faults(seed: int, victims: Mapping[Victim, int], runs: int) -> list[Fau
 class ObservedAttempt:
     """An attempt under way, and the process that works at it, if one does."""
 
-    claim: Claim
+    claim: Lease
     pid: int | None
     moments: frozenset[Moment]
 
@@ -85,10 +85,10 @@ class AttemptObserver:
 
     def at(self, moment: Moment) -> list[ObservedAttempt]:
         """Attempts at a moment."""
-        found = [self._target(claim) for claim in self._store.claimed()]
+        found = [self._target(claim) for claim in self._store.leases()]
         return [one for one in found if moment in one.moments]
 
-    def _target(self, claim: Claim) -> ObservedAttempt:
+    def _target(self, claim: Lease) -> ObservedAttempt:
         folder = self._artifacts.attempt_directory(claim)
         pid = _pid(folder / "pid")
         moments = {Moment.ANY}

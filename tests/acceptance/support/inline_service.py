@@ -12,7 +12,7 @@ from service.files.artifacts import OF_A_RUN, describe
 from service.files.data_directory import holding
 from service.queue.dispatcher import Dispatcher
 from service.records.attempt import Attempt, Ended, Ending, Inbox
-from service.records.jobs import Kind
+from service.records.jobs import Kind, Submission
 from service.workers.warm_process import perform
 from tests.service.support.fakes import RecordingEngine, open_store, settings_in, sweep_of
 from tests.service.support.targets import Run
@@ -47,7 +47,7 @@ def live(data: Path, runs_asked: int, environment: Mapping[str, str]) -> None:
     settings = settings_in(data, disk_reserve=0)
     runs = [Run(f"{number:032x}", {"seconds": 0.01}) for number in range(runs_asked)]
     with holding(settings), closing(open_store(settings)) as store:
-        accepted = store.create_sweep(sweep_of(runs), idempotency=KEY)
+        accepted = store.create_sweep(Submission(sweep_of(runs), idempotency=KEY))
         dispatcher = Dispatcher(settings, store, open_engine=Inline)
         while not store.sweep(accepted.id).is_terminal:
             dispatcher.tick()

@@ -13,7 +13,7 @@ import xarray as xr
 
 from service.api.app import CACHE
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
-from service.records.jobs import RunRow, State, Stored, SweepRow
+from service.records.jobs import RunRow, State, Stored, SweepStatus
 from service.store import Store
 from studies.values.files import RESULT
 from tests.service.store.test_races import check as nobody_waits_in_vain
@@ -98,7 +98,7 @@ def _folders_that_count(store: Store, artifacts: Artifacts) -> list[Path]:
     registered = {artifacts.path(file).parent for file in files(store)}
     complete = {
         artifacts.attempt_directory(claim)
-        for claim in store.claimed()
+        for claim in store.leases()
         if artifacts.complete_files(claim)
     }
     return sorted(registered | complete)
@@ -150,7 +150,7 @@ def contradictions(store: Store) -> list[str]:
     return found
 
 
-def _sweeps(store: Store) -> Sequence[SweepRow]:
+def _sweeps(store: Store) -> Sequence[SweepStatus]:
     return store.sweeps(limit=PAGE).items
 
 

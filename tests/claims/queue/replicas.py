@@ -43,7 +43,7 @@ def replicas() -> Iterator[Row]:
         yield from _done(here, WORK, ids, place)
 
         ids, _ = here.submit(MORE)
-        wait_until(lambda: here.store.claimed(), seconds=PATIENCE)
+        wait_until(lambda: here.store.leases(), seconds=PATIENCE)
         leading = here.leader()
         yield Row("services that lead", 1, len(leading), len(leading) == 1)
         leading[0].kill()

@@ -12,7 +12,7 @@ from tests.service.store.test_size import (
     LARGE,
     PAGE,
     PAGES,
-    QUESTIONS,
+    QUERIES,
     Filled,
     filling,
     plans,
@@ -43,7 +43,7 @@ def sized(name: str, url: str, place: Path) -> Iterator[Row]:
         yield Row(
             f"{name}: transactions to accept {LARGE} runs", 1, here.commits, here.commits == 1
         )
-        few, many = here.said["small"], here.said["large"]
+        few, many = here.accepting["small"], here.accepting["large"]
         yield Row(f"{name}: statements to accept {LARGE} runs, as for 1", few, many, few == many)
         for page, with_key in product(PAGES, (False, True)):
             count = statements_for(here, page, place / name, with_key=with_key)
@@ -54,13 +54,13 @@ def sized(name: str, url: str, place: Path) -> Iterator[Row]:
 
 
 def _plans(name: str, here: Filled) -> Iterator[Row]:
-    for question in QUESTIONS:
-        whole = whole_tables_of(here, question)
-        words = f"{name}: tables of which {question} reads every row in vain"
+    for query in QUERIES:
+        whole = whole_tables_of(here, query)
+        words = f"{name}: tables of which {query} reads every row in vain"
         yield Row(words, "none", ", ".join(whole) or "none", not whole)
     with plans(here.store) as told:
-        here.store.claim(2, TERM)
-    [take] = [plan.text for plan in told if "jobs_queue" in plan.text]
+        here.store.lease(2, TERM)
+    [take] = [plan for plan in told if "jobs_queue" in plan]
     is_sorted = "TEMP B-TREE" in take or "Sort Key: jobs" in take
     yield Row(f"{name}: a claim sorts the queue", "no", "yes" if is_sorted else "no", not is_sorted)
 

@@ -28,7 +28,7 @@ def addresses(api: Api) -> dict[str, tuple[str, bytes]]:
     """Every kind of file: where it is, and what is in it."""
     id = api.submit()
     run = ""
-    for claim in api.store.claim(100, api.epoch()):
+    for claim in api.store.lease(100, api.term()):
         run = claim.id
         stored = [
             api._stored(f"{claim.id}/{name}", content)
@@ -182,7 +182,7 @@ def test_run_file__of_no_run_is_a_404(api: Api, path: str) -> None:
 def test_log__of_a_running_run_is_what_there_is_and_grows(api: Api) -> None:
     api.compute()
     id = api.submit(axes={"speed": ["9 km/s"]})
-    [claim] = api.store.claim(1, api.epoch())
+    [claim] = api.store.lease(1, api.term())
     here = f"/v1/runs/{claim.id}/log"
     assert api.http.get(here).status_code == 404  # nothing is printed yet
     log = Artifacts(api.settings.data).attempt_directory(claim) / "log.txt"
@@ -204,7 +204,7 @@ def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -
     api.compute()
     asked = api.http.post("/v1/sweeps", params={"keep": "film"}, json=sweep_of())
     assert asked.json()["new"] == 2
-    [claim] = api.store.claim(1, api.epoch())
+    [claim] = api.store.lease(1, api.term())
     here = f"/v1/runs/{claim.id}/log"
     log = Artifacts(api.settings.data).attempt_directory(claim) / "log.txt"
     log.parent.mkdir(parents=True)
@@ -216,7 +216,7 @@ def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -
 def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api: Api) -> None:
     api.compute()
     api.submit(axes={"speed": ["9.5 km/s"]})
-    [claim] = api.store.claim(1, api.epoch())
+    [claim] = api.store.lease(1, api.term())
     log = Artifacts(api.settings.data).attempt_directory(claim) / "log.txt"
     log.parent.mkdir(parents=True)
     log.write_bytes(b"x" * 3_000_000)

@@ -13,7 +13,7 @@ import pytest
 
 from service.api.event_streams import Live, Moment
 from service.api.feeds import FeedRate, of_queue
-from service.records.jobs import Cause, Claim, StoreUnavailable
+from service.records.jobs import Cause, Lease, StoreUnavailable
 from tests.service.support.api import Api, open_api, served
 from tests.service.support.fakes import wait_until
 
@@ -66,11 +66,11 @@ def told_at_once(api: Api, path: str, last: int | None = None) -> list[Message]:
     return list(messages(iter(response.text.split("\n"))))
 
 
-def tell(api: Api, claim: Claim, step: int) -> None:
+def tell(api: Api, claim: Lease, step: int) -> None:
     """Say how far a run is, as the dispatcher does."""
     words = {"time": 1e-6 * step, "end_time": 1e-4, "step": step, "eta_seconds": 5.0}
     words["measured"] = {"hole_diameter": 0.01 + 1e-5 * step}  # type: ignore[assignment]
-    api.store.progress([(claim, step / 100, 0.1 * step, words)])
+    api.store.record_progress([(claim, step / 100, 0.1 * step, words)])
 
 
 # --- what is told ---------------------------------------------------------------------------------
@@ -166,7 +166,7 @@ def test_queue__is_told_from_now_on_and_does_not_end(api: Api) -> None:
 
 def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     id = api.submit()
-    [claim] = api.store.claim(1, api.epoch())
+    [claim] = api.store.lease(1, api.term())
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
         tell(api, claim, 7)
         progress = next(message for message in heard if message.name == "progress")
@@ -179,7 +179,7 @@ def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
 
 def test_progress__of_a_run_is_told_at_most_once_a_second(api: Api) -> None:
     api.submit()
-    claims = api.store.claim(2, api.epoch())
+    claims = api.store.lease(2, api.term())
     now = [0.0]
     pace, subject = FeedRate(clock=lambda: now[0]), of_queue(api.store)
     told = []
@@ -196,7 +196,7 @@ def test_progress__of_a_run_is_told_at_most_once_a_second(api: Api) -> None:
 
 def test_progress__that_is_no_news_is_not_told(api: Api) -> None:
     api.submit()
-    [claim] = api.store.claim(1, api.epoch())
+    [claim] = api.store.lease(1, api.term())
     now = [0.0]
     pace, subject = FeedRate(clock=lambda: now[0]), of_queue(api.store)
     tell(api, claim, 3)
@@ -249,10 +249,10 @@ def test_listeners__read_what_happens_once_for_all_of_them(
 
 def compute_a_step(api: Api) -> bool:
     """A run begins, or ends."""
-    epoch = api.epoch()
-    claimed = api.store.claimed()
+    term = api.term()
+    claimed = api.store.leases()
     if not claimed:
-        return bool(api.store.claim(1, epoch))
+        return bool(api.store.lease(1, term))
     return api.store.requeue(claimed[0], Cause.LOST, reason="gone") is not None
 
 

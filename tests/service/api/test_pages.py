@@ -77,7 +77,7 @@ def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     api.submit()
     assert "no run is begun" not in api.http.get("/").text.lower()
     api.http.post("/v1/queue/pause")
-    api.store.hinder("the scheduler <is> away")
+    api.store.set_blocked_reason("the scheduler <is> away")
     page = api.http.get("/").text
     assert "The queue is paused since" in page
     assert "the scheduler &lt;is&gt; away" in page
@@ -85,8 +85,8 @@ def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
 
 def test_sweeps__show_what_a_cancelled_sweep_has(api: Api) -> None:
     id = api.submit()
-    epoch = api.store.begin_epoch("tests")
-    [claim] = api.store.claim(1, epoch)
+    term = api.store.begin_term("tests")
+    [claim] = api.store.lease(1, term)
     api.store.finish(claim, api.result(claim.id))
     api.http.post(f"/v1/sweeps/{id}/cancel")
     api.compute()

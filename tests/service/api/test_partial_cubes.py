@@ -15,7 +15,7 @@ import xarray as xr
 
 from service.api.errors import PartialCubeFailed
 from service.api.partial_cubes import MOST_FILES, PartialCubes
-from service.records.jobs import Claim, Result
+from service.records.jobs import Lease, Result
 from studies.cubes import cube
 from studies.reports.publish import outcome_from_json
 from studies.results import Measured, RunResult
@@ -36,7 +36,7 @@ def hole_at(speed: Any) -> float:
     return 2.5e-6 * float(speed)
 
 
-def finish(api: Api, claim: Claim) -> None:
+def finish(api: Api, claim: Lease) -> None:
     """Register the result of a run as a real one would be."""
     content = json.dumps(answer_of(claim.id, hole_at(claim.spec["parameters"]["speed"]))).encode()
     plain = vars(api.result(claim.id))
@@ -55,10 +55,10 @@ def published(api: Api, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The address of a sweep with a real cube."""
     id = api.submit()
     folder = tmp_path_factory.mktemp("published")
-    epoch = api.epoch()
-    for claim in api.store.claim(10, epoch):
+    term = api.term()
+    for claim in api.store.lease(10, term):
         finish(api, claim)
-    [claim] = api.store.claim(10, epoch)
+    [claim] = api.store.lease(10, term)
     sweep = Sweep.parse(SWEEP)
     answers = {
         point.run.id: outcome_from_json(
@@ -79,7 +79,7 @@ class Half:
 
     api: Api
     id: str
-    running: Claim
+    running: Lease
 
     @property
     def address(self) -> str:
@@ -90,7 +90,7 @@ class Half:
 def half(api: Api, published: str) -> Half:
     api.compute()  # what other tests left in the queue
     id = api.submit(axes={"speed": [f"{next(FRESH)} m/s", f"{next(FRESH)} m/s"]})
-    first, second = api.store.claim(2, api.epoch())
+    first, second = api.store.lease(2, api.term())
     finish(api, first)
     return Half(api, id, second)
 

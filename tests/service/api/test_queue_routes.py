@@ -31,7 +31,7 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
     assert (queue["counts"]["queued"], queue["counts"]["waiting"]) == (2, 1)
     assert (queue["paused"], queue["leader"]) == (None, None)
     assert queue["oldest_queued"] is not None
-    api.epoch()
+    api.term()
     assert api.http.get("/v1/queue").json()["leader"] == "tests"
 
 
@@ -41,15 +41,15 @@ def test_pause__begins_no_runs_until_resume(api: Api) -> None:
     assert paused.status_code == 200
     assert paused.json()["paused"] is not None
     assert "resume" in paused.json()["links"]
-    assert api.store.claim(10, api.epoch()) == ()
+    assert api.store.lease(10, api.term()) == ()
     assert api.http.post("/v1/queue/pause").json()["paused"] == paused.json()["paused"]
     assert api.http.post("/v1/queue/resume").json()["paused"] is None
-    assert len(api.store.claim(10, api.epoch())) == 2
+    assert len(api.store.lease(10, api.term())) == 2
 
 
 def test_queue__says_why_nothing_is_begun(api: Api) -> None:
-    api.store.hinder("the scheduler is away")
-    assert api.http.get("/v1/queue").json()["hindrance"] == "the scheduler is away"
+    api.store.set_blocked_reason("the scheduler is away")
+    assert api.http.get("/v1/queue").json()["blocked_reason"] == "the scheduler is away"
 
 
 # --- health ---------------------------------------------------------------------------------------
@@ -65,14 +65,14 @@ def not_ready(api: Api) -> str:
 
 
 def test_readyz__says_what_was_looked_at(api: Api) -> None:
-    api.epoch()
+    api.term()
     answer = api.http.get("/readyz").json()
     assert answer["status"] == "ready"
     assert set(answer["checks"]) == {"store", "data", "disk", "leader", "workers"}
 
 
 def test_readyz__follows_the_engine(api: Api) -> None:
-    api.epoch()
+    api.term()
     api.engine.alive = False
     assert "nobody computes" in not_ready(api)
 
@@ -82,19 +82,19 @@ def test_readyz__needs_a_leader(api: Api) -> None:
 
 
 def test_readyz__of_one_that_does_not_lead_is_ready(api: Api) -> None:
-    api.epoch()
+    api.term()
     api.engine.slots = None
     assert api.http.get("/readyz").status_code == 200
 
 
 def test_readyz__tells_trouble(api: Api) -> None:
-    api.epoch()
-    api.engine.hindrance = "the scheduler is away"
+    api.term()
+    api.engine.reason = "the scheduler is away"
     assert not_ready(api) == "the scheduler is away"
 
 
 def test_readyz__needs_a_worker(api: Api) -> None:
-    api.epoch()
+    api.term()
     api.engine.slots = 0
     assert "no worker" in not_ready(api)
 
@@ -110,7 +110,7 @@ def test_readyz__needs_a_store_that_can_be_written(
 
 
 def test_readyz__needs_a_data_directory(api: Api) -> None:
-    api.epoch()
+    api.term()
     hidden = api.settings.data.with_name("hidden")
     api.settings.data.rename(hidden)
     try:
@@ -144,7 +144,7 @@ def test_readyz__does_not_wait_for_a_store_that_does_not_answer(
         pings.append(None)
         assert goes_on.wait(DEADLINE)
 
-    api.epoch()
+    api.term()
     monkeypatch.setattr(api.store, "ping", ping)
     monkeypatch.setattr(health, "PATIENCE_SECONDS", 0.01)
     try:
@@ -159,7 +159,7 @@ def test_readyz__does_not_wait_for_a_store_that_does_not_answer(
 
 def test_readyz__needs_the_disk_reserve(tmp_path: Path) -> None:
     with open_api(tmp_path, disk_reserve=1 << 60) as api:
-        api.epoch()
+        api.term()
         assert "reserve" in not_ready(api)
 
 

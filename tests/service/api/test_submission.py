@@ -165,7 +165,7 @@ def test_change__gives_another_priority(api: Api) -> None:
     first, second = api.submit(), api.submit(axes={"speed": ["7 km/s"]})
     changed = api.http.patch(f"/v1/sweeps/{second}", json={"priority": -5})
     assert (changed.status_code, changed.json()["priority"]) == (200, -5)
-    [claim] = api.store.claim(1, api.epoch())
+    [claim] = api.store.lease(1, api.term())
     assert claim.id == api.store.sweep_runs(second).items[0].run.id
     assert api.store.sweep(first).priority == 0
 

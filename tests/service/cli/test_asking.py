@@ -170,10 +170,10 @@ def test_queue__is_paused_and_resumed(api: Api, capsys: Capsys) -> None:
 
 
 def test_queue__says_what_hinders(api: Api, capsys: Capsys) -> None:
-    api.store.hinder("the scheduler is away")
+    api.store.set_blocked_reason("the scheduler is away")
     assert run("queue") == 0
     assert "nothing is begun: the scheduler is away" in capsys.readouterr().out
-    api.store.hinder(None)
+    api.store.set_blocked_reason(None)
 
 
 def test_run__gives_its_files_and_its_log(

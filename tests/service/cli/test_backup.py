@@ -14,7 +14,7 @@ from service.cli.backup import back_up, files_from
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
 from service.queue import data_identity as identity
-from service.records.jobs import SweepState
+from service.records.jobs import Submission, SweepState
 from service.records.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
@@ -30,14 +30,16 @@ def harness(tmp_path: Path) -> Iterator[Harness]:
     (tmp_path / "data").mkdir()
     with open_harness(tmp_path / "data") as opened:
         computed(opened, 2)
-        opened.store.create_sweep(sweep_of(runs_of("fine", first=50), name="under way"))
+        opened.store.create_sweep(Submission(sweep_of(runs_of("fine", first=50), name="under way")))
         opened.tick()
         yield opened
 
 
 def computed(harness: Harness, runs: int, *, first: int = 0, name: str = "asked") -> str:
     """A sweep with all its files."""
-    row = harness.store.create_sweep(sweep_of(runs_of(*["fine"] * runs, first=first), name=name))
+    row = harness.store.create_sweep(
+        Submission(sweep_of(runs_of(*["fine"] * runs, first=first), name=name))
+    )
     while harness.store.sweep(row.id).state is not SweepState.SUCCEEDED:
         for ticket in harness.tick():
             harness.end_well(ticket)
@@ -105,7 +107,7 @@ def test_backup__while_the_service_writes_is_of_one_moment(
     def write() -> None:
         number = 1000
         while not stop.is_set():
-            harness.store.create_sweep(sweep_of(runs_of(*["fine"] * 20, first=number)))
+            harness.store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * 20, first=number))))
             number += 20
 
     writing = threading.Thread(target=write)
@@ -237,7 +239,7 @@ def test_postgresql__dump_first_then_files_restores_the_same_bits(
             files = files_of(store, tmp_path / "copy")
             assert files.items() <= before.items()
             assert [row.name for row in store.sweeps().items] == ["asked"]
-            store.create_sweep(sweep_of(1, name="next"))  # numbers go on
+            store.create_sweep(Submission(sweep_of(1, name="next")))  # numbers go on
         assert all_is_intact(settings)
 
 

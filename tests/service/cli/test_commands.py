@@ -12,7 +12,7 @@ import pytest
 
 from service.cli import local
 from service.cli.commands import computing
-from service.records.jobs import RUN_STATES, Keep, SweepRow, SweepState
+from service.records.jobs import RUN_STATES, Keep, SweepState, SweepStatus
 from service.records.settings import Settings
 from studies import examples, verification
 from studies.values.recipes import ACCURACY
@@ -177,13 +177,13 @@ ROW = {
 
 def computed(**counts: int) -> Callable[..., local.Finished]:
     """An engine that has finished before it began."""
-    row = SweepRow(**{**ROW, "counts": dict.fromkeys(RUN_STATES, 0) | counts})  # type: ignore[arg-type]
+    row = SweepStatus(**{**ROW, "counts": dict.fromkeys(RUN_STATES, 0) | counts})  # type: ignore[arg-type]
 
     def run_sweep(
         document: Mapping[str, Any] | Path,
         out: Path,
         *,
-        progress: Callable[[SweepRow], None],
+        progress: Callable[[SweepStatus], None],
         settings: Settings,
         overwrite: bool,
     ) -> local.Finished:

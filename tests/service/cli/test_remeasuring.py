@@ -17,7 +17,7 @@ from service.cli.offline import without_services
 from service.cli.remeasuring import plan_of, renew
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
-from service.records.jobs import State, SweepState
+from service.records.jobs import State, Submission, SweepState
 from service.records.settings import Settings
 from service.store import Store
 from studies import measurements
@@ -82,7 +82,7 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     settings = Settings(data=tmp_path_factory.mktemp("original"), workers=1)
     with closing(Store.open(settings.url, cost=lambda run: 1.0)) as store:
         for document in (TINY, OTHER):
-            store.create_sweep(Sweep.parse(document))
+            store.create_sweep(Submission(Sweep.parse(document)))
         with holding(settings), start_engine(settings, store):
             wait_until(lambda: Solved(settings, store).states() == {SweepState.SUCCEEDED})
     return settings.data
@@ -153,7 +153,9 @@ def test_cube__follows_at_the_next_start_and_nothing_is_solved(
 def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(
     solved: Solved, capsys: Capsys
 ) -> None:
-    other = solved.store.create_sweep(Sweep.parse({**OTHER, "axes": {"speed": ["8 km/s"]}}))
+    other = solved.store.create_sweep(
+        Submission(Sweep.parse({**OTHER, "axes": {"speed": ["8 km/s"]}}))
+    )
     damaged, fine = solved.runs()
     before = solved.result(damaged)
     file = solved.artifacts.path(solved.store.run_file(damaged, STATE))

@@ -16,7 +16,7 @@ from service.cli.local import Finished, PublicationFailed, run_sweep, start_engi
 from service.files.artifacts import Artifacts
 from service.files.data_directory import holding
 from service.queue.dispatcher import Dispatcher
-from service.records.jobs import Cause, RunRow, State, Stored, SweepRow, SweepState
+from service.records.jobs import Cause, RunRow, State, Stored, Submission, SweepState, SweepStatus
 from service.records.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
@@ -43,13 +43,13 @@ class Local:
     store: Store
     dispatcher: Dispatcher
 
-    def ask(self, runs: Sequence[FakeRun]) -> SweepRow:
-        return self.store.create_sweep(sweep_of(runs))
+    def ask(self, runs: Sequence[FakeRun]) -> SweepStatus:
+        return self.store.create_sweep(Submission(sweep_of(runs)))
 
-    def end_of(self, row: SweepRow) -> SweepRow:
+    def end_of(self, row: SweepStatus) -> SweepStatus:
         return patiently(lambda: (seen := self.store.sweep(row.id)).is_terminal and seen)
 
-    def runs(self, row: SweepRow) -> list[RunRow]:
+    def runs(self, row: SweepStatus) -> list[RunRow]:
         return [point.run for point in self.store.sweep_runs(row.id).items]
 
     def pid(self, run: FakeRun, attempt: int = 1) -> int:
@@ -148,12 +148,12 @@ class Answered:
     """A sweep that was computed once, and what was told meanwhile."""
 
     finished: Finished
-    told: list[SweepRow]
+    told: list[SweepStatus]
 
 
 @pytest.fixture(scope="module")
 def answered(tmp_path_factory: pytest.TempPathFactory) -> Answered:
-    out, told = tmp_path_factory.mktemp("sweep") / "out", list[SweepRow]()
+    out, told = tmp_path_factory.mktemp("sweep") / "out", list[SweepStatus]()
     finished = run_sweep(document(), out, progress=told.append, settings=settings_of(out))
     return Answered(finished, told)
 
@@ -205,7 +205,7 @@ def test_run_sweep__gives_up_what_the_folder_was_asked_before(tmp_path: Path) ->
     settings = settings_of(tmp_path)
     settings.data.mkdir()
     with closing(open_store(settings)) as store:
-        old = store.create_sweep(sweep_of(runs_of("hang", "hang", "hang")))
+        old = store.create_sweep(Submission(sweep_of(runs_of("hang", "hang", "hang"))))
     run_sweep(document(), tmp_path, settings=settings, overwrite=True)
     with closing(open_store(settings)) as store:
         assert store.sweep(old.id).state is SweepState.CANCELLED

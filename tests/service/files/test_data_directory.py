@@ -1,4 +1,4 @@
-"""Who works in a data directory, and who is refused."""
+"""The lock of a data directory, and of a database with several names."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ import pytest
 
 from service.cli.local import run_sweep
 from service.cli.serve import serve
-from service.files.data_directory import DataInUse, check_names, holding
+from service.files.data_directory import DataInUse, holding
 from service.records.settings import Settings
 from studies.values.errors import InvalidInput
 from tests.service.execution.test_local import document, settings_of
@@ -50,19 +50,14 @@ def run_sweep_in(settings: Settings) -> None:
 
 def test_second__is_refused_and_told_by_whom(tmp_path: Path) -> None:
     settings = Settings(data=tmp_path)
-    with (
-        held_elsewhere(tmp_path) as process,
-        pytest.raises(DataInUse, match=f"process {process.pid}; stop it, or choose another"),
-        holding(settings),
-    ):
-        pass  # never reached
-
-
-def test_second__in_the_same_process_is_refused_too(tmp_path: Path) -> None:
-    settings = Settings(data=tmp_path)
-    second = holding(settings)
-    with holding(settings), pytest.raises(DataInUse, match=str(os.getpid())), second:
-        pass  # never reached
+    linked = Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'two/linked.db'}")
+    linked.data.mkdir()
+    (linked.data / "linked.db").symlink_to(tmp_path / "whipple.db")
+    with held_elsewhere(tmp_path) as process:
+        refusal = f"process {process.pid}; stop it, or choose another"
+        for second in (settings, linked):
+            with pytest.raises(DataInUse, match=refusal), holding(second):
+                pass  # never reached
 
 
 def test_second__with_the_same_database_is_refused_too(tmp_path: Path) -> None:
@@ -77,34 +72,6 @@ def test_second__with_the_same_database_is_refused_too(tmp_path: Path) -> None:
             pass  # never reached
     with holding(other), holding(Settings(data=tmp_path / "one")):
         pass
-
-
-def test_second__by_a_symbolic_link_to_the_database_is_refused_too(tmp_path: Path) -> None:
-    data, linked = tmp_path / "one", tmp_path / "two" / "linked.db"
-    linked.parent.mkdir()
-    linked.symlink_to(data / "whipple.db")
-    second = Settings(data=linked.parent, database_url=f"sqlite:///{linked}")
-    with (
-        held_elsewhere(data) as process,
-        pytest.raises(DataInUse, match=f"process {process.pid}; stop it, or choose another"),
-        holding(second),
-    ):
-        pass  # never reached
-
-
-def test_hard_link__to_the_database_is_refused_by_either_name(tmp_path: Path) -> None:
-    data, linked = tmp_path / "one", tmp_path / "two" / "linked.db"
-    for folder in (data, linked.parent):
-        folder.mkdir()
-    (data / "whipple.db").touch()
-    one = Settings(data=data)
-    other = Settings(data=linked.parent, database_url=f"sqlite:///{linked}")
-    check_names(one)
-    check_names(other)  # none yet
-    linked.hardlink_to(data / "whipple.db")
-    for settings in (one, other):
-        with pytest.raises(InvalidInput, match=r"with 2 names .* remove the others"):
-            check_names(settings)
 
 
 @pytest.mark.parametrize("begin", [serve, run_sweep_in])

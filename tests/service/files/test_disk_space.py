@@ -13,7 +13,7 @@ import pytest
 from service.files import disk_space as space
 from service.files.disk_space import Space, is_want_of_space
 from service.records.attempt import Ending
-from service.records.jobs import Cause, Kind, State, StoreUnavailable
+from service.records.jobs import Cause, Kind, State, StoreUnavailable, Submission
 from tests.service.support.fakes import sweep_of
 from tests.service.support.harness import Harness, open_harness
 
@@ -52,19 +52,19 @@ def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(
     harness: Harness, disk: Disk
 ) -> None:
     disk.free = RESERVE - 1
-    harness.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(Submission(sweep_of(1)))
     assert harness.tick() == []
     said = harness.dispatcher.blocked_reason()
     assert said is not None
-    assert said == harness.store.queue().hindrance
+    assert said == harness.store.queue().blocked_reason
     assert "reserve" in said
     disk.free = RESERVE
     assert len(harness.tick()) == 1
-    assert harness.dispatcher.blocked_reason() is harness.store.queue().hindrance is None
+    assert harness.dispatcher.blocked_reason() is harness.store.queue().blocked_reason is None
 
 
 def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, disk: Disk) -> None:
-    harness.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     disk.free = 0
     harness.end_well(ticket)
@@ -77,7 +77,7 @@ def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, 
 def test_full_disk__the_run_is_queued_again_and_costs_nothing(
     harness: Harness, disk: Disk, number: int
 ) -> None:
-    harness.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(Submission(sweep_of(1)))
     for _ in range(3):
         [ticket] = harness.tick()
         disk.free = RESERVE - 1
@@ -92,7 +92,7 @@ def test_full_disk__the_run_is_queued_again_and_costs_nothing(
 def test_full_disk__a_run_that_leaves_room_behind_has_crashed(
     harness: Harness, number: int
 ) -> None:
-    harness.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(Submission(sweep_of(1)))
     for _ in range(3):
         [ticket] = harness.tick()
         harness.end(ticket, full(os.strerror(number)))
@@ -108,7 +108,7 @@ def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) ->
 
 
 def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk: Disk) -> None:
-    harness.store.create_sweep(sweep_of(2))
+    harness.store.create_sweep(Submission(sweep_of(2)))
     one, other = harness.tick()
     disk.free = RESERVE - 1
     harness.end_badly(one, Cause.ERROR, reason="NetCDF: HDF error")
@@ -130,7 +130,7 @@ def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk
 def test_full_disk__is_judged_by_the_room_that_there_was(
     harness: Harness, cause: Cause, reason: str
 ) -> None:
-    harness.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     harness.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
     assert len(harness.tick()) == 1
@@ -143,7 +143,7 @@ def test_full_disk__is_judged_once_however_long_the_store_is_away(
     def away(*_arguments: Any, **_words: Any) -> State | None:
         raise StoreUnavailable("database or disk is full")
 
-    harness.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     disk.free = 0
     harness.end(ticket, replace(full("no room"), free=0))
@@ -159,7 +159,7 @@ def test_full_disk__is_judged_once_however_long_the_store_is_away(
 def test_full_disk__after_it_nothing_is_begun_for_a_while(
     harness: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    harness.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     monkeypatch.setattr(space, "REST_SECONDS", 3600.0)
     harness.end(ticket, full())

@@ -10,7 +10,7 @@ import pytest
 from service.files.artifacts import Artifacts
 from service.files.lost_results import Loss, ResultsLost, leave_list
 from service.records.attempt import Attempt
-from service.records.jobs import Cause, Kind, State, SweepState
+from service.records.jobs import Cause, Kind, State, Submission, SweepState
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
@@ -48,7 +48,7 @@ def result_of(harness: Harness, number: int) -> Path:
 def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(
     harness: Harness, damage: str | None
 ) -> None:
-    harness.store.create_sweep(sweep_of(2))
+    harness.store.create_sweep(Submission(sweep_of(2)))
     computed(harness)
     [publication] = harness.tick()
     harness.end_well(publication)
@@ -56,7 +56,7 @@ def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(
     file = result_of(harness, 0)
     file.unlink() if damage is None else file.write_text(damage)
 
-    row = harness.store.create_sweep(sweep_of(2))
+    row = harness.store.create_sweep(Submission(sweep_of(2)))
     assert row.new == 0
     [publication] = harness.tick()
     without_results(harness, publication, 0)
@@ -72,7 +72,7 @@ def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(
 
 
 def test_lost_result__that_is_there_for_the_service_costs_nothing(harness: Harness) -> None:
-    harness.store.create_sweep(sweep_of(1))
+    harness.store.create_sweep(Submission(sweep_of(1)))
     computed(harness)
     [publication] = harness.tick()
     without_results(harness, publication, 0)
@@ -82,7 +82,7 @@ def test_lost_result__that_is_there_for_the_service_costs_nothing(harness: Harne
 
 
 def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: Harness) -> None:
-    row = harness.store.create_sweep(sweep_of(1))
+    row = harness.store.create_sweep(Submission(sweep_of(1)))
     for _ in range(3):
         computed(harness)
         [publication] = harness.tick()
@@ -98,7 +98,7 @@ def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: 
 
 
 def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> None:
-    row = harness.store.create_sweep(sweep_of(2))
+    row = harness.store.create_sweep(Submission(sweep_of(2)))
     tickets = harness.tick()
     harness.end_well(next(one for one in tickets if one.spec["id"] == run_id(0)))
     harness.tick()
@@ -122,7 +122,7 @@ def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> 
 def large(harness: Harness) -> Harness:
     """A service with eight results, which does not wait before it looks for lost ones again."""
     harness.engine.free = 8
-    harness.store.create_sweep(sweep_of(8))
+    harness.store.create_sweep(Submission(sweep_of(8)))
     computed(harness)
     [publication] = harness.tick()
     harness.end_well(publication)
@@ -132,7 +132,9 @@ def large(harness: Harness) -> Harness:
 
 def shared(harness: Harness, *numbers: int) -> Attempt:
     """The publication of a sweep that shares these runs."""
-    harness.store.create_sweep(sweep_of(runs_of(*["fine"] * len(numbers), first=numbers[0])))
+    harness.store.create_sweep(
+        Submission(sweep_of(runs_of(*["fine"] * len(numbers), first=numbers[0])))
+    )
     [publication] = harness.tick()
     return publication
 
@@ -148,16 +150,16 @@ def lose(harness: Harness, publication: Attempt, *numbers: int) -> list[Attempt]
 def test_many_lost_results__are_named_and_none_is_forgotten(
     large: Harness, caplog: pytest.LogCaptureFixture
 ) -> None:
-    large.store.create_sweep(sweep_of(runs_of("fine", first=90), name="another"))
+    large.store.create_sweep(Submission(sweep_of(runs_of("fine", first=90), name="another")))
     large.store.pause()
     publication = shared(large, *range(6))
     large.store.resume()
     [again] = lose(large, publication, *range(6))  # and no run of the other sweep
     assert again.kind is Kind.PUBLISH
-    hindrance = str(large.store.queue().hindrance)
-    assert hindrance.startswith("6 of 8 registered results are lost or damaged")
-    assert f"{run_id(0)}, {run_id(1)}, {run_id(2)} and 3 more" in hindrance
-    assert hindrance.endswith("`whipple forget-lost 6`")
+    blocked_reason = str(large.store.queue().blocked_reason)
+    assert blocked_reason.startswith("6 of 8 registered results are lost or damaged")
+    assert f"{run_id(0)}, {run_id(1)}, {run_id(2)} and 3 more" in blocked_reason
+    assert blocked_reason.endswith("`whipple forget-lost 6`")
     assert all(any(run_id(number) in line for line in caplog.messages) for number in range(6))
     assert all(large.run(number).path for number in range(6))
 
@@ -170,7 +172,7 @@ def test_many_lost_results__that_are_there_again_are_published(large: Harness) -
         file.write_bytes(was)
     large.end_well(again)
     large.tick()
-    assert large.store.queue().hindrance is None
+    assert large.store.queue().blocked_reason is None
     assert large.store.queue().states == {State.SUCCEEDED: 10}
     assert [large.run(number).attempt for number in range(6)] == [1] * 6
 
@@ -179,16 +181,16 @@ def test_many_lost_results__are_computed_again_when_people_allow_it(large: Harne
     [again] = lose(large, shared(large, *range(6)), *range(6))
     large.store.allow_forgetting(6)
     assert len(lose(large, again, *range(6))) == 6
-    assert large.store.queue().hindrance is None
+    assert large.store.queue().blocked_reason is None
 
 
 def test_few_lost_results__again_and_again_are_no_more_than_a_share_of_all(
     large: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("service.store.losses.AT_ONCE", timedelta(0))
+    monkeypatch.setattr("service.store.lost_results.AT_ONCE", timedelta(0))
     assert len(lose(large, shared(large, 0, 1, 2), 0, 1, 2)) == 3
     [again] = lose(large, shared(large, 4, 5, 6), 4, 5, 6)
     assert again.kind is Kind.PUBLISH
-    assert "5 a day" in str(large.store.queue().hindrance)
-    monkeypatch.setattr("service.store.losses.MOST_OF_ALL", 1.2)  # of the five that are left
+    assert "5 a day" in str(large.store.queue().blocked_reason)
+    monkeypatch.setattr("service.store.lost_results.MOST_OF_ALL", 1.2)  # of the five that are left
     assert len(lose(large, again, 4, 5, 6)) == 3

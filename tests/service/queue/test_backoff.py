@@ -1,15 +1,15 @@
 """Jobs that were lost again and again: how long they are delayed."""
 
 from service.queue.backoff import FREE_LOSSES, Backoff
-from service.records.jobs import Claim, Keep, Kind, State
+from service.records.jobs import Keep, Kind, Lease, State
 from service.records.timings import DEFAULT, Timings
 from tests.service.support.fakes import run_id
 
-LEASE = Claim(
+LEASE = Lease(
     id=run_id(1),
     kind=Kind.RUN,
     attempt=1,
-    epoch=1,
+    term=1,
     token="0123abcd",
     crashes=0,
     crash_step=None,

@@ -9,7 +9,7 @@ import pytest
 
 from service.queue import data_identity as identity
 from service.queue.data_identity import WrongDirectory
-from service.records.jobs import Cause, State
+from service.records.jobs import Cause, State, Submission
 from service.records.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
@@ -50,7 +50,7 @@ def test_settle__gives_both_one_id_that_stays(settings: Settings, store: Store) 
 def test_settle__refuses_an_empty_directory_for_results_of_a_store_without_id(
     settings: Settings, store: Store
 ) -> None:
-    store.create_sweep(sweep_of(1))
+    store.create_sweep(Submission(sweep_of(1)))
     finish_all(store)
     settings.data.mkdir()
     with pytest.raises(WrongDirectory, match=r"no results.*mount it, or .*whipple adopt"):
@@ -134,7 +134,7 @@ def test_another_directory__in_its_place_gets_no_work(harness: Harness, tmp_path
 def test_retry__forgets_no_final_state_while_the_directory_is_away(tmp_path: Path) -> None:
     with open_api(tmp_path / "data", database_url=f"sqlite:///{tmp_path / 'x.db'}") as api:
         id = api.submit()
-        for claim in api.store.claim(9, api.epoch()):
+        for claim in api.store.lease(9, api.term()):
             state = replace(stored(STATE), path=f"runs/{STATE}")
             result = api.result(claim.id)
             api.store.finish(claim, replace(result, files=(*result.files, state)))

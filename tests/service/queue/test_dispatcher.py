@@ -63,14 +63,14 @@ def test_lead_won_again__after_another_leader_stops_what_no_longer_counts(harnes
     [attempt] = harness.begin(1)
     lose_lead(harness)
     with closing(open_store(harness.settings)) as between:
-        term = between.begin_epoch("another")
-        [lease] = between.claimed()
+        term = between.begin_term("another")
+        [lease] = between.leases()
         assert between.requeue(lease, Cause.LOST, reason="its leader was gone")
-        assert between.claim(1, term)
-        between.hinder("the other one has no worker")
+        assert between.lease(1, term)
+        between.set_blocked_reason("the other one has no worker")
     harness.tick()
     assert harness.engine.stopped == [attempt.key]
-    assert harness.store.queue().hindrance is None
+    assert harness.store.queue().blocked_reason is None
 
 
 @pytest.fixture
@@ -79,18 +79,18 @@ def superseded(harness: Harness) -> Attempt:
     attempt, other = harness.begin(2)
     harness.end_badly(other, Cause.LOST)
     with closing(open_store(harness.settings)) as elsewhere:
-        elsewhere.begin_epoch("another")
+        elsewhere.begin_term("another")
     return attempt
 
 
 def test_younger_term__is_reported_and_followed_by_another_term(
     harness: Harness, superseded: Attempt, caplog: pytest.LogCaptureFixture
 ) -> None:
-    term = harness.store.queue().epoch
+    term = harness.store.queue().term
     assert harness.tick() == []
     [again] = harness.tick()
     assert again.key != superseded.key
-    assert harness.store.queue().epoch == term + 1
+    assert harness.store.queue().term == term + 1
     assert caplog.messages.count(OTHER_LEADER) == 1
     harness.end_well(superseded)  # which went on meanwhile
     harness.tick()
@@ -101,11 +101,11 @@ def test_younger_term__is_reported_and_followed_by_another_term(
 def test_younger_term__a_superseded_leader_stores_no_blocked_reason(harness: Harness) -> None:
     harness.tick()
     with closing(open_store(harness.settings)) as elsewhere:
-        elsewhere.begin_epoch("another")
+        elsewhere.begin_term("another")
     harness.engine.free = 0
     harness.tick()
     assert harness.dispatcher.blocked_reason() == NO_WORKER
-    assert harness.store.queue().hindrance is None
+    assert harness.store.queue().blocked_reason is None
 
 
 def test_lead_lost_while_the_engine_starts__begins_no_term(harness: Harness) -> None:
@@ -116,7 +116,7 @@ def test_lead_lost_while_the_engine_starts__begins_no_term(harness: Harness) -> 
     dispatcher = Dispatcher(harness.settings, harness.store, open_engine=lose, timings=AT_ONCE)
     dispatcher.tick()
     dispatcher.tick()
-    assert harness.store.queue().epoch == 0
+    assert harness.store.queue().term == 0
     assert not dispatcher.leads()
 
 
@@ -164,7 +164,7 @@ def test_engine_that_does_not_start__is_reported_at_once_and_tried_again(harness
 
 
 def test_thread__goes_on_after_errors(harness: Harness, caplog: pytest.LogCaptureFixture) -> None:
-    harness.flaky.failing = {"claimed"}
+    harness.flaky.failing = {"leases"}
     harness.dispatcher.start()  # though the store is away
     for _ in range(2):
         caplog.clear()
@@ -205,7 +205,7 @@ def test_close__queues_what_was_under_way_and_registers_what_ended(harness: Harn
     assert [row.state for row in rows] == [State.SUCCEEDED, State.QUEUED, State.QUEUED]
     assert (rows[1].attempt, rows[1].crashes) == (1, 0)
     assert set(harness.engine.forgotten) == {ended.key, left.key, stopped.key}
-    assert harness.store.claimed() == ()
+    assert harness.store.leases() == ()
 
 
 def test_leave__claims_nothing_more(harness: Harness) -> None:

@@ -120,9 +120,9 @@ def test_failed_attempt__keeps_its_log(harness: Harness) -> None:
 
 def test_file_of_a_row__stays_in_a_folder_that_does_not_count(harness: Harness) -> None:
     lost, counted = lost_and_finished(harness)
-    [(id, last)] = harness.store.known_attempts([run_id(0)]).items()
+    [(id, last)] = harness.store.last_attempts([run_id(0)]).items()
     later = {id: replace(last, attempt=9, token="0123abcd")}
-    harness.flaky.overrides["known_attempts"] = lambda _ids: later
+    harness.flaky.overrides["last_attempts"] = lambda _ids: later
     make_old(harness.settings.data / "runs")
     collect(harness)
     assert counted.is_dir()
@@ -293,13 +293,13 @@ def test_step__removes_so_many_folders_at_most(harness: Harness) -> None:
 
 
 def test_step__looks_at_a_batch_of_folders_together(harness: Harness) -> None:
-    known_attempts, batches = harness.store.known_attempts, list[int]()
+    last_attempts, batches = harness.store.last_attempts, list[int]()
 
     def note(ids: list[str]) -> object:
         batches.append(len(ids))
-        return known_attempts(ids)
+        return last_attempts(ids)
 
-    harness.flaky.overrides["known_attempts"] = note
+    harness.flaky.overrides["last_attempts"] = note
     for number in range(FOLDERS_AT_ONCE + 10):
         harness.artifacts.run_folder(run_id(number)).mkdir(parents=True)
     going = collector(harness, collection_step=0.0)

@@ -53,7 +53,7 @@ def test_new_term__a_store_that_is_away_at_its_begin_loses_no_result(harness: Ha
     [attempt] = harness.begin(1)
     harness.end_well(attempt)
     harness.flaky.has_lost_lead = True
-    harness.flaky.failing = {"claimed"}
+    harness.flaky.failing = {"leases"}
     with pytest.raises(StoreUnavailable):
         harness.tick()
     harness.flaky.failing = set()
@@ -164,10 +164,10 @@ def test_away__nothing_begins_and_the_reason_is_stored(harness: Harness) -> None
     harness.tick()
     harness.send(Away(AWAY))
     assert harness.begin(1) == []
-    assert harness.dispatcher.blocked_reason() == harness.store.queue().hindrance == AWAY
+    assert harness.dispatcher.blocked_reason() == harness.store.queue().blocked_reason == AWAY
     harness.send(Back())
     assert len(harness.tick()) == 1
-    assert harness.store.queue().hindrance is None
+    assert harness.store.queue().blocked_reason is None
 
 
 def test_away__costs_what_was_under_way_nothing(harness: Harness) -> None:

@@ -11,7 +11,7 @@ from service.queue.leader import MOST_REGISTRATIONS
 from service.queue.registration import Registrar
 from service.queue.verification import VerifiedEnding
 from service.records.attempt import Attempt, Ending
-from service.records.jobs import Cause, Claim, Kind, State, StoreUnavailable, SweepState
+from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable, SweepState
 from tests.service.support.fakes import run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
@@ -139,11 +139,11 @@ def test_failure__leaves_the_checkpoint_for_a_retry(harness: Harness) -> None:
 
 
 @pytest.fixture
-def tried(monkeypatch: pytest.MonkeyPatch) -> list[Claim]:
+def tried(monkeypatch: pytest.MonkeyPatch) -> list[Lease]:
     """Leases of the first run that could not be registered; the list is empty as long as nothing was tried."""
-    register, leases = Registrar.register, list[Claim]()
+    register, leases = Registrar.register, list[Lease]()
 
-    def fail(registrar: Registrar, lease: Claim, verified: VerifiedEnding) -> None:
+    def fail(registrar: Registrar, lease: Lease, verified: VerifiedEnding) -> None:
         if lease.id == run_id(0):
             leases.append(lease)
             raise RuntimeError("an unexpected error")
@@ -154,7 +154,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[Claim]:
 
 
 def test_ending_that_cannot_be_registered__holds_nobody_up_and_fails_in_the_end(
-    harness: Harness, tried: list[Claim]
+    harness: Harness, tried: list[Lease]
 ) -> None:
     attempts = harness.begin(2)
     for attempt in attempts:
@@ -171,7 +171,7 @@ def test_ending_that_cannot_be_registered__holds_nobody_up_and_fails_in_the_end(
 
 
 def test_ending_that_cannot_be_registered__is_tried_again_after_a_while(
-    tmp_path: Path, tried: list[Claim]
+    tmp_path: Path, tried: list[Lease]
 ) -> None:
     with open_harness(tmp_path, replace(AT_ONCE, registration_retry=3600.0)) as harness:
         harness.end_well(harness.begin(1)[0])

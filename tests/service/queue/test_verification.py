@@ -14,7 +14,7 @@ import pytest
 from service.files.artifacts import Artifacts, describe
 from service.queue.verification import OWN_SHORTAGE
 from service.records.attempt import Attempt, Ending
-from service.records.jobs import Cause, Claim, State, Stored
+from service.records.jobs import Cause, Lease, State, Stored
 from tests.service.support.fakes import DEADLINE, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
@@ -169,7 +169,7 @@ def test_lost_and_complete__counts_unless_more_than_its_log_is_written_to(
 ) -> None:
     complete_files = Artifacts.complete_files
 
-    def write_after(artifacts: Artifacts, lease: Claim) -> tuple[Stored, ...]:
+    def write_after(artifacts: Artifacts, lease: Lease) -> tuple[Stored, ...]:
         files = complete_files(artifacts, lease)
         with (artifacts.attempt_directory(lease) / name).open("a") as file:
             file.write("more")

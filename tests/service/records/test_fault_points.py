@@ -1,4 +1,4 @@
-"""Points where a process can be made to die: each is somewhere, and does nothing unless asked."""
+"""Fault points: each is passed somewhere, and kills the process only on request."""
 
 import re
 import signal
@@ -8,39 +8,22 @@ from pathlib import Path
 
 import pytest
 
-from service.records.fault_points import POINTS, VARIABLE, point
+from service.records.fault_points import POINTS, VARIABLE, fault_point
 
 ROOT = Path(__file__).parents[3]
-CALL = re.compile(r'\bpoint\("([a-z-]+)"\)')
+CALL = re.compile(r'\bfault_point\("([a-z-]+)"\)')
 
 
-def test_points__each_is_passed_somewhere_and_no_other() -> None:
+def test_points__are_those_that_the_service_passes() -> None:
     texts = [file.read_text() for file in (ROOT / "service").rglob("*.py")]
-    called = [name for text in texts for name in CALL.findall(text)]
-    assert set(called) == set(POINTS)
-
-
-def test_point__does_nothing_unless_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(VARIABLE, POINTS[1])
-    point(POINTS[0])
-    monkeypatch.delenv(VARIABLE)
-    point(POINTS[1])
-
-
-def test_point__kills_the_process_that_passes_it() -> None:
-    program = (
-        f"from service.records.fault_points import point; point({POINTS[0]!r}); print('went on')"
-    )
-    answer = subprocess.run(
-        [sys.executable, "-c", program],
-        cwd=ROOT,
-        env={VARIABLE: POINTS[0]},
-        capture_output=True,
-        check=False,
-    )
-    assert (answer.returncode, answer.stdout) == (-signal.SIGKILL, b"")
-
-
-def test_point__must_be_known() -> None:
+    called = {name for text in texts for name in CALL.findall(text)}
+    assert called - {"..."} == set(POINTS)
     with pytest.raises(AssertionError):
-        point("somewhere-else")
+        fault_point("somewhere-else")
+
+
+@pytest.mark.parametrize(("name", "status"), [(POINTS[0], -signal.SIGKILL), (POINTS[1], 0)])
+def test_named_point__kills_the_process_that_passes_it(name: str, status: int) -> None:
+    program = f"from service.records.fault_points import fault_point; fault_point({POINTS[0]!r})"
+    command = [sys.executable, "-c", program]
+    assert subprocess.run(command, cwd=ROOT, env={VARIABLE: name}, check=False).returncode == status

@@ -1,5 +1,8 @@
-"""States, moves and budgets."""
+"""States, moves, budgets, and the record of a sweep's status."""
 
+import json
+from dataclasses import asdict
+from datetime import UTC, datetime
 from typing import Any
 
 import pytest
@@ -9,28 +12,21 @@ from service.records.jobs import (
     MOVES,
     TERMINAL,
     Cause,
-    Claim,
     Keep,
-    Kind,
     State,
+    SweepState,
+    SweepStatus,
     at_least,
     before,
     crashes_before,
     may_try_again,
 )
+from tests.service.support.rows import lease_of
 
 
-def test_moves__every_state_is_there_and_can_be_left_or_reached() -> None:
-    assert set(MOVES) == set(State)
-    reached = frozenset().union(*MOVES.values())
-    assert reached == set(State)
-
-
-def test_moves__nothing_that_has_ended_ends_otherwise() -> None:
+def test_moves__are_of_every_state_and_end_no_ended_job_otherwise() -> None:
+    assert set(MOVES) == frozenset().union(*MOVES.values()) == set(State)
     assert all(not (MOVES[state] & TERMINAL) for state in TERMINAL)
-
-
-def test_before__names_the_states_that_a_move_may_start_from() -> None:
     assert before(State.RUNNING) == {State.QUEUED}
     assert State.RUNNING in before(State.SUCCEEDED)
 
@@ -38,7 +34,6 @@ def test_before__names_the_states_that_a_move_may_start_from() -> None:
 @pytest.mark.parametrize(
     ("cause", "crashes", "again"),
     [
-        (Cause.CRASH, 0, True),
         (Cause.CRASH, 1, True),
         (Cause.CRASH, 2, False),
         (Cause.LOST, 99, True),
@@ -48,11 +43,8 @@ def test_before__names_the_states_that_a_move_may_start_from() -> None:
         (Cause.VERDICT, 0, False),
     ],
 )
-def test_budget__each_cause_has_its_own(cause: Cause, crashes: int, again: bool) -> None:
+def test_budget__is_of_each_cause(cause: Cause, crashes: int, again: bool) -> None:
     assert may_try_again(cause, crashes) is again
-
-
-def test_budget__no_cause_is_forgotten() -> None:
     assert set(BUDGET) == set(Cause)
 
 
@@ -60,37 +52,38 @@ def test_budget__no_cause_is_forgotten() -> None:
     ("crash_step", "step", "counted"),
     [(None, None, 2), (None, 100, 0), (100, 100, 2), (100, 101, 0), (100, 50, 2), (100, None, 2)],
 )
-def test_crashes__progress_starts_the_count_anew(
+def test_crashes__are_counted_anew_after_progress(
     crash_step: int | None, step: int | None, counted: int
 ) -> None:
-    assert crashes_before(claim(crashes=2, crash_step=crash_step), step) == counted
+    assert crashes_before(lease_of(crashes=2, crash_step=crash_step), step) == counted
 
 
-def test_attempt__has_the_same_name_in_every_reign() -> None:
-    assert claim(epoch=1).key == claim(epoch=2).key
-    assert claim(attempt=1).key != claim(attempt=2).key
-    assert claim(token="a").key != claim(token="b").key
+def test_attempt__has_one_key_in_every_term() -> None:
+    assert lease_of(term=1).key == lease_of(term=2).key
+    assert len({lease_of(**{name: 9}).key for name in ("term", "attempt", "token")}) == 3
 
 
-def claim(**given: Any) -> Claim:
-    plain: dict[str, Any] = {
-        "id": "0" * 32,
-        "kind": Kind.RUN,
-        "attempt": 1,
-        "epoch": 1,
-        "token": "0" * 8,
-        "crashes": 0,
-        "crash_step": None,
-        "priority": 0,
-        "keep": Keep.FINAL,
-        "state": State.RUNNING,
-        "spec": {},
-        "sweep_id": None,
-    }
-    return Claim(**plain | given)
+def test_retention__includes_the_lesser_ones() -> None:
+    assert [len(at_least(keep)) for keep in (Keep.NUMBERS, Keep.FINAL, Keep.FILM)] == [3, 2, 1]
 
 
-def test_keep__each_keeps_what_the_lesser_do() -> None:
-    assert at_least(Keep.NUMBERS) == set(Keep)
-    assert at_least(Keep.FINAL) == {Keep.FINAL, Keep.FILM}
-    assert at_least(Keep.FILM) == {Keep.FILM}
+def test_status__is_the_same_after_a_journey_as_json() -> None:
+    moment = datetime(2026, 11, 22, 12, tzinfo=UTC)
+    texts: dict[str, Any] = dict.fromkeys(("id", "name", "title", "scenario", "owner"), "x")
+    numbers: dict[str, Any] = {"priority": 1, "planned": 3, "reused": 1, "new": 2}
+    status = SweepStatus(
+        **texts,
+        **numbers,
+        keep=Keep.FILM,
+        state=SweepState.RUNNING,
+        reason=None,
+        counts={"queued": 3},
+        progress=0.5,
+        eta_seconds=None,
+        created=moment,
+        cancelled=None,
+        finished=moment,
+    )
+    body = json.loads(json.dumps({**asdict(status), "links": {}}, default=datetime.isoformat))
+    assert SweepStatus.from_json(body) == status
+    assert not status.is_terminal

@@ -1,4 +1,4 @@
-"""What the service writes of itself: one JSON object a line, with the ids of request, run and sweep."""
+"""Log lines: one JSON object each, with the ids of request, run and sweep."""
 
 import io
 import json
@@ -12,10 +12,9 @@ import pytest
 
 from service.records import logs
 from service.records.jobs import Kind
-from service.store import Store
 from tests.service.support.api import Api, open_api
-from tests.service.support.fakes import sweep_of
-from tests.service.support.rows import TERM, claim_runs, result
+from tests.service.support.fakes import run_id
+from tests.service.support.rows import lease_of
 
 Lines = Callable[[], list[dict[str, Any]]]
 
@@ -52,40 +51,25 @@ def test_line__is_one_whatever_its_text_holds(lines: Lines) -> None:
     assert line["message"] == 'a\nb\r\x1b[31m"\u2028{}'
 
 
-def test_line__of_an_attempt_names_its_run_as_a_request_does(lines: Lines, store: Store) -> None:
-    store.create_sweep(sweep_of(1))
-    [claim] = claim_runs(store, 1)
-    logging.getLogger("service").info("done", extra=logs.about(claim))
-    [line] = lines()
-    assert (line["run"], line["attempt"]) == (claim.id, 1)
-    assert "sweep" not in line
-
-
-def test_line__of_a_publication_names_its_sweep(lines: Lines, store: Store) -> None:
-    sweep = store.create_sweep(sweep_of(1))
-    [run] = claim_runs(store, 1)
-    store.finish(run, result())
-    [claim] = store.claim(1, TERM)
-    assert claim.kind is Kind.PUBLISH
-    logging.getLogger("service").info("done", extra=logs.about(claim))
-    [line] = lines()
-    assert (line["sweep"], line["attempt"]) == (sweep.id, 1)
-    assert "run" not in line
-
-
-def test_line__takes_no_other_field(lines: Lines) -> None:
-    logging.getLogger("service").info("x", extra={"secret": "whp_1"})
-    assert "secret" not in lines()[0]
+def test_line__of_an_attempt_names_its_run_or_sweep(lines: Lines) -> None:
+    for lease in (lease_of(), lease_of(kind=Kind.PUBLISH, sweep_id="9")):
+        extra = {**logs.about(lease), "secret": "whp_1"}  # which is no field of a line
+        logging.getLogger("service").info("done", extra=extra)
+    of_run, of_sweep = lines()
+    assert (of_run["run"], of_run["attempt"]) == (run_id(7), 1)
+    assert (of_sweep["sweep"], of_sweep["attempt"]) == ("9", 1)
+    assert not {"secret", "sweep"} & of_run.keys()
+    assert not {"secret", "run"} & of_sweep.keys()
 
 
 def test_exception__keeps_its_trace_in_the_line(lines: Lines) -> None:
     try:
-        raise ValueError("what nobody foresaw")
+        raise ValueError("out of order")
     except ValueError:
         logging.getLogger("service").exception("it failed")
     [line] = lines()
     assert line["level"] == "error"
-    assert "what nobody foresaw" in line["trace"]
+    assert "out of order" in line["trace"]
 
 
 def test_others__are_heard_from_warnings_on(lines: Lines) -> None:
@@ -108,31 +92,25 @@ def test_request__is_a_line_with_route_status_and_seconds(api: Api, lines: Lines
     assert "secret" not in json.dumps(shown)
 
 
-def test_request__of_a_run_names_it(api: Api, lines: Lines) -> None:
-    run = api.store.sweep_runs(api.submit()).items[0].run.id
-    api.http.get(f"/v1/runs/{run}")
-    assert of_requests(lines)[-1]["run"] == run
-
-
 def test_request__that_fails_has_its_id_on_every_line(
     api: Api, lines: Lines, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(id: str) -> None:
         logging.getLogger("service.store").warning("about to fail")
-        raise RuntimeError("nobody foresaw this")
+        raise RuntimeError("out of order")
 
     monkeypatch.setattr(api.store, "sweep_and_files", broken)
     answer = api.http.get("/v1/sweeps/7", headers={"X-Request-ID": "night.8"})
     assert answer.status_code == 500
     assert answer.json()["request_id"] == "night.8"
-    found = [line for line in lines() if line.get("request_id") == "night.8"]
-    assert found[0]["message"] == "about to fail"
-    assert any("nobody foresaw this" in line.get("trace", "") for line in found)
+    of_request = [line for line in lines() if line.get("request_id") == "night.8"]
+    assert of_request[0]["message"] == "about to fail"
+    assert any("out of order" in line.get("trace", "") for line in of_request)
     assert of_requests(lines)[-1]["status"] == 500
 
 
 def test_request__by_machines_every_few_seconds_is_no_line(api: Api, lines: Lines) -> None:
-    api.epoch()
+    api.term()
     for path in ("/livez", "/readyz", "/metrics"):
         assert api.http.get(path).status_code == 200
     assert of_requests(lines) == []

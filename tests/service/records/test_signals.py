@@ -58,24 +58,6 @@ def test_wish__is_noted_wherever_it_arrives(deliver: Callable[[], None]) -> None
         assert leaving.asked() is signal.SIGINT
 
 
-@pytest.mark.parametrize("deliver", ["by_finalizer", "by_collector"])
-def test_pythons_own_way__loses_it_there(deliver: str) -> None:
-    """The reason why there are wishes: this program is interrupted, and goes on to its end."""
-    program = (
-        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
-        f"from tests.service import test_leaving; test_leaving.{deliver}(); print('went on')"
-    )
-    answer = subprocess.run(
-        [sys.executable, "-c", program],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (answer.returncode, answer.stdout) == (0, "went on\n")
-    assert "KeyboardInterrupt" in answer.stderr
-
-
 def test_wish__wakes_whoever_waits() -> None:
     begin = time.monotonic()
     with heeding() as leaving:
@@ -91,14 +73,6 @@ def test_wish__wakes_whoever_waits() -> None:
         assert leaving.asked(wait=10 * WAKE_SECONDS) is signal.SIGINT
         other.join()
     assert time.monotonic() - begin < WAKE_SECONDS
-
-
-def test_wish__stays_until_it_is_obeyed() -> None:
-    with heeding() as leaving:
-        assert leaving.asked() is None
-        os.kill(os.getpid(), signal.SIGTERM)
-        interrupt()
-        assert leaving.asked() is leaving.asked() is signal.SIGTERM
 
 
 def test_obey__raises_what_ends_a_program() -> None:
@@ -175,11 +149,6 @@ def test_thread_that_goes_on__does_not_keep_the_process(seconds: float, then: st
         process.kill()
 
 
-def test_go__does_nothing_unless_asked() -> None:
-    with heeding() as leaving:
-        leaving.go()
-
-
 GOES = (
     "import atexit, os, signal; from service.records.signals import heeding\n"
     "atexit.register(print, 'in order')\n"
@@ -206,16 +175,3 @@ def test_ignored__stays_ignored() -> None:
             assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def test_another_thread__changes_nothing() -> None:
-    seen = []
-
-    def elsewhere() -> None:
-        with heeding() as leaving:
-            seen.append((leaving.asked(), signal.getsignal(signal.SIGINT)))
-
-    other = threading.Thread(target=elsewhere)
-    other.start()
-    other.join()
-    assert seen == [(None, signal.getsignal(signal.SIGINT))]

@@ -1,207 +1,175 @@
-"""The store lets go: sweeps cancelled, tried again, deleted; runs that others wait for go on."""
+"""Cancelled, retried, replaced and deleted sweeps; runs that other sweeps wait for go on."""
 
 import pytest
-import sqlalchemy as sa
 
-from service.records.jobs import Cause, Claim, Conflict, Kind, NotFound, State, SweepState
+from service.records.jobs import (
+    RESULT,
+    Cause,
+    Conflict,
+    NotFound,
+    State,
+    Stored,
+    Submission,
+    SweepState,
+)
 from service.store import Store
-from service.store.tables import JOBS
-from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
-from tests.service.support.rows import TERM, claim_runs, finish_all, result, statements
+from tests.service.support.fakes import run_id, stored, sweep_of
+from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 
 
-def test_cancel__queued_runs_end_and_running_ones_are_to_be_stopped(store: Store) -> None:
-    row = store.create_sweep(sweep_of(3))
-    [claim] = claim_runs(store, 1)
-    seen = store.cancel_sweep(row.id)
-    assert seen.state is SweepState.CANCELLED
-    assert seen.counts["cancelled"] == 3
-    assert store.run(claim.id).state is State.CANCELLING
-    assert [one.state for one in store.claimed()] == [State.CANCELLING]
-    assert store.requeue(claim, Cause.LOST, reason="stopped")
-    assert store.run(claim.id).state is State.CANCELLED
-    assert store.claim(9, TERM) == ()
+def test_cancel__ends_queued_runs_and_stops_running_ones(store: Store) -> None:
+    sweep = store.create_sweep(Submission(sweep_of(3))).id
+    [lease] = lease_runs(store, 1)
+    status = store.cancel_sweep(sweep)
+    assert (status.state, status.counts["cancelled"]) == (SweepState.CANCELLED, 3)
+    assert store.cancel_sweep(sweep) == status
+    assert [held.state for held in store.leases()] == [State.CANCELLING]
+    assert store.requeue(lease, Cause.LOST, reason="stopped") is State.CANCELLED
+    assert store.lease(9, TERM) == ()
 
 
-def test_cancel__is_idempotent_and_changes_nothing_that_is_done(store: Store) -> None:
-    row = store.create_sweep(sweep_of(2))
-    assert store.cancel_sweep(row.id) == store.cancel_sweep(row.id)
-    done = store.create_sweep(sweep_of(runs_of("fine", first=9)))
+def test_cancel__leaves_shared_runs_to_the_other_sweep(store: Store) -> None:
+    mine, theirs = (store.create_sweep(Submission(sweep_of(2))).id for _ in range(2))
+    [lease] = lease_runs(store, 1)
+    store.cancel_sweep(mine)
+    assert store.run(lease.id).state is State.RUNNING
+    assert store.sweep(theirs).counts["queued"] == 1
+    assert store.finish(lease, result())
     finish_all(store)
-    assert store.cancel_sweep(done.id).state is SweepState.SUCCEEDED
+    assert store.sweep(mine).counts["cancelled"] == 2
+    assert store.sweep(theirs).state is SweepState.SUCCEEDED
 
 
-def test_cancel__a_shared_run_goes_on(store: Store) -> None:
-    mine, theirs = store.create_sweep(sweep_of(2)), store.create_sweep(sweep_of(2))
-    [claim] = claim_runs(store, 1)
-    store.cancel_sweep(mine.id)
-    assert store.run(claim.id).state is State.RUNNING
-    assert store.sweep(theirs.id).counts["queued"] == 1
-    finish_all_from(store, claim)
-    assert store.sweep(mine.id).counts["cancelled"] == 2
-    assert store.sweep(theirs.id).state is SweepState.SUCCEEDED
-
-
-def finish_all_from(store: Store, claim: Claim) -> None:
-    assert store.finish(claim, result())
-    finish_all(store)
-
-
-def test_cancel__what_was_computed_is_published(store: Store) -> None:
-    row = store.create_sweep(sweep_of(3))
-    [claim] = claim_runs(store, 1)
-    store.finish(claim, result())
-    assert store.cancel_sweep(row.id).state is SweepState.CANCELLING
-    finish_all(store)
-    assert store.sweep(row.id).state is SweepState.CANCELLED
-    assert store.artifacts(row.id)
-
-
-def test_cancel__progress_is_what_was_computed(store: Store) -> None:
-    row = store.create_sweep(sweep_of(4))
-    done, running = claim_runs(store, 2)
+def test_cancel__publishes_what_was_computed(store: Store) -> None:
+    sweep = store.create_sweep(Submission(sweep_of(4))).id
+    done, running = lease_runs(store, 2)
     store.finish(done, result())
-    store.progress([(running, 0.5, 3.0, {})])
-    assert store.cancel_sweep(row.id).progress == pytest.approx(0.25)
+    store.record_progress([(running, 0.5, 3.0, {})])
+    status = store.cancel_sweep(sweep)
+    assert status.state is SweepState.CANCELLING
+    assert status.progress == pytest.approx(0.25)
     assert store.requeue(running, Cause.LOST, reason="stopped")
     finish_all(store)
-    seen = store.sweep(row.id)
-    assert (seen.state, seen.eta_seconds) == (SweepState.CANCELLED, 0.0)
-    assert seen.progress == pytest.approx(0.25)
-    assert store.retry_sweep(row.id).progress == pytest.approx(0.25)
+    status = store.sweep(sweep)
+    assert (status.state, status.eta_seconds) == (SweepState.CANCELLED, 0.0)
+    assert status.progress == pytest.approx(0.25)
+    assert store.artifacts(sweep)
+    assert store.retry_sweep(sweep).progress == pytest.approx(0.25)
     finish_all(store)
-    assert store.sweep(row.id).progress == 1.0
+    assert store.sweep(sweep).progress == 1.0
+    assert store.cancel_sweep(sweep).state is SweepState.SUCCEEDED  # nothing is left to cancel
 
 
-def test_cancel__a_result_that_comes_first_is_kept(store: Store) -> None:
-    row = store.create_sweep(sweep_of(1))
-    [claim] = claim_runs(store, 1)
-    store.cancel_sweep(row.id)
-    assert store.finish(claim, result())
-    assert store.run(claim.id).state is State.SUCCEEDED
-
-
-def test_cancel__a_run_that_somebody_wants_again_is_queued_when_it_has_stopped(
-    store: Store,
-) -> None:
-    row = store.create_sweep(sweep_of(1))
-    [claim] = claim_runs(store, 1)
-    store.cancel_sweep(row.id)
-    again = store.create_sweep(sweep_of(1))
-    assert store.requeue(claim, Cause.LOST, reason="stopped")
-    assert store.run(claim.id).state is State.QUEUED
+def test_stopped_run__is_queued_again_for_a_sweep_that_came_meanwhile(store: Store) -> None:
+    sweep = store.create_sweep(Submission(sweep_of(1))).id
+    [lease] = lease_runs(store, 1)
+    store.cancel_sweep(sweep)
+    again = store.create_sweep(Submission(sweep_of(1))).id
+    assert store.requeue(lease, Cause.LOST, reason="stopped") is State.QUEUED
     finish_all(store)
-    assert store.sweep(again.id).state is SweepState.SUCCEEDED
+    assert store.sweep(again).state is SweepState.SUCCEEDED
 
 
-def test_cancel__a_sweep_that_is_being_published_goes_on(store: Store) -> None:
-    publishing = store.create_sweep(sweep_of(1))
-    [claim] = claim_runs(store, 1)
-    store.finish(claim, result(succeeded=False))
-    [publication] = store.claim(1, TERM)
-    # Another sweep asks for the same run again, so that it is unfinished once more.
-    other = store.create_sweep(sweep_of(1))
-    [second] = store.claim(1, TERM)
-    store.publish(second, [stored("cube.nc")], seconds=1.0)
-    store.retry_sweep(other.id, verdicts=True)
-    assert store.cancel_sweep(publishing.id).state is SweepState.PUBLISHING
-    assert store.publish(publication, [stored("cube.nc")], seconds=1.0)
-
-
-def test_cancel__a_sweep_that_is_done_keeps_no_run_going(store: Store) -> None:
-    done = store.create_sweep(sweep_of(1))
-    [claim] = claim_runs(store, 1)
-    store.fail(claim, Cause.CRASH, failure="SIGSEGV", reason="died")
-    finish_all(store)
-    assert store.sweep(done.id).is_terminal
-    again = store.create_sweep(sweep_of(1))
-    claim_runs(store, 1)
-    store.cancel_sweep(again.id)
-    assert [one.state for one in store.claimed()] == [State.CANCELLING]
-
-
-def test_retry__accidents_and_cancelled_runs_but_no_verdict(store: Store) -> None:
-    row = store.create_sweep(sweep_of(3))
-    crashed, verdict, _ = claim_runs(store, 3)
-    store.fail(crashed, Cause.CRASH, failure="SIGSEGV", reason="died")
-    store.finish(verdict, result(succeeded=False))
-    store.cancel_sweep(row.id)
-    seen = store.retry_sweep(row.id)
-    assert seen.state is SweepState.RUNNING
-    assert (seen.counts["queued"], seen.counts["failed"], seen.counts["cancelling"]) == (1, 1, 1)
-    run = store.run(crashed.id)
-    assert (run.crashes, run.cause, run.reason) == (0, None, None)
-
-
-def test_retry__a_verdict_on_request(store: Store) -> None:
-    row = store.create_sweep(sweep_of(1))
-    finish_all(store, succeeded=False)
-    assert store.retry_sweep(row.id).counts["queued"] == 0
-    finish_all(store)
-    assert store.retry_sweep(row.id, verdicts=True).counts["queued"] == 1
-    assert store.run(run_id(0)).state is State.QUEUED
-
-
-def test_retry__publishes_again_and_keeps_the_old_files_until_then(store: Store) -> None:
-    row = store.create_sweep(sweep_of(1))
-    finish_all(store)
-    assert store.retry_sweep(row.id).state is SweepState.PUBLISHING
-    assert store.artifacts(row.id)
-    [publication] = store.claim(1, TERM)
-    assert publication.attempt == 2
-    with pytest.raises(Conflict):
-        store.retry_sweep(row.id)
-
-
-def test_delete__only_what_has_ended(store: Store) -> None:
-    row = store.create_sweep(sweep_of(1))
-    with pytest.raises(Conflict):
-        store.delete_sweep(row.id)
-    finish_all(store)
-    store.delete_sweep(row.id)
-    with pytest.raises(NotFound):
-        store.sweep(row.id)
-    assert store.run(run_id(0)).state is State.SUCCEEDED
-    assert store.forgotten([row.id]) == {row.id}
-
-
-@pytest.mark.parametrize("order", ["sweep", "cancel_sweep", "retry_sweep", "delete_sweep"])
-def test_unknown_sweep__is_not_found(store: Store, order: str) -> None:
-    with pytest.raises(NotFound):
-        getattr(store, order)(run_id(77))
-
-
-def test_unknown_run__is_not_found_and_a_publication_is_no_run(store: Store) -> None:
-    store.create_sweep(sweep_of(1))
-    finish_all(store)
-    with store._database.reading() as reading:
-        kind = JOBS.c.kind == Kind.PUBLISH
-        id = reading.execute(sa.select(JOBS.c.id).where(kind)).scalar_one()
-    for unknown in (run_id(77), id):
-        with pytest.raises(NotFound):
-            store.run(unknown)
-
-
-def test_retry__the_files_of_a_run_that_is_queued_again_are_forgotten(store: Store) -> None:
-    row = store.create_sweep(sweep_of(1))
-    [claim] = claim_runs(store, 1)
-    store.fail(claim, Cause.CRASH, failure="SIGSEGV", reason="died", files=[stored("log.txt")])
-    finish_all(store)
-    assert [file.name for file in store.run_files(run_id(0))] == ["log.txt"]
-    store.retry_sweep(row.id)
-    assert store.run_files(run_id(0)) == ()
-
-
-def test_cancel__the_database_is_told_in_one_statement_a_table(store: Store) -> None:
-    shared = store.create_sweep(sweep_of(2), priority=5)
-    mine = store.create_sweep(sweep_of(4), priority=-5)
-    [done, running] = claim_runs(store, 2)
+def test_cancel__is_one_statement_for_each_table(store: Store) -> None:
+    shared = store.create_sweep(Submission(sweep_of(2), priority=5)).id
+    mine = store.create_sweep(Submission(sweep_of(4), priority=-5)).id
+    [done, running] = lease_runs(store, 2)
     store.finish(done, result())
     with statements(store) as sent:
-        store.cancel_sweep(mine.id)
+        store.cancel_sweep(mine)
     for table in ("points", "jobs", "sweeps"):
-        assert len([one for one in sent if one.startswith(f"UPDATE {table} ")]) == 1
-    assert store.run(running.id).state is State.RUNNING
-    assert store.run(running.id).priority == 5
-    assert store.sweep(shared.id).counts["running"] == 1
-    assert store.sweep(mine.id).state is SweepState.CANCELLING  # its one result is published
+        assert len([text for text in sent if text.startswith(f"UPDATE {table} ")]) == 1
+    assert (store.run(running.id).state, store.run(running.id).priority) == (State.RUNNING, 5)
+    assert store.sweep(shared).counts["running"] == 1
+
+
+# --- retry -----------------------------------------------------------------------------------------
+
+
+def test_retry__queues_accidents_and_cancelled_runs_and_on_request_verdicts(store: Store) -> None:
+    sweep = store.create_sweep(Submission(sweep_of(3))).id
+    crashed, verdict, _ = lease_runs(store, 3)
+    log = stored("log.txt")
+    store.fail(crashed, Cause.CRASH, failure="SIGSEGV", reason="died", files=[log])
+    assert store.run_files(crashed.id) == (log,)
+    store.finish(verdict, result(succeeded=False))
+    store.cancel_sweep(sweep)
+    counts = store.retry_sweep(sweep).counts
+    assert (counts["queued"], counts["failed"], counts["cancelling"]) == (1, 1, 1)
+    run = store.run(crashed.id)
+    assert (run.crashes, run.cause, run.reason) == (0, None, None)
+    assert store.run_files(crashed.id) == ()
+    assert store.retry_sweep(sweep, verdicts=True).counts["queued"] == 2
+
+
+def test_retry__publishes_again_and_keeps_the_earlier_files_until_then(store: Store) -> None:
+    sweep = store.create_sweep(Submission(sweep_of(1))).id
+    finish_all(store)
+    assert store.retry_sweep(sweep).state is SweepState.PUBLISHING
+    [publication] = store.lease(1, TERM)
+    with pytest.raises(Conflict):
+        store.retry_sweep(sweep)
+    log = stored("log.txt", "log.txt")
+    store.fail(publication, Cause.ERROR, failure="OSError", reason="disk full", files=[log])
+    assert [file.name for file in store.artifacts(sweep)] == ["cube.nc", "log.txt"]
+    store.retry_sweep(sweep)
+    [publication] = store.lease(1, TERM)
+    assert store.publish(publication, [stored("report.html", "report.html")], seconds=1.0)
+    assert [file.name for file in store.artifacts(sweep)] == ["report.html"]
+
+
+# --- replaced results ------------------------------------------------------------------------------
+
+NEW = Stored(RESULT, "runs/result-1.json", 3, "11" * 32)
+SUMMARY = {"measurements": {"hole_diameter": {"value": 2.0}}}
+
+
+def computed(store: Store, runs: int) -> str:
+    """A sweep of computed runs, published."""
+    sweep = store.create_sweep(Submission(sweep_of(runs))).id
+    finish_all(store)
+    return sweep
+
+
+def test_replaced_result__publishes_the_sweeps_that_use_it_again(store: Store) -> None:
+    both, other = computed(store, 2), computed(store, 1)
+    waiting = store.create_sweep(Submission(sweep_of(3))).id
+    assert store.replace_result(run_id(1), "99" * 32, NEW, SUMMARY) == ()  # replaced before
+    assert store.run(run_id(1)).path == stored().path
+    assert store.replace_result(run_id(1), stored().sha256, NEW, SUMMARY) == (both,)
+    run = store.run(run_id(1))
+    assert (run.path, run.size, run.sha256, run.summary) == (NEW.path, 3, NEW.sha256, SUMMARY)
+    assert store.run_file(run_id(1), RESULT) == NEW
+    states = [store.sweep(sweep).state for sweep in (both, other, waiting)]
+    assert states == [SweepState.PUBLISHING, SweepState.SUCCEEDED, SweepState.RUNNING]
+    assert [event.kind for event in store.events(both)].count("outdated") == 1
+
+
+def test_publication__of_an_earlier_result_no_longer_counts(store: Store) -> None:
+    sweep = computed(store, 1)
+    store.retry_sweep(sweep)
+    [stale] = store.lease(9, TERM)
+    assert store.replace_result(run_id(0), stored().sha256, NEW, SUMMARY) == (sweep,)
+    assert not store.publish(stale, [stored("cube.nc", "cube.nc")], seconds=1.0)
+    assert [lease.sweep_id for lease in store.lease(9, TERM)] == [sweep]
+
+
+# --- delete ----------------------------------------------------------------------------------------
+
+
+def test_delete__takes_only_sweeps_that_have_ended(store: Store) -> None:
+    sweep = store.create_sweep(Submission(sweep_of(1))).id
+    with pytest.raises(Conflict):
+        store.delete_sweep(sweep)
+    finish_all(store)
+    store.delete_sweep(sweep)
+    assert store.run(run_id(0)).state is State.SUCCEEDED
+    assert store.deleted_sweeps([sweep, run_id(77)]) == {sweep}
+
+
+@pytest.mark.parametrize(
+    "method", ["sweep", "cancel_sweep", "retry_sweep", "delete_sweep", "run", "run_files"]
+)
+def test_unknown_id__is_not_found(store: Store, method: str) -> None:
+    with pytest.raises(NotFound):
+        getattr(store, method)(run_id(77))

@@ -1,80 +1,84 @@
-"""What the store asks of its database, and what it says when the database is locked or away."""
+"""Databases: durability, waits that end, tables that are made, migrated or refused."""
 
+import shutil
 import threading
+from collections.abc import Iterator
 from contextlib import closing
-from types import SimpleNamespace
+from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
 
-from service.records.jobs import StoreUnavailable
+from service import migrations
+from service.records.jobs import Cause, StoreUnavailable, Submission
 from service.store import Store, connection
+from service.store.connection import Database
 from service.store.tables import SWEEPS
-from tests.service.support.fakes import sweep_of, wait_until
+from tests.service.support.databases import Postgresql
+from tests.service.support.fakes import runs_of, sweep_of, wait_until
+from tests.service.support.rows import finish_all
+
+NEXT = """
+import sqlalchemy as sa
+from alembic import op
+
+revision, down_revision = "next", "0006"
 
 
-def test_sqlite__is_durable_and_checks_its_references(sqlite_url: str) -> None:
-    with closing(Store.open(sqlite_url)) as store, store._database.writing() as writing:
-        pragmas = {
-            name: writing.exec_driver_sql(f"PRAGMA {name}").scalar()
-            for name in ("journal_mode", "synchronous", "foreign_keys", "busy_timeout")
-        }
-    assert pragmas == {
-        "journal_mode": "wal",
-        "synchronous": 2,  # FULL
-        "foreign_keys": 1,
-        "busy_timeout": connection.BUSY_MILLISECONDS,
-    }
+def upgrade():
+    op.add_column("sweeps", sa.Column("note", sa.Text, nullable=False, server_default="none"))
+    {more}
+"""
+SETTINGS: dict[str, dict[str, str | int]] = {
+    "sqlite": {
+        "PRAGMA journal_mode": "wal",
+        "PRAGMA synchronous": 2,  # FULL
+        "PRAGMA foreign_keys": 1,
+        "PRAGMA busy_timeout": connection.BUSY_MILLISECONDS,
+    },
+    "postgresql": {
+        "SHOW synchronous_commit": "on",
+        "SHOW lock_timeout": "20s",
+        "SHOW idle_in_transaction_session_timeout": "8s",
+    },
+}
 
 
-def test_postgresql__is_durable_and_waits_for_nothing_for_ever(postgresql_url: str) -> None:
-    with closing(Store.open(postgresql_url)) as store, store._database.writing() as writing:
-        settings = {
-            name: writing.exec_driver_sql(f"SHOW {name}").scalar()
-            for name in (
-                "synchronous_commit",
-                "lock_timeout",
-                "idle_in_transaction_session_timeout",
-            )
-        }
-    assert settings == {
-        "synchronous_commit": "on",
-        "lock_timeout": "20s",
-        "idle_in_transaction_session_timeout": "8s",
-    }
+def test_connection__is_durable_and_waits_for_no_lock_for_ever(store: Store) -> None:
+    database = store._database
+    settings = SETTINGS["sqlite" if database.is_sqlite else "postgresql"]
+    with database.writing() as writing:
+        values = {query: writing.exec_driver_sql(query).scalar() for query in settings}
+    assert values == settings
 
 
-def test_readers__see_one_moment(database_url: str) -> None:
+def test_reader__sees_one_moment(store: Store, database_url: str) -> None:
+    count = sa.select(sa.func.count()).select_from(SWEEPS)
     with (
-        closing(Store.open(database_url, cost=lambda run: 1.0)) as store,
         closing(Store.open(database_url, cost=lambda run: 1.0)) as other,
+        store._database.reading() as reading,
     ):
-        count = sa.select(sa.func.count()).select_from(SWEEPS)
-        with store._database.reading() as reading:
-            before = reading.execute(count).scalar()
-            other.create_sweep(sweep_of(1))
-            assert reading.execute(count).scalar() == before
+        before = reading.execute(count).scalar()
+        other.create_sweep(Submission(sweep_of(1)))
+        assert reading.execute(count).scalar() == before
 
 
-def test_locked__is_said_and_nothing_changes(
+def test_writer__that_waits_too_long_for_another_process_changes_nothing(
     database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(connection, "BUSY_MILLISECONDS", 50)
     with (
         closing(Store.open(database_url, cost=lambda run: 1.0)) as store,
-        closing(Store.open(database_url, cost=lambda run: 1.0)) as other,
+        closing(Store.open(database_url)) as other,
     ):
-        with other._database.writing() as holding:
-            holding.execute(sa.select(SWEEPS.c.id))
+        with other._database.writing():
             with pytest.raises(StoreUnavailable, match="lock"):
-                store.create_sweep(sweep_of(1))
-            with pytest.raises(StoreUnavailable, match="lock"):
-                store.ping()
+                store.create_sweep(Submission(sweep_of(1)))
             assert store.sweeps().items == ()  # reading goes on
-        assert store.create_sweep(sweep_of(1)).planned == 1
+        assert store.create_sweep(Submission(sweep_of(1))).planned == 1
 
 
-def test_locked__by_another_thread_of_the_same_service_too(
+def test_writer__that_waits_too_long_for_another_thread_is_refused(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(connection, "BUSY_MILLISECONDS", 50)
@@ -97,32 +101,9 @@ def test_locked__by_another_thread_of_the_same_service_too(
     store.ping()
 
 
-def test_writer__that_waited_for_its_own_process_waits_less_for_others(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    database, now = store._database, [0.0]
-
-    def acquire(timeout: float) -> bool:
-        """As when another thread of this process holds it for half a second."""
-        assert timeout > 0.5
-        now[0] += 0.5
-        return True
-
-    mutex = SimpleNamespace(acquire=acquire, release=lambda: None)
-    monkeypatch.setattr(database, "_mutex", mutex)
-    monkeypatch.setattr(connection, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    with database.writing() as writing:
-        if database.is_sqlite:
-            left = int(writing.exec_driver_sql("PRAGMA busy_timeout").scalar_one())
-        else:
-            query = "SELECT setting FROM pg_settings WHERE name = 'lock_timeout'"
-            left = int(writing.exec_driver_sql(query).scalar_one())
-    assert left == connection.BUSY_MILLISECONDS - 500
-
-
 def test_server__that_ends_the_connections_is_used_again(postgresql_url: str) -> None:
     with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
-        store.create_sweep(sweep_of(1))
+        store.create_sweep(Submission(sweep_of(1)))
         end = (
             "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
             "WHERE datname = current_database() AND pid <> pg_backend_pid()"
@@ -132,20 +113,89 @@ def test_server__that_ends_the_connections_is_used_again(postgresql_url: str) ->
         assert len(store.sweeps().items) == 1
 
 
-def test_server__that_is_away_is_said(postgresql_url: str) -> None:
+def test_database__that_cannot_be_used_is_unavailable(postgresql_url: str, tmp_path: Path) -> None:
     away = sa.make_url(postgresql_url).set(database="nowhere")
     with pytest.raises(StoreUnavailable, match="nowhere"):
         Store.open(away.render_as_string(hide_password=False))
-
-
-def test_file__that_cannot_be_written_is_said(tmp_path: object) -> None:
     with pytest.raises(StoreUnavailable):
         Store.open(f"sqlite:///{tmp_path}/no/such/folder/whipple.db")
 
 
-def test_orders__the_dispatcher_hears_of_them(store: Store) -> None:
-    heard: list[None] = []
-    store.on_order(lambda: heard.append(None))
-    row = store.create_sweep(sweep_of(1))
-    store.cancel_sweep(row.id)
-    assert len(heard) == 2
+# --- tables ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def own_url(request: pytest.FixtureRequest, store: Store, database_url: str) -> Iterator[str]:
+    """A database whose tables a test may change."""
+    if store._database.is_sqlite:
+        yield database_url
+        return
+    server: Postgresql = request.getfixturevalue("postgresql")
+    with server.database() as url:
+        yield url
+
+
+def with_next_revision(folder: Path, more: str = "") -> str:
+    """Location of the migrations with one more."""
+    copied = shutil.copytree(Path(migrations.__file__).parent, folder / "migrations")
+    (copied / "versions" / "next.py").write_text(NEXT.format(more=more))
+    return str(copied)
+
+
+def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> None:
+    with closing(Store.open(own_url, cost=lambda run: 1.0)) as store:
+        done = store.create_sweep(Submission(sweep_of(runs_of("fine")))).id
+        finish_all(store)
+        waiting = store.create_sweep(Submission(sweep_of(runs_of("fine", first=10)))).id
+        [held] = store.lease(1, store.begin_term("before"))
+        before = [store.sweep(id) for id in (done, waiting)]
+        with closing(Database(own_url, with_next_revision(tmp_path))) as database:
+            database.migrate()
+            assert database.revision() == "next"
+            with database.reading() as reading:
+                notes: set[str] = set(
+                    reading.scalars(sa.select(sa.column("note")).select_from(SWEEPS))
+                )
+                assert notes == {"none"}
+        assert [store.sweep(id) for id in (done, waiting)] == before
+        store.requeue(held, Cause.LOST, reason="the service was gone")
+        finish_all(store)
+        assert all(status.is_terminal for status in store.sweeps().items)
+
+
+def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> None:
+    Store.open(own_url).close()
+    broken = with_next_revision(tmp_path, "raise RuntimeError('half way')")
+    with closing(Database(own_url, broken)) as database:
+        with pytest.raises(RuntimeError, match="half way"):
+            database.migrate()
+        assert database.revision() == "0006"
+        with database.reading() as reading:
+            columns = {column["name"] for column in sa.inspect(reading).get_columns("sweeps")}
+    assert columns == set(SWEEPS.c.keys())
+
+
+@pytest.mark.parametrize("migrate", [True, False])
+@pytest.mark.parametrize("revision", ["0005", "9999"])
+def test_unknown_revision__is_refused_with_the_cure_and_left_alone(
+    own_url: str, tmp_path: Path, revision: str, migrate: bool
+) -> None:
+    with closing(Store.open(own_url)) as store, store._database.writing() as writing:
+        writing.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
+    files = {file: file.read_bytes() for file in tmp_path.glob("*.db")}
+    with pytest.raises(StoreUnavailable) as refused:
+        Store.open(own_url, migrate=migrate)
+    place = str(sa.make_url(own_url).database)
+    for part in (place, f"revision {revision}", "needs 0006", "new data directory", "open_cube"):
+        assert part in str(refused.value)
+    assert Store.revision(own_url) == revision
+    assert {file: file.read_bytes() for file in tmp_path.glob("*.db")} == files
+
+
+def test_empty_database__gets_tables_on_request_alone(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'empty.db'}"
+    with pytest.raises(StoreUnavailable, match="start the service"):
+        Store.open(url, migrate=False)
+    assert Store.revision(url) is None
+    Store.open(url).close()
+    assert Store.revision(url) == "0006"

@@ -1,117 +1,68 @@
-"""API keys: told once, stored as a digest, useless once revoked or expired."""
+"""API keys: shown once, stored as a digest, useless once revoked or expired."""
 
-import time
 from datetime import timedelta
 
 import pytest
 import sqlalchemy as sa
 
-from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
+from service.records.jobs import NotFound, Scope
 from service.store import Store
-from service.store.connection import BUSY_MILLISECONDS
-from service.store.queries import now
+from service.store.statements import now
 from service.store.tables import KEYS
 from tests.service.support.fakes import wait_until
 
 BOTH = frozenset({Scope.READ, Scope.SUBMIT})
 
 
-def test_key__is_found_by_its_secret(store: Store) -> None:
+def test_key__is_found_by_its_secret_which_is_stored_nowhere(store: Store) -> None:
     key, secret = store.create_key("ann", BOTH)
-    found = store.find_key(secret)
-    assert found is not None
-    assert (found.id, found.name, found.scopes) == (key.id, "ann", BOTH)
-    assert secret.startswith(key.prefix)
-    assert len(secret) > len(key.prefix) + 32
+    present = store.find_key(secret)
+    assert present is not None
+    assert (present.id, present.name, present.scopes) == (key.id, "ann", BOTH)
+    with store._database.reading() as reading:
+        [row] = reading.execute(sa.select(KEYS)).all()
+    assert secret.removeprefix(row.prefix) not in str(row)
+    assert len(secret) > len(row.prefix) + 32
 
 
 @pytest.mark.parametrize("wrong", ["", "whp_", "x", "whp_ümläut", "whp_\udcff", "whp_\x00"])
-def test_key__nothing_else_finds_it(store: Store, wrong: str) -> None:
+def test_key__is_found_by_nothing_else(store: Store, wrong: str) -> None:
     key, secret = store.create_key("ann", BOTH)
-    assert store.find_key(wrong) is None
-    assert store.find_key(secret + "x") is None
-    assert store.find_key(key.prefix) is None
+    assert [store.find_key(text) for text in (wrong, secret + "x", key.prefix)] == [None] * 3
 
 
-def test_key__its_secret_is_not_stored(store: Store) -> None:
-    _, secret = store.create_key("ann", BOTH)
-    with store._database.reading() as reading:
-        [row] = reading.execute(sa.select(KEYS)).all()
-    assert secret not in str(row)
-    assert secret.removeprefix(row.prefix) not in str(row)
-
-
-def test_key__once_revoked_it_is_useless(store: Store) -> None:
+def test_revoked_key__is_useless(store: Store) -> None:
     key, secret = store.create_key("ann", BOTH)
+    assert store.has_keys()
     revoked = store.revoke_key(key.id)
-    assert revoked.revoked is not None
     assert store.find_key(secret) is None
+    assert not store.has_keys()
     assert store.revoke_key(key.id) == revoked
     assert store.keys() == (revoked,)
     with pytest.raises(NotFound, match="key"):
         store.revoke_key("another")
 
 
-def test_key__once_expired_it_is_useless(store: Store) -> None:
+def test_expired_key__is_useless(store: Store) -> None:
     _, past = store.create_key("ann", BOTH, now() - timedelta(seconds=1))
+    assert not store.has_keys()
     _, future = store.create_key("bob", BOTH, now() + timedelta(days=1))
     assert store.find_key(past) is None
     assert store.find_key(future) is not None
 
 
-def test_key__whether_there_is_one_that_can_be_used(store: Store) -> None:
-    assert not store.has_keys()
-    store.create_key("ann", BOTH, now() - timedelta(seconds=1))
-    assert not store.has_keys()
-    key, _ = store.create_key("bob", BOTH)
-    assert store.has_keys()
-    store.revoke_key(key.id)
-    assert not store.has_keys()
-
-
-def noted(store: Store) -> KeyRow:
-    """The only key, once its use is noted."""
-    wait_until(lambda: store.keys()[0].used is not None and not store._noting.locked())
-    return store.keys()[0]
-
-
-def test_key__its_last_use_is_noted_once_a_minute(store: Store) -> None:
-    key, secret = store.create_key("ann", BOTH)
-    assert key.used is None
-    store.find_key(secret)
-    first = noted(store)
-    assert first.used is not None
-    store.find_key(secret)
-    assert noted(store) == first
-    before = first.used - timedelta(minutes=2)
-    with store._database.writing() as writing:
-        writing.execute(KEYS.update().values(used=before))
-    store.find_key(secret)
-    later = noted(store)
-    assert later.used is not None
-    assert later.used >= first.used
-
-
-def test_key__is_found_while_somebody_writes_and_its_use_is_noted_afterwards(store: Store) -> None:
-    key, secret = store.create_key("ann", BOTH)
-    with store._database.writing():
-        begin = time.monotonic()
-        for _ in range(3):
-            assert store.find_key(secret) is not None
-        assert time.monotonic() - begin < BUSY_MILLISECONDS / 1000
-        [unknown] = store.keys()
-        assert unknown.used is None
-    assert noted(store).id == key.id
-
-
-def test_key__is_found_though_its_use_cannot_be_noted(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def locked(*_arguments: object, **_words: object) -> None:
-        raise StoreUnavailable("locked")
-
+def test_use_of_a_key__is_noted_once_a_minute_beside_other_writers(store: Store) -> None:
     _, secret = store.create_key("ann", BOTH)
-    monkeypatch.setattr(Store, "_set", locked)
-    assert store.find_key(secret) is not None
-    wait_until(lambda: not store._noting.locked())
-    assert store.find_key(secret) is not None
+    with store._database.writing():  # which a request does not wait for
+        assert store.find_key(secret) is not None
+        assert store.keys()[0].used is None
+    first = wait_until(lambda: store.keys()[0].used)
+    before = first - timedelta(minutes=2)
+    for used, is_noted in ((first, False), (before, True)):
+        with store._database.writing() as writing:
+            writing.execute(KEYS.update().values(used=used))
+        store.find_key(secret)
+        if is_noted:
+            assert wait_until(lambda: store.keys()[0].used != before)
+        else:
+            assert store.keys()[0].used == first

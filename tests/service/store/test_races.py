@@ -11,7 +11,7 @@ from threading import Barrier
 import pytest
 import sqlalchemy as sa
 
-from service.records.jobs import Cause, Claim, Conflict, Kind, State, SweepState
+from service.records.jobs import Cause, Conflict, Kind, Lease, State, Submission, SweepState
 from service.store import Store
 from service.store.tables import JOBS, POINTS
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
@@ -93,7 +93,7 @@ def test_idempotency__two_at_once_are_one_sweep(replicas: list[Store]) -> None:
         key = (f"key-{number}", "11" * 32)
 
         def submit(store: Store, key: tuple[str, str] = key) -> Callable[[], object]:
-            return lambda: store.create_sweep(sweep_of(3), owner="ann", idempotency=key)
+            return lambda: store.create_sweep(Submission(sweep_of(3), owner="ann", idempotency=key))
 
         rows = at_once(*(submit(store) for store in replicas))
         assert len({row.id for row in rows}) == 1  # type: ignore[attr-defined]
@@ -101,12 +101,12 @@ def test_idempotency__two_at_once_are_one_sweep(replicas: list[Store]) -> None:
 
 
 def test_claims__two_dispatchers_never_get_the_same_job(replicas: list[Store]) -> None:
-    replicas[0].create_sweep(sweep_of(200))
+    replicas[0].create_sweep(Submission(sweep_of(200)))
     taken: list[str] = []
 
     def take(store: Store) -> Callable[[], object]:
         def work() -> None:
-            while claims := store.claim(3, TERM):
+            while claims := store.lease(3, TERM):
                 taken.extend(claim.id for claim in claims)
 
         return work
@@ -119,8 +119,8 @@ def test_finish__a_sweep_that_joins_meanwhile_is_published(replicas: list[Store]
     dispatcher, people, *_ = replicas
     for number in range(ROUNDS):
         runs = runs_of("fine", first=100 * number)
-        dispatcher.create_sweep(sweep_of(runs))
-        [claim] = [one for one in dispatcher.claim(9, TERM) if one.kind is Kind.RUN]
+        dispatcher.create_sweep(Submission(sweep_of(runs)))
+        [claim] = [one for one in dispatcher.lease(9, TERM) if one.kind is Kind.RUN]
         at_once(finishing(dispatcher, claim), submitting(people, runs))
         check(dispatcher)
         finish_all(dispatcher)
@@ -128,12 +128,12 @@ def test_finish__a_sweep_that_joins_meanwhile_is_published(replicas: list[Store]
     assert set(attempts(dispatcher).values()) == {1}
 
 
-def finishing(store: Store, claim: Claim) -> Callable[[], object]:
+def finishing(store: Store, claim: Lease) -> Callable[[], object]:
     return lambda: store.finish(claim, result())
 
 
 def submitting(store: Store, runs: Sequence[FakeRun]) -> Callable[[], object]:
-    return lambda: store.create_sweep(sweep_of(runs))
+    return lambda: store.create_sweep(Submission(sweep_of(runs)))
 
 
 def cancelling(store: Store, id: str) -> Callable[[], object]:
@@ -143,10 +143,10 @@ def cancelling(store: Store, id: str) -> Callable[[], object]:
 def test_finish__the_last_two_runs_at_once_publish_once(replicas: list[Store]) -> None:
     store, other, *_ = replicas
     for number in range(ROUNDS):
-        store.create_sweep(sweep_of(runs_of("fine", "fine", first=100 * number)))
-        one, two = store.claim(2, TERM)
+        store.create_sweep(Submission(sweep_of(runs_of("fine", "fine", first=100 * number))))
+        one, two = store.lease(2, TERM)
         at_once(finishing(store, one), finishing(other, two))
-        [publication] = store.claim(9, TERM)
+        [publication] = store.lease(9, TERM)
         assert publication.kind is Kind.PUBLISH
         assert store.publish(publication, [stored("cube.nc")], seconds=1.0)
 
@@ -155,8 +155,8 @@ def test_cancel__while_another_sweep_joins_leaves_the_run_to_it(replicas: list[S
     people, others, dispatcher, *_ = replicas
     for number in range(ROUNDS):
         runs = runs_of("fine", "fine", first=100 * number)
-        mine = people.create_sweep(sweep_of(runs))
-        [claim] = dispatcher.claim(1, TERM)
+        mine = people.create_sweep(Submission(sweep_of(runs)))
+        [claim] = dispatcher.lease(1, TERM)
         at_once(cancelling(people, mine.id), submitting(others, runs))
         check(dispatcher)
         if dispatcher.run(claim.id).state is State.CANCELLING:
@@ -176,7 +176,7 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
         def work() -> None:
             for number in range(12):
                 first = (number * 3 + turn) % 10
-                row = store.create_sweep(sweep_of(runs_of(*["fine"] * 4, first=first)))
+                row = store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * 4, first=first))))
                 if number % 3 == turn:
                     store.cancel_sweep(row.id)
                 with suppress(Conflict):  # it may have ended
@@ -187,7 +187,7 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
     def compute(store: Store) -> Callable[[], object]:
         def work() -> None:
             for number in range(40):
-                for claim in store.claim(2, TERM):
+                for claim in store.lease(2, TERM):
                     end(store, claim, number)
 
         return work
@@ -199,7 +199,7 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
         compute(second),
     )
     check(dispatcher)
-    for claim in dispatcher.claimed():
+    for claim in dispatcher.leases():
         dispatcher.requeue(claim, Cause.LOST, reason="stopped")
     finish_all(dispatcher)
     for row in dispatcher.sweeps(limit=1000).items:
@@ -207,7 +207,7 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
         assert sum(row.counts.values()) == row.planned
 
 
-def end(store: Store, claim: Claim, number: int) -> None:
+def end(store: Store, claim: Lease, number: int) -> None:
     if claim.kind is Kind.PUBLISH:
         store.publish(claim, [stored("cube.nc")], seconds=1.0)
     elif number % 4 == 0:
@@ -224,7 +224,7 @@ def test_events__become_visible_in_the_order_of_their_numbers(replicas: list[Sto
     def write(store: Store, first: int) -> Callable[[], object]:
         def work() -> None:
             for number in range(20):
-                store.create_sweep(sweep_of(runs_of("fine", first=first + number)))
+                store.create_sweep(Submission(sweep_of(runs_of("fine", first=first + number))))
             done.append(None)
 
         return work

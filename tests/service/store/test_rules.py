@@ -28,16 +28,17 @@ from service.records.jobs import (
     ACTIVE,
     SWEEP_TERMINAL,
     Cause,
-    Claim,
     Conflict,
     Keep,
     KeyReused,
     Kind,
+    Lease,
     State,
+    Submission,
 )
-from service.store.rows import PUBLISH_PRIORITY
+from service.store.fair_queueing import LAST
+from service.store.statements import PUBLISH_PRIORITY
 from service.store.tables import JOBS, POINTS, SWEEPS
-from service.store.turns import LAST
 from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
 from tests.service.support.rows import finish_all, result
 from tests.service.support.targets import FakeRun
@@ -60,7 +61,7 @@ class Rules(RuleBasedStateMachine):
     """A store, people and dispatchers, in any order."""
 
     sweeps: "Bundle[str]" = Bundle("sweeps")
-    claims: "Bundle[Claim]" = Bundle("claims")  # also those that count no longer
+    claims: "Bundle[Lease]" = Bundle("claims")  # also those that count no longer
 
     def __init__(self) -> None:
         super().__init__()
@@ -69,9 +70,9 @@ class Rules(RuleBasedStateMachine):
         self.store = open_store(settings_in(self.folder))
         self.deleted: set[str] = set()
         self.sent: dict[str, tuple[str, str]] = {}  # idempotency key: body, sweep
-        self.held: dict[str, Claim] = {}  # attempts that count, by key
+        self.held: dict[str, Lease] = {}  # attempts that count, by key
         self.known: set[str] = set()  # runs that have had a result
-        self.epoch = self.store.begin_epoch("first")
+        self.term = self.store.begin_term("first")
         self.paused = False
 
     def teardown(self) -> None:
@@ -89,7 +90,7 @@ class Rules(RuleBasedStateMachine):
     )
     def submit(self, wanted: list[int], priority: int, keep: Keep) -> str:
         asked = sweep_of([FakeRun(run_id(number)) for number in wanted])
-        return self.store.create_sweep(asked, priority=priority, keep=keep).id
+        return self.store.create_sweep(Submission(asked, priority=priority, keep=keep)).id
 
     @rule(
         target=sweeps,
@@ -100,7 +101,7 @@ class Rules(RuleBasedStateMachine):
         asked, body = sweep_of([FakeRun(run_id(number)) for number in wanted]), str(wanted)
         known, id = self.sent.get(key, (body, None))
         try:
-            row = self.store.create_sweep(asked, idempotency=(key, body))
+            row = self.store.create_sweep(Submission(asked, idempotency=(key, body)))
         except KeyReused:
             assert known != body
             return multiple()
@@ -149,8 +150,8 @@ class Rules(RuleBasedStateMachine):
     # --- dispatchers
 
     @rule(target=claims, limit=st.integers(1, 3))
-    def claim(self, limit: int) -> MultipleResults[Claim]:
-        claims = self.store.claim(limit, self.epoch)
+    def claim(self, limit: int) -> MultipleResults[Lease]:
+        claims = self.store.lease(limit, self.term)
         assert not self.paused or {claim.kind for claim in claims} <= {Kind.PUBLISH}
         for claim in claims:
             assert claim.id not in {held.id for held in self.held.values()}
@@ -158,30 +159,30 @@ class Rules(RuleBasedStateMachine):
         return multiple(*claims)
 
     @rule(target=claims, adopts=st.booleans())
-    def take_over(self, adopts: bool) -> MultipleResults[Claim]:
+    def take_over(self, adopts: bool) -> MultipleResults[Lease]:
         """Another reign: it adopts what is under way, or leaves it as it is."""
-        earlier, self.epoch = self.epoch, self.store.begin_epoch("next")
-        assert self.store.claim(9, earlier) == ()
+        earlier, self.term = self.term, self.store.begin_term("next")
+        assert self.store.lease(9, earlier) == ()
         if not adopts:
             return multiple()
-        for claim in self.store.claimed():
+        for claim in self.store.leases():
             assert self.store.adopt(claim, earlier) is None
-            adopted = self.store.adopt(claim, self.epoch)
+            adopted = self.store.adopt(claim, self.term)
             assert adopted is not None
             assert adopted.key in self.held
             self.held[adopted.key] = adopted
         return multiple(*self.held.values())
 
-    def counts(self, claim: Claim) -> bool:
+    def counts(self, claim: Lease) -> bool:
         """Whether the next word about this claim is heard; no later one is."""
         held = self.held.get(claim.key)
-        if held is None or held.epoch != claim.epoch:
+        if held is None or held.term != claim.term:
             return False
         del self.held[claim.key]
         return True
 
     @rule(claim=claims, succeeded=st.booleans())
-    def finish(self, claim: Claim, succeeded: bool) -> None:
+    def finish(self, claim: Lease, succeeded: bool) -> None:
         counts = self.counts(claim)
         if claim.kind is Kind.PUBLISH:
             assert self.store.publish(claim, [stored("cube.nc")], seconds=1.0) == counts
@@ -191,23 +192,23 @@ class Rules(RuleBasedStateMachine):
             self.known.add(claim.id)
 
     @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.MEMORY_LIMIT]), step=STEP)
-    def fail(self, claim: Claim, cause: Cause, step: int | None) -> None:
+    def fail(self, claim: Lease, cause: Cause, step: int | None) -> None:
         counts = self.counts(claim)
         assert self.store.fail(claim, cause, failure="", reason="", crash_step=step) == counts
 
     @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.LOST]), step=STEP)
-    def requeue(self, claim: Claim, cause: Cause, step: int | None) -> None:
+    def requeue(self, claim: Lease, cause: Cause, step: int | None) -> None:
         counts = self.counts(claim)
         state = self.store.requeue(claim, cause, reason="", crash_step=step)
         assert (state is not None) == counts
 
     @rule(claim=claims, number=st.integers(1, POOL))
-    def lose_results(self, claim: Claim, number: int) -> None:
+    def lose_results(self, claim: Lease, number: int) -> None:
         """A publication finds some of the results lost that it was made for."""
         if claim.kind is not Kind.PUBLISH or claim.sweep_id in self.deleted:
             return
         assert claim.sweep_id is not None
-        _, outcomes = self.store.question(claim.sweep_id)
+        _, outcomes = self.store.publication_inputs(claim.sweep_id)
         found = {one.run_id: one.sha256 for one in outcomes if one.path is not None}
         losses = [Loss(id, "", sha256 or "") for id, sha256 in found.items()][:number]
         if not losses:
@@ -216,15 +217,15 @@ class Rules(RuleBasedStateMachine):
         self.store.allow_forgetting(len(losses))
         assert self.store.lose_results(claim, losses) == counts
         if counts:
-            _, outcomes = self.store.question(claim.sweep_id)
+            _, outcomes = self.store.publication_inputs(claim.sweep_id)
             self.known -= {one.run_id for one in outcomes if one.path is None}
 
     @rule(claim=claims, step=st.integers(1, 300))
-    def checkpoint(self, claim: Claim, step: int) -> None:
+    def checkpoint(self, claim: Lease, step: int) -> None:
         held = self.held.get(claim.key)
-        counts = held is not None and held.epoch == claim.epoch
+        counts = held is not None and held.term == claim.term
         before = self.checkpoint_of(claim.id)
-        self.store.checkpointed([(claim, step)])
+        self.store.record_checkpoints([(claim, step)])
         assert self.checkpoint_of(claim.id) == (step if counts else before)
 
     # --- what must hold
@@ -245,7 +246,7 @@ class Rules(RuleBasedStateMachine):
     @invariant()
     def only_what_is_held_is_under_way(self) -> None:
         """The rows that are running are the attempts that count."""
-        assert {claim.key for claim in self.store.claimed()} == set(self.held)
+        assert {claim.key for claim in self.store.leases()} == set(self.held)
 
     @invariant()
     def nothing_is_computed_for_nobody_and_urgent_runs_come_first(self) -> None:
@@ -258,7 +259,7 @@ class Rules(RuleBasedStateMachine):
             .where(POINTS.c.detached.is_(False), publications.c.state == State.WAITING)
             .group_by(POINTS.c.run_id)
         )
-        unfinished = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.priority, JOBS.c.turn).where(
+        unfinished = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.priority, JOBS.c.virtual_time).where(
             JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(ACTIVE)
         )
         with self.store._database.reading() as reading:
@@ -266,7 +267,7 @@ class Rules(RuleBasedStateMachine):
             for run in reading.execute(unfinished):
                 assert run.state is not State.QUEUED or run.id in wanted
                 assert run.priority == wanted.get(run.id, run.priority)
-                assert run.turn < LAST
+                assert run.virtual_time < LAST
 
     @invariant()
     def results_are_kept(self) -> None:
@@ -288,10 +289,10 @@ class Rules(RuleBasedStateMachine):
     def everything_ends(self) -> None:
         """Once the queue is worked through, every sweep has ended, and every point has its result."""
         self.store.resume()
-        epoch = self.store.begin_epoch("last")
-        for claim in self.store.claimed():
+        term = self.store.begin_term("last")
+        for claim in self.store.leases():
             assert self.store.requeue(claim, Cause.LOST, reason="the service was gone")
-        finish_all(self.store, epoch=epoch)
+        finish_all(self.store, term=term)
         for row in self.store.sweeps(limit=1000).items:
             assert row.is_terminal
             assert sum(row.counts.values()) == row.planned

@@ -47,7 +47,7 @@ class FakeDispatcher:
     """Computes nothing; says what it is told to say."""
 
     alive: bool = True
-    hindrance: str | None = None
+    reason: str | None = None
     slots: int | None = 2
 
     def is_alive(self) -> bool:
@@ -57,7 +57,7 @@ class FakeDispatcher:
         return self.slots is not None
 
     def blocked_reason(self) -> str | None:
-        return self.hindrance
+        return self.reason
 
     def workers(self) -> int | None:
         return self.slots
@@ -72,9 +72,9 @@ class Api:
     settings: Settings
     engine: FakeDispatcher
 
-    def epoch(self) -> int:
+    def term(self) -> int:
         """A new reign, of the tests."""
-        return self.store.begin_epoch("tests")
+        return self.store.begin_term("tests")
 
     def submit(self, **changes: Any) -> str:
         """Submit the sweep of the tests and return its id."""
@@ -84,8 +84,8 @@ class Api:
 
     def compute(self, *, failures: int = 0, publish: bool = True) -> None:
         """Do what is in the queue: runs end well, the first few fail, publications are made."""
-        epoch = self.epoch()
-        while claims := self.store.claim(100, epoch):
+        term = self.term()
+        while claims := self.store.lease(100, term):
             for claim in claims:
                 if claim.kind is Kind.PUBLISH:
                     if publish:

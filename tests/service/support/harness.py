@@ -9,7 +9,7 @@ from typing import Any, cast
 from service.files.artifacts import OF_A_RUN, Artifacts, describe
 from service.queue.dispatcher import Dispatcher
 from service.records.attempt import Attempt, Ended, Ending, Inbox, Message
-from service.records.jobs import Cause, Kind, RunRow
+from service.records.jobs import Cause, Kind, RunRow, Submission
 from service.records.settings import Settings
 from service.records.timings import Timings
 from service.store import Store
@@ -66,7 +66,7 @@ class Harness:
 
     def submit(self, *sweep: Any, **options: Any) -> str:
         """Submit the sweep of these runs, or of so many; its id."""
-        return self.store.create_sweep(sweep_of(*sweep), **options).id
+        return self.store.create_sweep(Submission(sweep_of(*sweep), **options)).id
 
     def tick(self) -> list[Attempt]:
         """One tick; the attempts that the engine was given in it."""

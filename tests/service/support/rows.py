@@ -1,4 +1,4 @@
-"""What a dispatcher does to a store, done by hand, and what a store says to its database."""
+"""Leases taken and ended by hand, and the statements that a store sends to its database."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,11 +6,30 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import Claim, Kind, Result, Stored
+from service.records.jobs import Keep, Kind, Lease, Result, State, Stored
 from service.store import Store
-from tests.service.support.fakes import stored
+from tests.service.support.fakes import run_id, stored
 
 TERM = 1
+
+
+def lease_of(**changes: Any) -> Lease:
+    """A lease that no store has given."""
+    plain: dict[str, Any] = {
+        "id": run_id(7),
+        "kind": Kind.RUN,
+        "attempt": 1,
+        "term": TERM,
+        "token": "c0ffee00",
+        "crashes": 0,
+        "crash_step": None,
+        "priority": 0,
+        "keep": Keep.FINAL,
+        "state": State.RUNNING,
+        "spec": {},
+        "sweep_id": None,
+    }
+    return Lease(**plain | changes)
 
 
 def result(*others: Stored, succeeded: bool = True) -> Result:
@@ -21,21 +40,21 @@ def result(*others: Stored, succeeded: bool = True) -> Result:
     return Result(files, succeeded, reason, failure, {"numbers": {"steps": 7.0}}, 2.0)
 
 
-def finish_all(store: Store, *, succeeded: bool = True, epoch: int = TERM) -> None:
+def finish_all(store: Store, *, succeeded: bool = True, term: int = TERM) -> None:
     """Compute everything that is queued, publications included."""
-    while claims := store.claim(100, epoch):
-        for claim in claims:
-            if claim.kind is Kind.PUBLISH:
-                assert store.publish(claim, [stored("cube.nc", "cube.nc")], seconds=1.0)
+    while leases := store.lease(100, term):
+        for lease in leases:
+            if lease.kind is Kind.PUBLISH:
+                assert store.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)
             else:
-                assert store.finish(claim, result(succeeded=succeeded))
+                assert store.finish(lease, result(succeeded=succeeded))
 
 
-def claim_runs(store: Store, count: int) -> list[Claim]:
-    """Claim so many jobs, which must be runs."""
-    claims = store.claim(count, TERM)
-    assert [claim.kind for claim in claims] == [Kind.RUN] * count
-    return list(claims)
+def lease_runs(store: Store, count: int) -> list[Lease]:
+    """Lease this number of jobs, which must be runs."""
+    leases = store.lease(count, TERM)
+    assert [lease.kind for lease in leases] == [Kind.RUN] * count
+    return list(leases)
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What the care of the data directory asks of the rows: which files still count."""
+"""Queries and statements of garbage collection: which files and runs still count."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
@@ -8,27 +8,26 @@ import sqlalchemy as sa
 
 from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Stored, at_least
 from service.store.connection import Part
-from service.store.queries import batches, log_event, now
-from service.store.rows import stored_record
+from service.store.statements import batches, log_event, now, stored_record
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
 
-AFTER_HEX = "g"  # comes after every id that begins as what it is added to
+AFTER_HEX = "g"  # added to the beginning of an id, it comes after every id that begins so
 BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]
 
 
-class GarbageQueries(Part):
-    """Files that may go, and those that nobody knows."""
+class RetentionQueries(Part):
+    """Files that no sweep keeps, runs that no sweep has, and what the store knows of folders on the disk."""
 
     def discardable(self, limit: int, shard: str = "") -> tuple[tuple[str, Stored], ...]:
-        """Registered files that no sweep keeps, each with its run; see ``drop``.
+        """Registered files that no sweep keeps, each with its run; ``drop`` removes them from the rows.
 
-        ``shard``: only of runs whose ids begin so; to look at all of them takes long.
+        ``shard``: only of runs whose ids begin so, because a search of all of them takes long.
         """
         in_shard = ARTIFACTS.c.job_id.between(shard, shard + AFTER_HEX)
         return self._files(sa.select(ARTIFACTS).where(in_shard, _IS_DROPPED).limit(limit))
 
     def drop(self, files: Iterable[tuple[str, Stored]]) -> tuple[tuple[str, Stored], ...]:
-        """Forget those of these files that no sweep keeps now; return them, they may go."""
+        """Unregister those of these files that no sweep keeps now; return them, so that they are deleted."""
         dropped = []
         with self._database.writing() as connection:
             for job_id, file in files:
@@ -39,7 +38,7 @@ class GarbageQueries(Part):
         return tuple(dropped)
 
     def forget_files(self, job_id: str, names: Iterable[str]) -> None:
-        """Files that are no longer there."""
+        """Unregister files of a job that are missing on the disk."""
         gone = ARTIFACTS.delete().where(ARTIFACTS.c.job_id == job_id)
         with self._database.writing() as connection:
             for name in names:
@@ -48,9 +47,9 @@ class GarbageQueries(Part):
                     connection.execute(_keep_less(job_id, name))
 
     def forget_runs(self, before: datetime, limit: int) -> int:
-        """Forget runs that have ended, and that no sweep has since a moment; how many these were.
+        """Forget ended runs whose last sweep was deleted before a moment; return their number.
 
-        Their folders are left over then: see ``forgotten_runs``.
+        Their folders stay until the disk is swept: see ``forgotten_runs``.
         """
         unused = (
             sa.select(JOBS.c.id)
@@ -58,12 +57,12 @@ class GarbageQueries(Part):
             .where(sa.not_(sa.exists().where(POINTS.c.run_id == JOBS.c.id)))
         )
         with self._database.reading() as connection:
-            found = connection.scalars(unused.limit(limit)).all()
-        if not found:
+            candidates = connection.scalars(unused.limit(limit)).all()
+        if not candidates:
             return 0
         moment = now()
         with self._database.writing() as connection:
-            gone = connection.scalars(unused.where(JOBS.c.id.in_(found))).all()
+            gone = connection.scalars(unused.where(JOBS.c.id.in_(candidates))).all()
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(gone)))
             connection.execute(JOBS.delete().where(JOBS.c.id.in_(gone)))
             for id in gone:
@@ -81,8 +80,8 @@ class GarbageQueries(Part):
         """The registered files of the jobs between two ids, both included."""
         return self._files(sa.select(ARTIFACTS).where(ARTIFACTS.c.job_id.between(first, last)))
 
-    def known_attempts(self, job_ids: Iterable[str]) -> Mapping[str, LastAttempt]:
-        """The last attempt of each of these jobs; those that are unknown are left out."""
+    def last_attempts(self, job_ids: Iterable[str]) -> Mapping[str, LastAttempt]:
+        """The last attempt of each of these jobs; unknown jobs are left out."""
         query = sa.select(JOBS.c.id, JOBS.c.attempt, JOBS.c.token, JOBS.c.state)
         with self._database.reading() as connection:
             return {
@@ -91,16 +90,16 @@ class GarbageQueries(Part):
                 for row in connection.execute(query.where(JOBS.c.id.in_(batch)))
             }
 
-    def forgotten(self, sweep_ids: Sequence[str]) -> set[str]:
-        """Those of these sweeps that were deleted here; one that this store never had is not."""
+    def deleted_sweeps(self, sweep_ids: Sequence[str]) -> set[str]:
+        """Those of these sweeps that were in this store and were deleted."""
         return self._named_in("deleted", EVENTS.c.sweep_id, sweep_ids)
 
     def forgotten_runs(self, ids: Sequence[str]) -> set[str]:
-        """Those of these runs that were forgotten here; they may have come again since."""
+        """Those of these runs that ``forget_runs`` removed; a later sweep may have brought them again."""
         return self._named_in("forgotten", EVENTS.c.job_id, ids)
 
     def _named_in(self, kind: str, column: sa.Column[Any], ids: Sequence[str]) -> set[str]:
-        """Those of these ids that a column of the events of one kind names."""
+        """Those of these ids that a column of the events of one kind holds."""
         query = sa.select(column).where(EVENTS.c.kind == kind)
         with self._database.reading() as connection:
             return {
@@ -132,7 +131,7 @@ _IS_DROPPED = sa.and_(
 
 
 def _keep_less(run_id: str, name: str) -> sa.Update:
-    """A run that lost a file keeps what there is without it; who wants more has it made again."""
+    """Lower the retention of a run without this file; a sweep that wants it has it computed again."""
     less = list(Keep)[list(Keep).index(KEPT_BY[name]) - 1]
     run = JOBS.update().where(JOBS.c.id == run_id, JOBS.c.keep.in_(at_least(KEPT_BY[name])))
     return run.values(keep=less)

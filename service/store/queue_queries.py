@@ -1,4 +1,4 @@
-"""The queue as a whole: what stands where, who works through it, what it cost."""
+"""Queries about the queue as a whole: jobs by state, its leader, measured costs."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,34 +7,34 @@ import sqlalchemy as sa
 from service.records.jobs import TERMINAL, Cause, JobTally, Kind, QueueRow, State
 from service.store import leadership
 from service.store.connection import Part
-from service.store.tables import CAUSES, CONTROL, DISPATCHERS, JOBS
+from service.store.tables import CAUSES, CONTROL, JOBS, TERMS
 
 
-class Overview(Part):
-    """Each question is one read transaction, of a few statements whatever the size."""
+class QueueQueries(Part):
+    """Each query is one read transaction, of a few statements whatever the size."""
 
     def queue(self) -> QueueRow:
         """The queue at this moment."""
         oldest = sa.select(sa.func.min(JOBS.c.queued)).where(
             JOBS.c.state == State.QUEUED, JOBS.c.kind == Kind.RUN
         )
-        youngest = sa.select(sa.func.coalesce(sa.func.max(DISPATCHERS.c.epoch), 0))
+        youngest = sa.select(sa.func.coalesce(sa.func.max(TERMS.c.term), 0))
         jobs = sa.func.count().label("jobs")
         states = sa.select(JOBS.c.state, jobs).group_by(JOBS.c.state).subquery()
         query = sa.select(
-            *(CONTROL.c.paused, CONTROL.c.hindrance, states),
-            *(oldest.scalar_subquery().label("oldest"), youngest.scalar_subquery().label("epoch")),
+            *(CONTROL.c.paused, CONTROL.c.blocked_reason, states),
+            *(oldest.scalar_subquery().label("oldest"), youngest.scalar_subquery().label("term")),
         ).select_from(
-            CONTROL.outerjoin(states, sa.true())  # the one row of ``control`` is there in any case
+            CONTROL.outerjoin(states, sa.true())  # the one row of ``control`` is always there
         )
         with self._database.reading() as connection:
             rows = connection.execute(query).all()
             return QueueRow(
                 paused=rows[0].paused,
-                hindrance=rows[0].hindrance,
+                blocked_reason=rows[0].blocked_reason,
                 states={row.state: row.jobs for row in rows if row.state is not None},
                 oldest_queued=rows[0].oldest,
-                epoch=rows[0].epoch,
+                term=rows[0].term,
                 leader=leadership.leader(self._database, connection),
             )
 
@@ -43,9 +43,9 @@ class Overview(Part):
         bucket = sum(
             (sa.case((JOBS.c.seconds > edge, 1), else_=0) for edge in edges), sa.literal(0)
         )
-        known = sa.case((JOBS.c.seconds.is_(None), sa.null()), else_=bucket)
+        measured = sa.case((JOBS.c.seconds.is_(None), sa.null()), else_=bucket)
         jobs = sa.select(
-            JOBS.c.kind, JOBS.c.state, JOBS.c.seconds, known.label("bucket")
+            JOBS.c.kind, JOBS.c.state, JOBS.c.seconds, measured.label("bucket")
         ).subquery()
         groups = (jobs.c.kind, jobs.c.state, jobs.c.bucket)
         seconds = sa.func.coalesce(sa.func.sum(jobs.c.seconds), 0.0)
@@ -57,15 +57,17 @@ class Overview(Part):
     def attempts_by_cause(self) -> Mapping[Cause, int]:
         """Attempts that did not succeed, since the store was made."""
         with self._database.reading() as connection:
-            known = {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}
-        return {cause: known.get(cause, 0) for cause in Cause}
+            attempts = {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}
+        return {cause: attempts.get(cause, 0) for cause in Cause}
 
-    def pace(self, scenario: str | None = None) -> float | None:
-        """Measured seconds for each estimated core second, over all results; None if none."""
+    def measured_rate(self, scenario: str | None = None) -> float | None:
+        """Measured seconds for each estimated core second, over all results; None without results."""
         query = sa.select(sa.func.sum(JOBS.c.seconds), sa.func.sum(JOBS.c.cost)).where(
             JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL), JOBS.c.path.is_not(None)
         )
-        query = query.where(JOBS.c.seconds.is_not(None))  # unknown after a try in vain to do better
+        query = query.where(
+            JOBS.c.seconds.is_not(None)
+        )  # unknown after a failed attempt to add a file
         if scenario is not None:
             query = query.where(JOBS.c.scenario == scenario)
         with self._database.reading() as connection:

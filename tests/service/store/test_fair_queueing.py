@@ -1,0 +1,169 @@
+"""Fairness between sweeps, priorities of shared runs, a paused queue."""
+
+from collections.abc import Iterator
+from contextlib import closing
+
+import pytest
+
+from service.records.jobs import Cause, Conflict, Kind, State, Submission
+from service.store import Store
+from tests.service.support.fakes import run_id, runs_of, sweep_of
+from tests.service.support.rows import TERM, finish_all, lease_runs, result
+
+ONE_RUN = 1  # shares are exact to this: a new sweep begins beside the run that was leased last
+
+
+def submit(store: Store, first: int, count: int, *, priority: int = 0) -> str:
+    """A sweep of so many runs, numbered from ``first``."""
+    runs = runs_of(*["fine"] * count, first=first)
+    return store.create_sweep(Submission(sweep_of(runs), priority=priority)).id
+
+
+def leased(store: Store, count: int) -> list[int]:
+    """Numbers of the runs that are leased next, one at a time."""
+    return [int(lease_runs(store, 1)[0].id, 16) for _ in range(count)]
+
+
+def of_the_first(numbers: list[int]) -> int:
+    """How many of these runs are of the first sweep."""
+    return len([number for number in numbers if number < 100])
+
+
+def priorities(store: Store, count: int) -> list[int]:
+    return [store.run(run_id(number)).priority for number in range(count)]
+
+
+def test_two_sweeps__get_equal_shares(store: Store) -> None:
+    submit(store, 0, 6)
+    submit(store, 100, 6)
+    order = leased(store, 12)
+    for end in range(2, 13, 2):
+        assert of_the_first(order[:end]) == end // 2
+    assert [number for number in order if number < 100] == [0, 1, 2, 3, 4, 5]
+
+
+def test_later_sweep__neither_waits_for_a_long_one_nor_catches_up(store: Store) -> None:
+    submit(store, 0, 80)
+    leased(store, 20)
+    submit(store, 100, 30)
+    assert of_the_first(leased(store, 10)) == pytest.approx(5, abs=ONE_RUN)
+    submit(store, 70, 2)  # of the first sweep's own runs
+    assert {70, 71} < set(leased(store, 6))
+
+
+@pytest.fixture
+def priced(database_url: str) -> Iterator[Store]:
+    """A store in which a run costs what its parameter says."""
+    with closing(
+        Store.open(database_url, cost=lambda run: float(str(run.parameters["cost"])))
+    ) as opened:
+        yield opened
+
+
+def test_shares__are_of_cost(priced: Store) -> None:
+    priced.create_sweep(Submission(sweep_of(runs_of(*["fine"] * 10, first=0, cost=10))))
+    priced.create_sweep(Submission(sweep_of(runs_of(*["fine"] * 100, first=100, cost=1))))
+    assert of_the_first(leased(priced, 44)) == pytest.approx(4, abs=ONE_RUN)
+
+
+def test_finished_runs__delay_nothing(store: Store) -> None:
+    submit(store, 0, 50)
+    finish_all(store)
+    submit(store, 100, 3)
+    submit(store, 0, 51)  # its last point alone is new
+    assert 50 in leased(store, 2)
+
+
+def test_lost_run__comes_again_at_once(store: Store) -> None:
+    submit(store, 0, 10)
+    [first, *_] = lease_runs(store, 4)
+    store.requeue(first, Cause.LOST, reason="")
+    assert leased(store, 1) == [0]
+    submit(store, 100, 5)  # which begins at the latest virtual time, not at that of the lost run
+    assert of_the_first(leased(store, 6)) == pytest.approx(3, abs=ONE_RUN)
+
+
+def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
+    sweep = submit(store, 0, 6)
+    for lease in lease_runs(store, 6):
+        store.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="")
+    finish_all(store)
+    submit(store, 100, 30)
+    leased(store, 10)
+    store.retry_sweep(sweep)
+    assert of_the_first(leased(store, 12)) == 6
+
+
+# --- priorities ------------------------------------------------------------------------------------
+
+
+def test_smaller_priority__is_sooner(store: Store) -> None:
+    submit(store, 0, 2, priority=1)
+    submit(store, 10, 2)
+    submit(store, 20, 2, priority=-1)
+    assert leased(store, 6) == [20, 21, 10, 11, 0, 1]
+
+
+def test_shared_run__has_the_priority_of_the_most_urgent_sweep(store: Store) -> None:
+    patient = submit(store, 0, 3, priority=5)
+    urgent = submit(store, 2, 2, priority=-5)
+    assert priorities(store, 4) == [5, 5, -5, -5]
+    [lease] = lease_runs(store, 1)
+    assert lease.id == run_id(2)
+    assert store.set_priority(patient, 10).priority == 10
+    assert store.events(patient)[-1].body == {"priority": 10}
+    assert priorities(store, 4) == [10, 10, -5, -5]
+    store.cancel_sweep(urgent)
+    assert priorities(store, 3) == [10, 10, 10]  # of the running one too
+    assert store.finish(lease, result())
+    finish_all(store)
+    with pytest.raises(Conflict, match="ended"):
+        store.set_priority(patient, 1)
+
+
+def test_priority__of_a_sweep_that_has_ended_does_not_count(store: Store) -> None:
+    submit(store, 0, 1, priority=-5)
+    [lease] = lease_runs(store, 1)
+    store.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="")
+    finish_all(store)
+    submit(store, 0, 1, priority=5)
+    assert priorities(store, 1) == [5]
+
+
+def test_priority_classes__have_virtual_times_of_their_own(store: Store) -> None:
+    submit(store, 0, 50)
+    submit(store, 100, 40, priority=-1)
+    leased(store, 40)
+    submit(store, 200, 50)
+    assert of_the_first(leased(store, 10)) == pytest.approx(5, abs=ONE_RUN)
+
+
+def test_moved_sweep__begins_at_the_virtual_time_of_its_new_class(store: Store) -> None:
+    first = submit(store, 0, 50, priority=3)
+    submit(store, 100, 100)
+    leased(store, 30)
+    store.set_priority(first, 0)
+    assert of_the_first(leased(store, 10)) == pytest.approx(5, abs=ONE_RUN)
+
+
+# --- pause -----------------------------------------------------------------------------------------
+
+
+def test_pause__lets_runs_under_way_end_and_sweeps_be_published(store: Store) -> None:
+    calls: list[None] = []
+    store.on_command(lambda: calls.append(None))
+    submit(store, 0, 1)
+    submit(store, 10, 2)
+    [lease] = lease_runs(store, 1)
+    since = store.pause().paused
+    assert since is not None
+    assert store.pause().paused == since  # pausing twice changes nothing
+    assert store.lease(9, TERM) == ()
+    assert store.finish(lease, result())
+    assert [publication.kind for publication in store.lease(9, TERM)] == [Kind.PUBLISH]
+    assert store.queue().states[State.QUEUED] == 2
+    assert store.resume().paused is None
+    assert len(lease_runs(store, 2)) == 2
+    kinds = [event.kind for event in store.all_events()]
+    assert (kinds.count("paused"), kinds.count("resumed")) == (1, 1)
+    assert len(calls) == 5  # the dispatcher is woken by every command
