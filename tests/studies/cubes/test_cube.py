@@ -22,9 +22,9 @@ WORDS = Sweep(
 )
 
 
-def holes(**known: object) -> xr.Dataset:
+def holes(**catalogue: object) -> xr.Dataset:
     sweep = fakes.holes()
-    return cube.build(sweep, fakes.with_trouble(sweep), fakes.catalogue(**known))  # type: ignore[arg-type]
+    return cube.build(sweep, fakes.with_trouble(sweep), fakes.catalogue(**catalogue))  # type: ignore[arg-type]
 
 
 def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
@@ -67,8 +67,8 @@ def test_axis__of_names_selects_by_name_and_of_a_material_constant_has_a_cf_name
 def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
     sweep = fakes.holes()
     whole, hurt = (
-        cube.build(sweep, known, fakes.catalogue())
-        for known in (fakes.results(sweep), fakes.with_trouble(sweep))
+        cube.build(sweep, outcomes, fakes.catalogue())
+        for outcomes in (fakes.results(sweep), fakes.with_trouble(sweep))
     )
     failed, cancelled = (hurt.sel(speed=2e3, plate_thickness=thick) for thick in (2e-3, 3e-3))
     assert np.isnan(failed.hole_diameter)
@@ -124,14 +124,14 @@ def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
 
 def test_histories__are_thinned_padded_and_keep_both_ends() -> None:
     sweep = fakes.holes()
-    known = fakes.results(sweep)
+    outcomes = fakes.results(sweep)
     run = sweep.runs()[0].run.id
-    hole = known[run].measurements["hole_diameter"]
+    hole = outcomes[run].measurements["hole_diameter"]
     values = [0.01 + 1e-5 * time for time in range(400)]
     long = replace(hole, history={"time": list(range(400)), "value": values})
     measurements = {"hole_diameter": long}
-    known[run] = replace(known[run], measurements=measurements)
-    dataset = cube.build(sweep, known, fakes.catalogue())
+    outcomes[run] = replace(outcomes[run], measurements=measurements)
+    dataset = cube.build(sweep, outcomes, fakes.catalogue())
     first = dataset.hole_diameter_history.isel(speed=0, plate_thickness=0)
     assert dataset.sizes["sample"] == cube.HISTORY_SAMPLES < 400
     assert (float(first[0]), float(first[-1])) == (values[0], values[-1])
@@ -146,10 +146,10 @@ def test_shared_parameter__is_a_scalar() -> None:
 
 def test_undeclared_number__stays_out_and_is_named() -> None:
     sweep = fakes.holes()
-    known = fakes.results(sweep)
+    outcomes = fakes.results(sweep)
     first = sweep.runs()[0].run.id
-    known[first] = replace(known[first], numbers={"moon_phase": 0.5})
-    dataset = cube.build(sweep, known, fakes.catalogue())
+    outcomes[first] = replace(outcomes[first], numbers={"moon_phase": 0.5})
+    dataset = cube.build(sweep, outcomes, fakes.catalogue())
     assert "audit_moon_phase" not in dataset
     assert dataset.attrs["undeclared_numbers"] == "moon_phase"
 
@@ -163,9 +163,9 @@ def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, c
         "offsets": fakes.refined_holes((16.0,)),
     }
     sweep = sweeps.get(case, fakes.holes())
-    known = {} if case == "nothing" else fakes.results(sweep)
+    outcomes = {} if case == "nothing" else fakes.results(sweep)
     shots = fakes.SHOTS if case in ("grid", "refined") else ()
-    dataset = cube.build(sweep, known, fakes.catalogue(observations=shots))
+    dataset = cube.build(sweep, outcomes, fakes.catalogue(observations=shots))
     file = cube.write(dataset, tmp_path / "cube.nc")
     with xr.open_dataset(file) as read:
         assert set(read.variables) == set(dataset.variables)

@@ -36,17 +36,17 @@ def holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
 
 def refined_holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
     sweep = fakes.refined_holes()
-    known = {**fakes.results(sweep), **replaced}
-    return cube.build(sweep, known, fakes.catalogue(observations=shots))
+    outcomes = {**fakes.results(sweep), **replaced}
+    return cube.build(sweep, outcomes, fakes.catalogue(observations=shots))
 
 
 def residual(dataset: xr.Dataset, subject: str, reference: str = "simulation") -> Residual:
-    (found,) = [
+    (entry,) = [
         each
         for each in compare(dataset).residuals
         if (each.subject, each.reference) == (subject, reference)
     ]
-    return found
+    return entry
 
 
 def of(subject: list[float], reference: list[float]) -> Statistics:
@@ -55,12 +55,12 @@ def of(subject: list[float], reference: list[float]) -> Statistics:
 
 
 def test_statistics__are_those_of_subject_minus_reference() -> None:
-    found = of([1.0, 2.0, 9.0], [2.0, 4.0, 6.0])
-    assert (found.n, found.bias) == (3, 0.0)
-    assert found.rms == pytest.approx(math.sqrt((1 + 4 + 9) / 3))
-    assert found.largest is not None
-    assert (found.largest.value, found.largest.at) == (3.0, {"speed": 2.0})
-    assert found.relative_bias == pytest.approx((-0.5 - 0.5 + 0.5) / 3)
+    entry = of([1.0, 2.0, 9.0], [2.0, 4.0, 6.0])
+    assert (entry.n, entry.bias) == (3, 0.0)
+    assert entry.rms == pytest.approx(math.sqrt((1 + 4 + 9) / 3))
+    assert entry.largest is not None
+    assert (entry.largest.value, entry.largest.at) == (3.0, {"speed": 2.0})
+    assert entry.relative_bias == pytest.approx((-0.5 - 0.5 + 0.5) / 3)
 
 
 def test_statistics__over_no_points_is_n_0_and_no_number() -> None:
@@ -68,28 +68,28 @@ def test_statistics__over_no_points_is_n_0_and_no_number() -> None:
 
 
 def test_statistics__nothing_is_relative_to_zero() -> None:
-    found = of([1.0, 3.0], [0.0, 2.0])
-    assert (found.n, found.bias, found.relative_bias) == (2, 1.0, 0.5)
+    entry = of([1.0, 3.0], [0.0, 2.0])
+    assert (entry.n, entry.bias, entry.relative_bias) == (2, 1.0, 0.5)
     assert of([1.0], [0.0]).relative_bias is None
 
 
 def test_law__is_judged_where_it_answers_and_again_inside_its_range() -> None:
     dataset = holes()
-    found = residual(dataset, MAIDEN)
+    entry = residual(dataset, MAIDEN)
     difference = dataset.hole_diameter_by_law.sel(hole_diameter_law=MAIDEN) - dataset.hole_diameter
     inside = difference.sel(speed=[3e3, 4e3, 5e3])
-    assert found.in_range is not None
-    assert (found.everywhere.n, found.in_range.n, found.points) == (18, 9, 18)
-    assert found.everywhere.bias == pytest.approx(float(difference.mean()))
-    assert found.in_range.bias == pytest.approx(float(inside.mean()))
-    assert "inside its stated range (9 of 18 points)" in sentence(found)
+    assert entry.in_range is not None
+    assert (entry.everywhere.n, entry.in_range.n, entry.points) == (18, 9, 18)
+    assert entry.everywhere.bias == pytest.approx(float(difference.mean()))
+    assert entry.in_range.bias == pytest.approx(float(inside.mean()))
+    assert "inside its stated range (9 of 18 points)" in sentence(entry)
 
 
 def test_law__without_a_point_in_its_range_says_n_0() -> None:
-    found = residual(holes(), "strength_ln/Y = 240 MPa")
-    assert found.everywhere.n == 18
-    assert found.in_range == Statistics(0)
-    assert "no point lies inside its stated range" in sentence(found)
+    entry = residual(holes(), "strength_ln/Y = 240 MPa")
+    assert entry.everywhere.n == 18
+    assert entry.in_range == Statistics(0)
+    assert "no point lies inside its stated range" in sentence(entry)
 
 
 def test_law__is_counted_where_it_has_a_meaning_and_the_run_succeeded() -> None:
@@ -118,33 +118,33 @@ def test_law__is_not_compared_with_a_value_whose_flags_speak_against_it(
 
 def test_error_bar__judges_where_resolutions_show_the_mesh_error() -> None:
     dataset = refined_holes()
-    found = residual(dataset, "maiden_c")
+    entry = residual(dataset, "maiden_c")
     difference = (
         dataset.hole_diameter_by_law.sel(hole_diameter_law="maiden_c")
         - dataset.hole_diameter_converged
     )
     bars = dataset.hole_diameter_converged_uncertainty
-    assert found.everywhere.bias == pytest.approx(float(difference.mean()))
-    assert (found.everywhere.judged, found.everywhere.converged) == (6, 3)
-    assert found.everywhere.within == int((np.abs(difference) <= bars).sum())
-    assert found.everywhere.bar == pytest.approx(float(bars.median()))
-    assert "(converged at 3 of 6 points); inside the error bar (median ±" in sentence(found)
+    assert entry.everywhere.bias == pytest.approx(float(difference.mean()))
+    assert (entry.everywhere.judged, entry.everywhere.converged) == (6, 3)
+    assert entry.everywhere.within == int((np.abs(difference) <= bars).sum())
+    assert entry.everywhere.bar == pytest.approx(float(bars.median()))
+    assert "(converged at 3 of 6 points); inside the error bar (median ±" in sentence(entry)
 
 
 @pytest.mark.parametrize("offsets", [(0.0,), fakes.OFFSETS])
 def test_error_bar__of_a_single_grid_judges_nothing(offsets: tuple[float, ...]) -> None:
     sweep = fakes.refined_holes((16.0,), offsets)
     dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    found = residual(dataset, "maiden_c")
-    assert (found.everywhere.n, found.everywhere.judged, found.everywhere.bar) == (6, 0, None)
-    assert sentence(found).endswith(f"{UNJUDGED_LAW}.")
+    entry = residual(dataset, "maiden_c")
+    assert (entry.everywhere.n, entry.everywhere.judged, entry.everywhere.bar) == (6, 0, None)
+    assert sentence(entry).endswith(f"{UNJUDGED_LAW}.")
 
 
 def test_sentence__names_the_direction_of_the_number_that_it_prints() -> None:
     # Law 20.5 and 0.5 mm against 20 and 0.8 mm: 0.1 mm larger, 17.5 % smaller.
     apart = Statistics(2, bias=1e-4, rms=1.0, relative_bias=-0.175, relative_rms=1.0)
-    found = Residual("hole_diameter", "m", "law", "a law", "simulation", apart, apart, points=2)
-    assert "17.5\u202f% smaller than the simulation" in sentence(found)
+    entry = Residual("hole_diameter", "m", "law", "a law", "simulation", apart, apart, points=2)
+    assert "17.5\u202f% smaller than the simulation" in sentence(entry)
 
 
 # --- observations ---------------------------------------------------------------------------------
@@ -157,11 +157,11 @@ def test_statement__says_whether_the_reference_is_a_simulation_alone() -> None:
 
 def test_observation__judges_a_law_by_its_own_error_bar() -> None:
     shot = fakes.observed(4e3, 3e-3, 17.9e-3)
-    found = residual(holes(shot), MAIDEN, "observation")
+    entry = residual(holes(shot), MAIDEN, "observation")
     assert shot.shot is not None
     answer = fakes.HOLE_LAWS[0].evaluate(shot.shot, "").value
-    assert found.everywhere.bias == pytest.approx(answer - 17.9e-3)
-    assert (found.everywhere.judged, found.everywhere.bar) == (1, 0.3e-3)
+    assert entry.everywhere.bias == pytest.approx(answer - 17.9e-3)
+    assert (entry.everywhere.judged, entry.everywhere.bar) == (1, 0.3e-3)
     unbarred = residual(holes(replace(shot, uncertainty=None)), MAIDEN, "observation")
     assert UNJUDGED_BY_OBSERVATION in sentence(unbarred)
 
@@ -170,20 +170,20 @@ def test_observation__judges_the_simulation_by_both_error_bars_together() -> Non
     dataset = refined_holes(fakes.observed(2e3, 2e-3, 11.2e-3, 0.3e-3))
     converged = dataset.sel(speed=2e3)
     bar = math.hypot(0.3e-3, float(converged.hole_diameter_converged_uncertainty))
-    found = residual(dataset, "simulation", "observation")
+    entry = residual(dataset, "simulation", "observation")
     bias = float(converged.hole_diameter_converged) - 11.2e-3
-    assert found.everywhere.bias == pytest.approx(bias)
-    assert found.everywhere.bar == pytest.approx(bar)
-    assert (found.everywhere.within, found.in_range) == (1, None)
+    assert entry.everywhere.bias == pytest.approx(bias)
+    assert entry.everywhere.bar == pytest.approx(bar)
+    assert (entry.everywhere.within, entry.in_range) == (1, None)
 
 
 def test_observation__does_not_judge_the_simulation_where_either_error_is_unknown() -> None:
     no_error = refined_holes(fakes.observed(2e3, 2e-3, 13e-3, None))
     no_mesh = holes(fakes.observed(4e3, 3e-3, 17.9e-3))
     for dataset in (no_error, no_mesh):
-        found = residual(dataset, "simulation", "observation")
-        assert found.everywhere.judged == 0
-        assert UNJUDGED_SIMULATION in sentence(found)
+        entry = residual(dataset, "simulation", "observation")
+        assert entry.everywhere.judged == 0
+        assert UNJUDGED_SIMULATION in sentence(entry)
 
 
 def test_observation__of_another_material_adds_no_constants_to_the_laws_of_the_runs() -> None:

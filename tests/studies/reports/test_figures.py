@@ -24,8 +24,8 @@ LONELY = (
 )
 
 
-def built(sweep: Sweep, known: dict[str, Any] | None = None, **catalogue: Any) -> xr.Dataset:
-    return cube.build(sweep, known or fakes.results(sweep), fakes.catalogue(**catalogue))
+def built(sweep: Sweep, outcomes: dict[str, Any] | None = None, **catalogue: Any) -> xr.Dataset:
+    return cube.build(sweep, outcomes or fakes.results(sweep), fakes.catalogue(**catalogue))
 
 
 def without_coarse_runs() -> xr.Dataset:
@@ -41,12 +41,12 @@ def without_coarse_runs() -> xr.Dataset:
 
 
 def drawn(dataset: xr.Dataset, ending: str) -> Figure:
-    (found,) = [
+    (entry,) = [
         figure
         for figure in figures(dataset, compare(dataset))
         if figure.name == f"hole_diameter_{ending}"
     ]
-    return found
+    return entry
 
 
 def series_of(figure: Figure, panel: int = 0, **wanted: str) -> list[Series]:
@@ -139,8 +139,8 @@ def test_band__is_the_error_bar_over_the_value_about_zero() -> None:
     np.testing.assert_allclose(np.array(band.low, float), -relative.values)
     (law,) = series_of(figure, label="general form with the sound speed")
     inside = np.abs(np.array(law.y, float)) <= np.array(band.high, float)
-    (found,) = [each for each in compare(dataset).residuals if each.subject == "maiden_c"]
-    assert 0 < found.everywhere.within == inside.sum() < found.everywhere.judged == len(inside)
+    (entry,) = [each for each in compare(dataset).residuals if each.subject == "maiden_c"]
+    assert 0 < entry.everywhere.within == inside.sum() < entry.everywhere.judged == len(inside)
 
 
 def test_band__does_not_reach_over_a_point_whose_mesh_error_is_unknown() -> None:
@@ -171,13 +171,13 @@ def test_band__lies_behind_the_marks_and_enters_the_legend_once() -> None:
 
 def test_residual__of_a_value_of_zero_is_none() -> None:
     held = replace(fakes.measured(0.0), parts={})
-    known = {
+    outcomes = {
         point.run.id: replace(fakes.result(point.run), measurements={"hole_diameter": held})
         if point.coordinates["speed"] == LONELY
         else fakes.result(point.run)
         for point in REFINED.runs()
     }
-    for series in drawn(built(REFINED, known), "residuals").panels[0].series:
+    for series in drawn(built(REFINED, outcomes), "residuals").panels[0].series:
         assert dict(zip(series.x, series.y or series.high, strict=True)).get(LONELY) is None
 
 
@@ -227,11 +227,11 @@ def test_convergence__of_offsets_alone_is_not_drawn() -> None:
 
 def test_convergence__has_no_band_where_no_error_bar_is_known() -> None:
     equal = replace(fakes.measured(0.012), parts={}, uncertainty=0.0)
-    known = {
+    outcomes = {
         name: replace(result, measurements=dict.fromkeys(result.measurements, equal))
         for name, result in fakes.results(TWO_GRIDS).items()
     }
-    dataset = built(TWO_GRIDS, known)
+    dataset = built(TWO_GRIDS, outcomes)
     for panel in drawn(dataset, "convergence").panels:
         assert {series.kind for series in panel.series} == {"level"}
     assert "their uncertainty is unknown" in drawn(dataset, "laws").caption

@@ -29,8 +29,8 @@ def built(sweep: Sweep = SWEEP, **replaced: Any) -> xr.Dataset:
 
 
 def run_at(sweep: Sweep, **coordinates: float) -> fakes.Run:
-    (found,) = [p.run for p in sweep.runs() if coordinates.items() <= p.coordinates.items()]
-    return found
+    (entry,) = [p.run for p in sweep.runs() if coordinates.items() <= p.coordinates.items()]
+    return entry
 
 
 # --- the cube ---------------------------------------------------------------------------------------
@@ -112,8 +112,8 @@ def test_point_without_results__has_a_verdict_too() -> None:
 def test_finest_run_that_is_not_perforated__leaves_the_mesh_error_unknown() -> None:
     finest = run_at(SWEEP, speed=2e3, cells_per_diameter=64.0, offset=0.0)
     held = replace(fakes.measured(0.01, "not_perforated"), value=None, uncertainty=None)
-    known = {finest.id: replace(fakes.result(finest), measurements={"hole_diameter": held})}
-    (point, *_) = refined(built(SWEEP, **known), "hole_diameter")
+    outcomes = {finest.id: replace(fakes.result(finest), measurements={"hole_diameter": held})}
+    (point, *_) = refined(built(SWEEP, **outcomes), "hole_diameter")
     assert point.converged.verdict == "not in the asymptotic range"
     assert math.isnan(point.converged.mesh)
     assert math.isnan(point.converged.extrapolated)
@@ -148,7 +148,7 @@ def test_points__succeed_where_any_run_gave_a_value() -> None:
 
 @pytest.mark.parametrize("finest_failed", [False, True])
 def test_points__have_the_flags_of_the_runs_that_their_value_is_of(finest_failed: bool) -> None:
-    known = {}
+    outcomes = {}
     for point in SWEEP.runs():
         cells = point.coordinates["cells_per_diameter"]
         result = fakes.result(point.run)
@@ -156,8 +156,8 @@ def test_points__have_the_flags_of_the_runs_that_their_value_is_of(finest_failed
             result = replace(result, flags=("under_resolved",))
         elif point.coordinates["speed"] == 2e3 and finest_failed:
             result = replace(result, state="failed", reason="late")
-        known[point.run.id] = result
-    dataset = built(SWEEP, **known)
+        outcomes[point.run.id] = result
+    dataset = built(SWEEP, **outcomes)
     points = points_of(dataset)
     assert list((points.run_flags != 0).values[:2]) == [finest_failed, False]
     assert points.run_flags.attrs.keys() == dataset.run_flags.attrs.keys()

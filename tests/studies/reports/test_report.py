@@ -38,10 +38,10 @@ Case = tuple[xr.Dataset, dict, Page]
 
 def cube_of(case: str) -> xr.Dataset:
     sweep = SWEEPS[case]
-    known = fakes.with_trouble(sweep) if case in ("grid", "refined") else fakes.results(sweep)
+    outcomes = fakes.with_trouble(sweep) if case in ("grid", "refined") else fakes.results(sweep)
     none_through = (fakes.observed(5e3, 0.002, 0.0),)  # nothing is relative to it
     shots = {"grid": fakes.SHOTS, "refined": fakes.SHOTS, "one run": none_through}.get(case, ())
-    return cube.build(sweep, known, fakes.catalogue(sweep.scenario, shots))
+    return cube.build(sweep, outcomes, fakes.catalogue(sweep.scenario, shots))
 
 
 def document_of(dataset: xr.Dataset) -> dict:

@@ -358,9 +358,9 @@ def results(sweep: Sweep) -> dict[str, Any]:
 
 def with_trouble(sweep: Sweep) -> dict[str, Any]:
     """One run failed, one was cancelled, one is coarse and one did not perforate."""
-    known = results(sweep)
+    outcomes = results(sweep)
     first, second, third, fourth = [point.run.id for point in sweep.runs()[:4]]
-    known[first] = RunResult(
+    outcomes[first] = RunResult(
         first,
         "failed",
         failure="UnphysicalState",
@@ -368,15 +368,15 @@ def with_trouble(sweep: Sweep) -> dict[str, Any]:
         stop="failed",
         provenance=PROVENANCE,
     )
-    known[second] = MissingResult("cancelled", "cancelled by its user")
-    known[third] = replace(known[third], flags=("under_resolved",))
-    known[fourth] = replace(
-        known[fourth],
+    outcomes[second] = MissingResult("cancelled", "cancelled by its user")
+    outcomes[third] = replace(outcomes[third], flags=("under_resolved",))
+    outcomes[fourth] = replace(
+        outcomes[fourth],
         measurements={
             "hole_diameter": replace(measured(0.01, "not_perforated"), value=None, uncertainty=None)
         },
     )
-    return known
+    return outcomes
 
 
 def observed(
