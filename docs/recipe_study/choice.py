@@ -1,4 +1,4 @@
-"""The rule of the choice, as stated in the folder's docstring."""
+"""The rule of the choice, as docs/recipe.md states it."""
 
 import math
 from collections.abc import Iterator, Mapping

@@ -27,9 +27,9 @@ SMALLEST = 2.2250738585072014e-308  # normal number
 _LOWEST, _HIGHEST = -708.0, 709.0  # exponents of e whose powers are normal numbers
 
 
-def where(condition, one, other):
-    """``one`` where the condition holds, else ``other``."""
-    return np.where(condition, one, other)[()]
+def where(condition, value, other):
+    """``value`` where the condition holds, else ``other``."""
+    return np.where(condition, value, other)[()]
 
 
 def minimum(value, bound):
@@ -109,10 +109,10 @@ def spread(value):
 
 def load(table, row, place, lanes):
     """Eight neighbours of a row of a table from a place on; zero where a lane is masked."""
-    found = np.zeros(LANES)
+    neighbours = np.zeros(LANES)
     stop = min(place + LANES, table.shape[1])
-    found[: stop - place] = table[row, place:stop]
-    return np.where(lanes, found, 0.0)
+    neighbours[: stop - place] = table[row, place:stop]
+    return np.where(lanes, neighbours, 0.0)
 
 
 def store(table, row, place, values, lanes):
@@ -159,7 +159,7 @@ def set_line(table, row, values):
 def transposed(a, b, c, d, e, f, g, h):
     """The columns of the matrix whose rows are eight vectors."""
     return tuple(
-        np.stack([np.broadcast_to(one, LANES) for one in (a, b, c, d, e, f, g, h)], axis=1)
+        np.stack([np.broadcast_to(row, LANES) for row in (a, b, c, d, e, f, g, h)], axis=1)
     )
 
 

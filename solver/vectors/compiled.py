@@ -151,8 +151,8 @@ _arithmetic(operator.neg, lambda b, x: b.fneg(x), 1)
 
 
 def _comparison(function: Any, symbol: str) -> None:
-    def choose(one: Any, other: Any) -> Any:
-        if VECTOR in (one, other) and is_number(one) and is_number(other):
+    def choose(value: Any, other: Any) -> Any:
+        if VECTOR in (value, other) and is_number(value) and is_number(other):
             return signature(MASK, VECTOR, VECTOR)
         return None
 
@@ -191,8 +191,8 @@ def _real(*kinds: Any) -> Any:
     return VECTOR if VECTOR in kinds else types.float64
 
 
-def _choose_where(condition: Any, one: Any, other: Any) -> Any:
-    value = _real(one, other)
+def _choose_where(condition: Any, chosen: Any, other: Any) -> Any:
+    value = _real(chosen, other)
     if value is None or not isinstance(condition, (MaskType, types.Boolean)):
         return None
     if isinstance(condition, MaskType):

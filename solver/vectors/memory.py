@@ -50,8 +50,8 @@ def _address(context: Any, builder: Any, kind: Any, table: Any, row: Any, place:
 def _parts(context: Any, builder: Any, kind: Any, array: Any) -> tuple[Any, Any]:
     """Where the numbers of an array stand, and how many a row has."""
     if isinstance(kind, BareType):
-        known = cgutils.create_struct_proxy(kind)(context, builder, value=array)
-        return known.data, known.columns
+        proxy = cgutils.create_struct_proxy(kind)(context, builder, value=array)
+        return proxy.data, proxy.columns
     made = context.make_array(kind)(context, builder, array)
     return made.data, cgutils.unpack_tuple(builder, made.shape)[-1]
 
@@ -212,9 +212,9 @@ define(
 )
 
 
-def _shuffled(builder: Any, one: Any, other: Any, places: Any) -> Any:
+def _shuffled(builder: Any, value: Any, other: Any, places: Any) -> Any:
     mask = ir.Constant(INDICES, [ir.Constant(ir.IntType(32), place) for place in places])
-    return builder.shuffle_vector(one, other, mask)
+    return builder.shuffle_vector(value, other, mask)
 
 
 def _emit_transposed(context: Any, builder: Any, sig: Any, rows: Any) -> Any:
@@ -223,7 +223,7 @@ def _emit_transposed(context: Any, builder: Any, sig: Any, rows: Any) -> Any:
     for apart in (1, 2, 4):
         low = [lane if not lane & apart else lane - apart + LANES for lane in range(LANES)]
         high = [lane + apart if not lane & apart else lane + LANES for lane in range(LANES)]
-        for row in (one for one in range(LANES) if not one & apart):
+        for row in (lane for lane in range(LANES) if not lane & apart):
             first, second = rows[row], rows[row + apart]
             rows[row] = _shuffled(builder, first, second, low)
             rows[row + apart] = _shuffled(builder, first, second, high)
@@ -262,9 +262,9 @@ def _reduction(function: Any, combine: Any) -> None:
     )
 
 
-def _larger(builder: Any, one: Any, other: Any) -> Any:
+def _larger(builder: Any, value: Any, other: Any) -> Any:
     function = external(builder, "llvm.maxnum.v8f64", [DOUBLES, DOUBLES], DOUBLES)
-    return builder.call(function, [one, other])
+    return builder.call(function, [value, other])
 
 
 _reduction(largest, _larger)

@@ -123,7 +123,7 @@ def _worth_of_threads(name: str) -> float:
 
 
 def _independent(name: str, pipe: Connection) -> None:
-    """A run of one thread: takes so many steps as it is told, and answers how long they took; none ends it."""
+    """A run of one thread: takes the number of steps that it receives and sends back their seconds; 0 ends it."""
     made = simulation(name)
     pipe.send(0.0)
     while count := pipe.recv():

@@ -197,8 +197,8 @@ def converging(speed: float, cells: float) -> dict[str, float]:
 def coarse(geometry: str, shape: str, scheme: str) -> Any:
     """A coarse run by the former rule of the step, which both trees know."""
     recipes = module("studies.values.recipes", former="studies.recipes")
-    known = vars(recipes.RECIPES["whipple"])
-    rule = {name: value for name, value in FORMER_RULE.items() if name in known}
+    choices = vars(recipes.RECIPES["whipple"])
+    rule = {name: value for name, value in FORMER_RULE.items() if name in choices}
     return question(**COMMON, **COARSE[geometry], **rule, shape=shape, scheme=scheme)
 
 

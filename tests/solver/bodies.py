@@ -208,7 +208,7 @@ def after(problem: Problem, steps: int, *, threads: int = 1, shares: int = 0) ->
     return simulation
 
 
-def assert_same_bits(one: Particles, other: Particles) -> None:
+def assert_same_bits(particles: Particles, other: Particles) -> None:
     """Compare particles field by field; NaN is equal to itself here."""
     for name in Particles._fields:
-        assert getattr(one, name).tobytes() == getattr(other, name).tobytes(), name
+        assert getattr(particles, name).tobytes() == getattr(other, name).tobytes(), name

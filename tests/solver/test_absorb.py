@@ -157,8 +157,8 @@ def test_dashpots__of_a_rim_have_its_area_per_radian(shape: Any) -> None:
     geometry = box(8, 12)
     body = block(geometry, (0.0, 3.0), (6.0, 8.0))
     for surface, area in ((end(0, 6.0), 6.0 * 5.0), (end(1, 8.0), 0.5 * 6.0**2)):
-        found, _ = _dashpots(geometry, body, ABOUT_AXIS, shape, surface)
-        assert np.isclose(found.constant[:, 2].sum(), ACROSS * area * SPACING**2, rtol=1e-2)
+        surfaces, _ = _dashpots(geometry, body, ABOUT_AXIS, shape, surface)
+        assert np.isclose(surfaces.constant[:, 2].sum(), ACROSS * area * SPACING**2, rtol=1e-2)
 
 
 def _dashpots(

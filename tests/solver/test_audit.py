@@ -24,9 +24,9 @@ def three() -> Particles:
 
 def balance(particles: Particles, start: Totals | None = None, **changes: Any) -> Audit:
     """The audit of particles that started as ``three``."""
-    given = {"geometry": box(4, 4, 4), "ledger": Ledger(), "impulse": np.zeros(3), **changes}
-    geometry = given.pop("geometry")
-    return audit(geometry, particles, time=1.0, start=start or totals(three()), **given)
+    inputs = {"geometry": box(4, 4, 4), "ledger": Ledger(), "impulse": np.zeros(3), **changes}
+    geometry = inputs.pop("geometry")
+    return audit(geometry, particles, time=1.0, start=start or totals(three()), **inputs)
 
 
 def test_totals__are_the_sums() -> None:
@@ -60,17 +60,17 @@ def test_audit__sees_what_appears_and_what_is_missing(
 ) -> None:
     particles = three()
     change(particles)
-    found = balance(particles)
-    assert found.mass_error == pytest.approx(mass)
-    assert found.momentum_error == pytest.approx(momentum)
-    assert found.energy_drift == pytest.approx(energy)
+    result = balance(particles)
+    assert result.mass_error == pytest.approx(mass)
+    assert result.momentum_error == pytest.approx(momentum)
+    assert result.energy_drift == pytest.approx(energy)
 
 
 def test_audit__takes_the_impulse_of_the_faces_into_account() -> None:
     particles = three()
     particles.velocity[2, 1] = 0.1
-    found = balance(particles, impulse=np.array([0.0, 0.4, 0.0]))
-    assert found.momentum_error == pytest.approx(0.0, abs=1e-15)
+    result = balance(particles, impulse=np.array([0.0, 0.4, 0.0]))
+    assert result.momentum_error == pytest.approx(0.0, abs=1e-15)
 
 
 @pytest.mark.parametrize(("axis", "error"), [(0, 0.0), (1, 1.0)])
@@ -88,11 +88,11 @@ def test_audit__counts_what_left_in_the_ledger_and_no_longer_on_the_grid() -> No
     particles.alive[1:] = 0
     assert (ledger.mass, ledger.kinetic, ledger.internal, ledger.particles) == (6.0, 1.0, 20.0, 2)
     assert ledger.momentum.tolist() == [-2.0, 0.0, 0.0]
-    found = balance(particles, ledger=ledger)
-    assert (found.mass_error, found.momentum_error, found.energy_drift) == (0.0, 0.0, 0.0)
-    assert (found.kinetic, found.internal, found.largest_speed) == (2.0, 0.0, 2.0)
-    assert found.outflow_mass == pytest.approx(6.0 / 7.0)
-    assert found.outflow_energy == pytest.approx(21.0 / 23.0)
+    result = balance(particles, ledger=ledger)
+    assert (result.mass_error, result.momentum_error, result.energy_drift) == (0.0, 0.0, 0.0)
+    assert (result.kinetic, result.internal, result.largest_speed) == (2.0, 0.0, 2.0)
+    assert result.outflow_mass == pytest.approx(6.0 / 7.0)
+    assert result.outflow_energy == pytest.approx(21.0 / 23.0)
 
 
 def test_audit__finds_the_hottest_thousandth() -> None:
@@ -108,9 +108,9 @@ def test_audit__finds_the_hottest_thousandth() -> None:
 def test_audit__of_matter_at_rest_and_cold_divides_by_nothing() -> None:
     particles = views(empty_table(2))
     particles.mass[:] = 1.0
-    found = balance(particles, totals(particles))
-    assert (found.energy_drift, found.momentum_error, found.outflow_energy) == (0.0, 0.0, 0.0)
-    assert found.hottest_energy_share == 0.0
+    result = balance(particles, totals(particles))
+    assert (result.energy_drift, result.momentum_error, result.outflow_energy) == (0.0, 0.0, 0.0)
+    assert result.hottest_energy_share == 0.0
 
 
 def test_audit__computes_no_term_from_the_balance() -> None:

@@ -124,9 +124,9 @@ class Witness:
         )
 
 
-def same_bits(one: Outcome, other: Outcome) -> bool:
+def same_bits(outcome: Outcome, other: Outcome) -> bool:
     """Whether two outcomes agree in every bit; NaN is equal to itself here."""
-    return _bits(one) == _bits(other)
+    return _bits(outcome) == _bits(other)
 
 
 def _bits(outcome: Outcome) -> tuple[Any, ...]:

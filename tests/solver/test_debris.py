@@ -168,9 +168,11 @@ def test_flown__is_straight_mirrored_at_the_axis_and_ends_at_the_edge() -> None:
 
 
 def test_retirement__gives_the_same_bits_with_two_threads() -> None:
-    one, two = (simulate(behind(), threads=threads, shares=3).snapshot for threads in (1, 2))
-    assert one.retired.mass.size
+    serial, parallel = (
+        simulate(behind(), threads=threads, shares=3).snapshot for threads in (1, 2)
+    )
+    assert serial.retired.mass.size
     for mine, other in zip(
-        (*one.particles, *one.retired), (*two.particles, *two.retired), strict=True
+        (*serial.particles, *serial.retired), (*parallel.particles, *parallel.retired), strict=True
     ):
         assert mine.tobytes() == other.tobytes()

@@ -113,8 +113,10 @@ def test_damping__is_defined_per_time(order: int, fixed_dt: float) -> None:
 @pytest.mark.parametrize("scheme", [Scheme.MUSL, Scheme.USF])
 def test_scheme__gives_the_same_bits_with_any_number_of_threads(shape: Any, scheme: Scheme) -> None:
     problem = two_blocks("axisymmetric", shape=shape, scheme=scheme, damping=Damping(1e6, 2))
-    one, two = (after(problem, STEPS, threads=threads, shares=3).particles for threads in (1, 2))
-    assert_same_bits(one, two)
+    serial, parallel = (
+        after(problem, STEPS, threads=threads, shares=3).particles for threads in (1, 2)
+    )
+    assert_same_bits(serial, parallel)
 
 
 @each_kind
@@ -125,8 +127,8 @@ def test_scheme__gives_the_same_numbers_with_any_number_of_shares(
 ) -> None:
     """But for round-off: sums are taken in another order. A few particles a share, the last ones even none."""
     problem = two_blocks(kind, shape=shape, scheme=scheme, damping=Damping(1e6, 2), fixed_dt=1e-8)
-    one, many = (after(problem, 5, shares=shares).particles for shares in (1, 13))
+    serial, several = (after(problem, 5, shares=shares).particles for shares in (1, 13))
     for field in Particles._fields:
-        expected, got = getattr(one, field), getattr(many, field)
+        expected, got = getattr(serial, field), getattr(several, field)
         scale = np.abs(expected).max()
         assert np.allclose(got, expected, rtol=0.0, atol=1e-11 * scale), field

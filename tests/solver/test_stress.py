@@ -19,10 +19,12 @@ from tests.solver.bodies import (
     ABOUT_AXIS,
     CONSTANTS,
     DENSITY,
+    FREE,
     MELT,
     ROOM,
     ROUND_OFF,
     SPACING,
+    SYMMETRIC,
     block,
     box,
     elastic_copper,
@@ -122,6 +124,14 @@ def test_counters__count_each_particle_on_which_a_safeguard_acts(
     assert counts == dict.fromkeys(expected, simulation.particles.mass.size)
     if "below_zero_kelvin" in expected:
         assert not simulation.particles.temperature.any()
+
+
+def test_reflected__counts_each_particle_that_a_face_puts_back() -> None:
+    problem = replace(cube(real_copper()).problem, faces=(ABOUT_AXIS[0], SYMMETRIC, FREE))
+    simulation = start(problem, threads=1)
+    simulation.particles.position[:2, 1] = -0.1 * SPACING
+    simulation.advance()
+    assert simulation.counters.reflected == 2
 
 
 def test_failed__counts_each_particle_once() -> None:

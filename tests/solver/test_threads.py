@@ -115,9 +115,9 @@ def test_simulation__has_the_shares_of_its_particles_or_as_many_as_asked_for() -
 
 @each_kind
 def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None:
-    one, two, three = (
+    serial, double, triple = (
         after(two_blocks(kind), STEPS, threads=threads, shares=SHARES).particles
         for threads in (1, 2, 3)
     )
-    assert_same_bits(one, two)
-    assert_same_bits(one, three)
+    assert_same_bits(serial, double)
+    assert_same_bits(serial, triple)

@@ -124,11 +124,11 @@ def computed(compiled: Any, table: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return out[:EXACT], out[EXACT:]
 
 
-def same_bits(one: Any, other: Any) -> bool:
+def same_bits(values: Any, other: Any) -> bool:
     """Whether two arrays have the same bits; any NaN is like any other."""
-    one, other = np.asarray(one, float), np.asarray(other, float)
-    nan = np.isnan(one) & np.isnan(other)
-    return bool((nan | (one.view(np.int64) == other.view(np.int64))).all())
+    values, other = np.asarray(values, float), np.asarray(other, float)
+    nan = np.isnan(values) & np.isnan(other)
+    return bool((nan | (values.view(np.int64) == other.view(np.int64))).all())
 
 
 SPECIAL = [0.0, -0.0, 0.5, -0.5, 1.0, 1.5, -1.5, 2.5, 1e300, -1e300, math.inf, -math.inf, math.nan]
@@ -154,9 +154,9 @@ def test_plain_functions__act_on_numbers_as_on_arrays() -> None:
     table = pairs()
     arrays = exact(*table)
     for p in range(table.shape[1]):
-        for row, found in enumerate(exact(table[0, p], table[1, p])):
-            assert np.shape(found) == ()
-            assert same_bits(found, np.broadcast_to(arrays[row], table.shape[1])[p])
+        for row, value in enumerate(exact(table[0, p], table[1, p])):
+            assert np.shape(value) == ()
+            assert same_bits(value, np.broadcast_to(arrays[row], table.shape[1])[p])
 
 
 # Logarithm, exponential, power
