@@ -1,65 +1,80 @@
-"""Where the service listens, whose requests it answers, and what each answer forbids.
+"""Who may send a request: binding, Host and origin checks, API keys as bearer tokens (RFC 6750), scopes, ownership.
 
-A browser on the same machine could be talked into two things that have to be kept out: a foreign name
-that resolves to this machine (DNS rebinding; seen in ``Host``), and a write from a page of another site
-(seen in ``Sec-Fetch-Site`` and ``Origin``). A Host that is the very address which the request came to
-is no foreign name: somebody wrote it. Who is asking is the matter of ``service.api.keys``.
+A browser on the same machine could be abused in two ways: through a foreign name that resolves to this
+machine (DNS rebinding; visible in ``Host``), and by a page of another site that sends a write (visible in
+``Sec-Fetch-Site`` and ``Origin``).
+
+A request to a loopback name of a service that listens on the loopback comes from a user of this machine and
+needs no key. Every other request needs one, unless it comes from the address of a declared proxy, which has
+authenticated it. A key that is sent always counts: its name owns what is submitted with it, and its scopes
+are the limit. The store compares secrets as digests; they appear in no log and no response.
 """
 
+from dataclasses import dataclass
 from ipaddress import ip_address
+from typing import Annotated, Any
 from urllib.parse import urlsplit
 
+from fastapi import Depends, Security
+from fastapi.security import HTTPAuthorizationCredentials, HTTPBearer, SecurityScopes
+from fastapi.security.base import SecurityBase
+from starlette import types
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
-from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.api.errors import CrossSite, ForeignHost, Malformed, answer
+from service.api.errors import (
+    BadRequest,
+    CrossSiteRequest,
+    Forbidden,
+    MisdirectedRequest,
+    Unauthorized,
+    problem_response,
+)
+from service.records.jobs import Scope, SweepStatus
 from service.records.settings import Settings
 from studies.values.errors import Finding, InvalidInput
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
-READING = frozenset({"GET", "HEAD", "OPTIONS"})
-ONCE = ("Host", "Origin", "Sec-Fetch-Site")  # what is decided by here; RFC 9112, section 3.2
+SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+SINGLE_HEADERS = ("Host", "Origin", "Sec-Fetch-Site")  # RFC 9112, section 3.2
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
-# A page of ours loads its own style sheet and nothing else; a route may say otherwise (the report).
+LONGEST_SECRET = 200  # characters; the service makes shorter ones
+# Pages load the style sheet of the service only; the report sets a policy of its own.
 PAGE_POLICY = (
     "default-src 'none'; style-src 'self'; img-src 'self' data:; "
     "form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
 )
-# What is no page shows nothing and runs nothing, should a browser take it for one.
+# Other responses display and execute nothing if a browser takes them for a page.
 OTHER_POLICY = "default-src 'none'; frame-ancestors 'none'; sandbox"
-FORBIDS = {
+SECURITY_HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
-    "Cache-Control": "no-store",  # a file may say otherwise
+    "Cache-Control": "no-store",  # files set a value of their own
 }
+
+# --- binding --------------------------------------------------------------------------------------
 
 
 def check_binding(settings: Settings, *, has_keys: bool) -> None:
-    """Refuse to listen where strangers could reach a service without a login; raises InvalidInput."""
+    """Refuse to listen on a network without keys or a trusted proxy; raises InvalidInput."""
     if is_loopback(settings.host) or has_keys:
         return
     if settings.trusted_proxy and settings.allowed_hosts:
         return
-    raise InvalidInput(
-        [
-            Finding(
-                "host",
-                settings.host,
-                "an address of this machine's loopback, as long as there is no API key",
-                "use 127.0.0.1; or make a key with `whipple keys create NAME`; or, behind a proxy that "
-                "checks who is asking, set WHIPPLE_TRUSTED_PROXY to its addresses and WHIPPLE_ALLOWED_HOSTS "
-                "to the names that it is reached by, each as a JSON list",
-            )
-        ]
+    cure = (
+        "use 127.0.0.1; or make a key with `whipple keys create NAME`; or, behind a proxy that "
+        "authenticates requests, set WHIPPLE_TRUSTED_PROXY to its addresses and WHIPPLE_ALLOWED_HOSTS "
+        "to the names under which it is reached, each as a JSON list"
     )
+    limit = "a loopback address while there is no API key"
+    raise InvalidInput([Finding("host", settings.host, limit, cure)])
 
 
 def is_loopback(host: str) -> bool:
-    """Whether only this machine can reach an address.
+    """Whether an address can be reached from this machine only.
 
     >>> is_loopback("127.0.0.1"), is_loopback("localhost"), is_loopback("0.0.0.0")
     (True, True, False)
@@ -70,91 +85,71 @@ def is_loopback(host: str) -> bool:
         return host in LOOPBACK_NAMES
 
 
-def is_of_this_machine(scope: Scope, settings: Settings) -> bool:
-    """Whether a request can only come from a user of this machine: by a name of the loopback, to it.
-
-    One that came by another name was passed on by something in front of the service.
-    """
-    host = _name_of(Headers(scope=scope).get("host", ""))
-    return is_loopback(settings.host) and (host in LOOPBACK_NAMES or host == settings.host)
-
-
-def is_of_trusted_proxy(scope: Scope, settings: Settings) -> bool:
-    """Whether a request comes from a proxy that has checked who is asking: by its address, not its words."""
-    try:
-        peer = ip_address((scope.get("client") or ("",))[0])
-    except ValueError:
-        return False
-    plain = getattr(peer, "ipv4_mapped", None) or peer  # as a socket for both kinds writes it
-    return any(plain in network for network in settings.trusted_proxy)
+# --- hosts and sites ------------------------------------------------------------------------------
 
 
 class Access:
-    """Middleware: refuses foreign hosts and writes of other sites, and marks what is answered."""
+    """Middleware that refuses foreign hosts and cross-site writes, and adds the security headers."""
 
-    def __init__(self, app: ASGIApp, settings: Settings):
+    def __init__(self, app: types.ASGIApp, settings: Settings):
         self._app = app
         self._hosts = LOOPBACK_NAMES | {settings.host, *settings.allowed_hosts}
 
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+    async def __call__(self, scope: types.Scope, receive: types.Receive, send: types.Send) -> None:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
 
-        async def send_marked(message: Message) -> None:
+        async def send_with_headers(message: types.Message) -> None:
             if message["type"] == "http.response.start":
-                mark(MutableHeaders(scope=message))
+                _add_security_headers(MutableHeaders(scope=message))
             await send(message)
 
         refusal = self._refusal(scope)
-        if refusal is None:
-            await self._app(scope, receive, send_marked)
-        else:
-            await answer(Request(scope), refusal)(scope, receive, send_marked)
+        app = self._app if refusal is None else problem_response(Request(scope), refusal)
+        await app(scope, receive, send_with_headers)
 
-    def _refusal(self, scope: Scope) -> Malformed | ForeignHost | CrossSite | None:
+    def _refusal(self, scope: types.Scope) -> Exception | None:
         headers = Headers(scope=scope)
-        twice = [name for name in ONCE if len(headers.getlist(name)) > 1]
-        if twice:
-            return Malformed(f"{' and '.join(twice)} given more than once; send one")
+        repeated = [name for name in SINGLE_HEADERS if len(headers.getlist(name)) > 1]
+        if repeated:
+            return BadRequest(f"{' and '.join(repeated)} sent more than once; send one")
         host = headers.get("host", "")
-        name = _name_of(host)
-        if name not in self._hosts and not _is_address_of(scope, name):
-            return ForeignHost(
+        name = _hostname(host)
+        if name not in self._hosts and not _is_own_address(scope, name):
+            return MisdirectedRequest(
                 f"{host[:80]!r} is not a name of this service; use 127.0.0.1 or localhost, or set "
-                "WHIPPLE_ALLOWED_HOSTS to the names that it is reached by"
+                "WHIPPLE_ALLOWED_HOSTS to the names of this service"
             )
-        if scope["method"] not in READING and not _is_own_site(headers, host):
-            return CrossSite("send the request from a page of this service, or without a browser")
+        if scope["method"] not in SAFE_METHODS and not _is_own_site(headers, host):
+            return CrossSiteRequest(
+                "send the request from a page of this service, or without a browser"
+            )
         return None
 
 
-def mark(headers: MutableHeaders) -> None:
-    """Add what an answer forbids a browser to do with it."""
-    for name, value in FORBIDS.items():
+def _add_security_headers(headers: MutableHeaders) -> None:
+    for name, value in SECURITY_HEADERS.items():
         headers.setdefault(name, value)
     is_page = headers.get("content-type", "").startswith("text/html")
     headers.setdefault("Content-Security-Policy", PAGE_POLICY if is_page else OTHER_POLICY)
 
 
 def _is_own_site(headers: Headers, host: str) -> bool:
-    """Programs send neither header; browsers send both, and pages cannot change them."""
+    """Whether a write comes from a program, which sends neither header, or from a page of this service."""
     site, origin = headers.get("sec-fetch-site"), headers.get("origin")
     if site is not None and site not in OWN_SITE:
         return False
-    return origin is None or _place_of(origin) == host
-
-
-def _place_of(origin: str) -> str | None:
-    """Host and port of an ``Origin``; None for one that has none."""
+    if origin is None:
+        return True
     try:
-        return urlsplit(origin).netloc or None
+        return urlsplit(origin).netloc == host != ""
     except ValueError:
-        return None
+        return False
 
 
-def _is_address_of(scope: Scope, name: str) -> bool:
-    """Whether a ``Host`` is the number of the address that the request came to."""
+def _is_own_address(scope: types.Scope, name: str) -> bool:
+    """Whether a ``Host`` is the numeric address that the connection was made to."""
     server = scope.get("server")
     try:
         return server is not None and ip_address(name) == ip_address(server[0])
@@ -162,9 +157,114 @@ def _is_address_of(scope: Scope, name: str) -> bool:
         return False
 
 
-def _name_of(host: str) -> str:
+def _hostname(host: str) -> str:
     """A ``Host`` header without its port and brackets."""
     try:
         return urlsplit(f"//{host}").hostname or ""
     except ValueError:
         return ""
+
+
+# --- callers --------------------------------------------------------------------------------------
+
+# The scopes that each scope includes.
+INCLUDES = {
+    Scope.READ: frozenset({Scope.READ}),
+    Scope.SUBMIT: frozenset({Scope.SUBMIT, Scope.READ}),
+    Scope.ADMIN: frozenset(Scope),
+}
+
+
+@dataclass(frozen=True)
+class Caller:
+    """The authenticated sender of a request."""
+
+    name: str  # of the API key; empty without one
+    scopes: frozenset[Scope]
+
+    def may(self, scope: Scope) -> bool:
+        """Whether the caller's scopes include ``scope``."""
+        return any(scope in INCLUDES[own] for own in self.scopes)
+
+    def check_owns(self, sweep: SweepStatus) -> None:
+        """Raise Forbidden unless the sweep is the caller's own, or the caller has the scope ``admin``."""
+        if sweep.owner != self.name and not self.may(Scope.ADMIN):
+            raise Forbidden(
+                "the sweep was submitted with another key; ask its owner, or use a key with the "
+                f"scope `{Scope.ADMIN}`",
+                scope=Scope.ADMIN,
+            )
+
+
+WITHOUT_KEY = Caller("", frozenset(Scope))  # a user of this machine, or authenticated by the proxy
+
+bearer: SecurityBase = HTTPBearer(
+    scheme_name="API key",
+    description="`Authorization: Bearer KEY`; optional on the service's own machine.",
+    auto_error=False,
+)
+
+
+def authorize(
+    request: Request,
+    required: SecurityScopes,
+    credentials: Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)],
+) -> Caller:
+    """The caller, if it has the scopes that an endpoint requires; raises Unauthorized, Forbidden."""
+    caller = _authenticate(request, credentials)
+    request.state.caller = caller.name
+    for scope in map(Scope, required.scopes):
+        if not caller.may(scope):
+            raise Forbidden(
+                f"the key {caller.name!r} lacks the scope `{scope}`; ask for a key that has it",
+                scope=scope,
+            )
+    return caller
+
+
+def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | None) -> Caller:
+    if credentials is not None:
+        secret = credentials.credentials
+        is_possible = 0 < len(secret) <= LONGEST_SECRET
+        key = request.app.state.store.find_key(secret) if is_possible else None
+        if key is None:
+            raise Unauthorized(
+                "this key is unknown, revoked or expired; ask for another", key_was_sent=True
+            )
+        return Caller(key.name, key.scopes)
+    if "authorization" in request.headers:
+        raise Unauthorized("write the header as `Authorization: Bearer KEY`", key_was_sent=True)
+    settings: Settings = request.app.state.settings
+    if _is_from_trusted_proxy(request.scope, settings) or _is_local(request.scope, settings):
+        return WITHOUT_KEY
+    raise Unauthorized(
+        "send `Authorization: Bearer KEY`; whoever runs the service makes a key with "
+        "`whipple keys create`",
+        key_was_sent=False,
+    )
+
+
+def _is_local(scope: types.Scope, settings: Settings) -> bool:
+    """Whether a request to a loopback service names the loopback; any other name came through a proxy."""
+    host = _hostname(Headers(scope=scope).get("host", ""))
+    return is_loopback(settings.host) and (host in LOOPBACK_NAMES or host == settings.host)
+
+
+def _is_from_trusted_proxy(scope: types.Scope, settings: Settings) -> bool:
+    """Whether the peer address, whatever the headers say, is that of a declared proxy."""
+    try:
+        peer = ip_address((scope.get("client") or ("",))[0])
+    except ValueError:
+        return False
+    # A socket for both address families writes an IPv4 peer as a mapped IPv6 address.
+    address = getattr(peer, "ipv4_mapped", None) or peer
+    return any(address in network for network in settings.trusted_proxy)
+
+
+def requires(scope: Scope) -> Any:
+    """A dependency that admits callers with ``scope`` only."""
+    return Security(authorize, scopes=[scope.value])
+
+
+Submitter = Annotated[Caller, requires(Scope.SUBMIT)]
+Administrator = Annotated[Caller, requires(Scope.ADMIN)]

@@ -1,4 +1,4 @@
-"""The only place where the parts of the service are joined."""
+"""The application: the only place where the parts of the service are joined."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
@@ -9,12 +9,11 @@ from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 
 from service.api import errors
-from service.api.access import Access, check_binding
-from service.api.event_streams import Live
-from service.api.keys import allows
+from service.api.access import Access, check_binding, requires
+from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
+from service.api.middleware import RequestLog
 from service.api.partial_cubes import PartialCubes
-from service.api.request_log import RequestLog
 from service.api.routes import (
     catalogue,
     events,
@@ -35,17 +34,17 @@ from service.store import Store
 
 __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 
-# Whoever reads needs a key where keys are needed; what changes something asks for more, route by route.
+# Routes that need the scope ``read``; those that change something ask for more themselves.
 GUARDED = (
     *(sweeps.router, files.router, runs.router, queue.router, events.router),
     *(catalogue.router, health.metrics_router, pages.router),
 )
-# Alive, ready, version: asked by machines that have no key; and what the interface is.
+# Probes of machines without a key, and the documentation.
 OPEN = (health.router, pages.docs_router)
 STATIC = Path(__file__).parent / "static"
 CACHE = "cache"  # folder of partial cubes, in the data directory
 PROBLEM: dict[str, Any] = {
-    "description": "a problem document (RFC 9457)",
+    "description": "A problem document (RFC 9457)",
     "content": {errors.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
 }
 
@@ -54,53 +53,55 @@ StartEngine = Callable[[Settings, Store], AbstractContextManager[DispatcherStatu
 
 @contextmanager
 def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[FastAPI]:
-    """The whole service while it is wanted: store, engine, and the interface to them."""
-    if not settings.has_replicas:  # the database is a file there
+    """Store, engine and app for the duration of a block."""
+    # A database on SQLite is a file in the data directory.
+    if not settings.has_replicas:
         settings.data.mkdir(parents=True, exist_ok=True)
     with closing(Store.open(settings.url)) as store:
         identity.settle(settings, store)
         check_binding(settings, has_keys=store.has_keys())
         with start_engine(settings, store) as engine:
             app = build_app(settings, store, engine)
-            with closing(app.state.live):
+            with closing(app.state.event_streams):
                 yield app
 
 
 def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> FastAPI:
-    """The interface to a store and to what computes its queue."""
+    """The HTTP interface to a store and to the engine that computes its queue."""
     app = FastAPI(
         title="whipple",
         summary="Hypervelocity impact: sweeps in, cubes and law reports out.",
         version=version(),
-        docs_url=None,  # theirs asks a content network for its script
+        docs_url=None,  # FastAPI's own page loads a script from a content network
         redoc_url=None,
         responses={"4XX": PROBLEM, "5XX": PROBLEM},
         generate_unique_id_function=lambda route: route.name,
     )
-    live = Live(store)
-    metrics = Metrics(store, engine, live)
+    streams = EventStreams(store)
+    metrics = Metrics(store, engine, streams)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
-    app.state.live, app.state.metrics = live, metrics
-    app.state.lookout = health.Lookout()
+    app.state.event_streams, app.state.metrics = streams, metrics
+    app.state.readiness = health.ReadinessCheck()
     app.state.partial_cubes = PartialCubes(settings.data / CACHE)
     for router in OPEN:
         app.include_router(router)
     for router in GUARDED:
-        app.include_router(router, dependencies=[allows(Scope.READ)])
+        app.include_router(router, dependencies=[requires(Scope.READ)])
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.add_middleware(Access, settings=settings)
-    app.add_middleware(RequestLog, metrics=metrics)  # the last one is the outermost
+    # The middleware added last is the outermost.
+    app.add_middleware(RequestLog, metrics=metrics)
     errors.install(app)
-    _describe_problems(app)
+    _add_problem_schemas(app)
     return app
 
 
-def _describe_problems(app: FastAPI) -> None:
-    """Add to the OpenAPI document what every error looks like."""
-    plain = app.openapi
+def _add_problem_schemas(app: FastAPI) -> None:
+    """Describe problem documents in the OpenAPI document."""
+    original = app.openapi
 
     def openapi() -> dict[str, Any]:
-        document = plain()
+        document = original()
         document["components"]["schemas"] |= problem_schemas()
         return document
 

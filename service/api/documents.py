@@ -1,9 +1,8 @@
-"""Sweep documents that arrive as text: JSON and YAML read strictly, what is wrong named with line and column.
+"""Strict readers of sweep documents in JSON and YAML, which report line and column of an error.
 
-Beyond what the parsers check: a name given twice is refused (the first would be lost without a word), and so
-are YAML's references and endless nesting (a short text could stand for a document of any size), YAML's tags,
-and text that neither a database nor an answer could hold. All of it takes a time that grows with the length
-of the text and no faster: whoever sends 4 MB waits for less than a second.
+Beyond the checks of the parsers they refuse repeated names (the first value would be lost silently), YAML's
+references and deep nesting (a short text could expand without bound), YAML's tags, and text that a database or
+a response cannot hold. The time grows linearly with the length of the text: 4 MB take less than a second.
 """
 
 import json
@@ -20,24 +19,23 @@ from studies.values.nearest import shown
 
 DEEPEST = 50  # levels of nesting; a sweep has about five
 LONGEST_NAME = 200  # characters of a key; those of a sweep have less than fifty
-MOST_BRACKETS = 100_000  # that open a list or a mapping in JSON; ten thousand observations have as many mappings
+MOST_BRACKETS = 100_000  # opening brackets in JSON; ten thousand observations have ten thousand
 MOST_YAML_VALUES = 50_000  # each takes 8 us, in JSON 0.1 us (2026-11)
-LONGEST_PLAIN = (
-    1_000  # characters of YAML without quotes, which may be a number: 1:30:00 takes their square
-)
-HAVE_PARTS_OR_TEXT = frozenset({dict, list, str})
-NO_TEXT = re.compile("[\0\ud800-\udfff]")  # NUL, and halves of characters, as escapes can make them
+# Characters of an unquoted YAML value; parsing one like 1:30:00 as a number takes quadratic time.
+LONGEST_PLAIN = 1_000
+CHECKED_TYPES = frozenset({dict, list, str})
+INVALID_TEXT = re.compile("[\0\ud800-\udfff]")  # NUL and lone surrogates, which escapes can produce
 
 
 def read_json(body: bytes) -> Any:
-    """What a JSON text says; raises InvalidInput."""
+    """The document in a JSON text; raises InvalidInput."""
     text = _decoded(body)
     _check_brackets(text)
     try:
         return _checked(json.loads(text, object_pairs_hook=_unique))
     except json.JSONDecodeError as error:
-        place = f"line {error.lineno}, column {error.colno}"
-        raise _refusal(place, "a JSON document", f"correct the text there: {error.msg}") from None
+        position = f"line {error.lineno}, column {error.colno}"
+        raise _refusal(position, "a JSON document", f"correct the syntax: {error.msg}") from None
     except RecursionError:
         raise _too_deep() from None
     except ValueError as error:  # an integer of thousands of digits
@@ -45,7 +43,7 @@ def read_json(body: bytes) -> Any:
 
 
 def read_yaml(body: bytes) -> Any:
-    """What a YAML text says; raises InvalidInput."""
+    """The document in a YAML text; raises InvalidInput."""
     text = _decoded(body)
     _check_events(text)
     return _checked(sweep_document.read_yaml(text, "document"))
@@ -60,24 +58,24 @@ def _decoded(body: bytes) -> str:
 
 
 def _check_brackets(text: str) -> None:
-    """Refuse too many lists and mappings before any is made: each costs ten times as much as a number."""
+    """Refuse too many lists and mappings before building any: each costs ten times as much as a number."""
     count = text.count("[") + text.count("{")
     if count > MOST_BRACKETS:
-        cure = "take fewer, or the observations as one text of CSV"
-        raise _refusal(f"{count} brackets", f"at most {MOST_BRACKETS} that open", cure)
+        cure = "use fewer, or write the observations as one CSV text"
+        raise _refusal(f"{count} brackets", f"at most {MOST_BRACKETS} opening brackets", cure)
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
         names = Counter(name for name, _ in pairs)
-        twice = next(name for name, count in names.items() if count > 1)
-        raise _refusal(shown(twice), "each name once", "the name is given twice; remove one")
-    return found
+        repeated = next(name for name, count in names.items() if count > 1)
+        raise _refusal(shown(repeated), "each name once", "the name is given twice; remove one")
+    return mapping
 
 
 def _check_events(text: str) -> None:
-    """Refuse references, tags, deep nesting and too many values before anything is built."""
+    """Refuse references, tags, deep nesting and too many values before building anything."""
     depth = values = 0
     try:
         for event in yaml.parse(text, sweep_document.SafeLoader):
@@ -89,14 +87,14 @@ def _check_events(text: str) -> None:
             if depth > DEEPEST:
                 raise _too_deep()
             if values > MOST_YAML_VALUES:
-                cure = "send JSON, or the observations as one text of CSV"
+                cure = "send JSON, or write the observations as one CSV text"
                 raise _refusal("more values", f"at most {MOST_YAML_VALUES} values in YAML", cure)
     except yaml.YAMLError:
-        return  # reading it says what is wrong
+        return  # the reader reports the error
 
 
 def _check_node(event: Any) -> None:
-    """Refuse a value that is a reference, has a tag, or could be a number of endless digits."""
+    """Refuse a value that is a reference, has a tag, or is long and unquoted."""
     line = f" in line {event.start_mark.line + 1}" if event.start_mark else ""
     if isinstance(event, yaml.AliasEvent):
         raise _refusal(f"*{shown(event.anchor)}{line}", "no references", "write the value out")
@@ -109,16 +107,16 @@ def _check_node(event: Any) -> None:
 
 
 def _checked(document: Any) -> Any:
-    """The document, if it is not nested deeper than any sweep, its names are short, and all of its text is text."""
+    """The document, after checking its depth, the length of its names, and its text."""
     level = [document]
     for _ in range(DEEPEST):
         mappings = [part for part in level if isinstance(part, dict)]
         names = [name for mapping in mappings for name in mapping if isinstance(name, str)]
         _check_names(names)
         _check_text(names + [part for part in level if isinstance(part, str)])
-        wholes: list[Iterable[Any]] = [part for part in level if isinstance(part, list)]
-        wholes += [mapping.values() for mapping in mappings]
-        level = [part for whole in wholes for part in whole if type(part) in HAVE_PARTS_OR_TEXT]
+        containers: list[Iterable[Any]] = [part for part in level if isinstance(part, list)]
+        containers += [mapping.values() for mapping in mappings]
+        level = [part for parts in containers for part in parts if type(part) in CHECKED_TYPES]
         if not level:
             return document
     raise _too_deep()
@@ -132,11 +130,11 @@ def _check_names(names: list[str]) -> None:
 
 
 def _check_text(texts: list[str]) -> None:
-    if not NO_TEXT.search("".join(texts)):
+    if not INVALID_TEXT.search("".join(texts)):
         return
-    wrong = next(text for text in texts if NO_TEXT.search(text))
-    limit = "text without NUL and without halves of characters"
-    raise _refusal(shown(wrong), limit, "write the character itself, or leave it out")
+    invalid = next(text for text in texts if INVALID_TEXT.search(text))
+    limit = "text without NUL and without lone surrogates"
+    raise _refusal(shown(invalid), limit, "write the character itself, or remove it")
 
 
 def _too_deep() -> InvalidInput:

@@ -1,63 +1,121 @@
-"""Files as responses: the strong entity tag is the SHA-256; Starlette's ``FileResponse`` answers Range and If-Range.
+"""Endpoints that respond with a file: GET and HEAD, described alike in OpenAPI.
 
-If-None-Match is answered 304 and If-Match 412 here, because ``FileResponse`` does neither.
+The strong entity tag of a file is its SHA-256. Starlette's ``FileResponse`` implements Range and If-Range;
+If-None-Match (304) and If-Match (412) are implemented here.
 """
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
+from pathlib import Path, PurePath
+from typing import Any
 
-from fastapi import Request, Response
+from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse
 
-from service.api.errors import Changed
+from service.api.errors import PreconditionFailed
 from service.records.jobs import NotFound
+
+UNKNOWN_TYPE = "application/octet-stream"
+MEDIA_TYPES = {
+    ".nc": "application/x-netcdf",
+    ".html": "text/html; charset=utf-8",
+    ".json": "application/json",
+    ".txt": "text/plain; charset=utf-8",
+}
+BINARY = {"schema": {"type": "string", "format": "binary"}}
+TEXT = {"schema": {"type": "string"}}
+JSON = {"schema": {"type": "object"}}
+
+Endpoint = Callable[..., Response]
 
 
 @dataclass(frozen=True)
-class Offer:
+class Download:
     """A complete file that may be downloaded."""
 
     path: Path
-    media_type: str
     filename: str  # plain: letters, digits, "._-"
     sha256: str
-    attachment: bool = False
+    is_attachment: bool = False
     headers: Mapping[str, str] = field(default_factory=dict)
 
 
-def send(request: Request, offer: Offer) -> Response:
-    """The response to a GET or HEAD of a file; raises NotFound, Changed."""
-    tag = f'"{offer.sha256}"'
-    digest = base64.b64encode(bytes.fromhex(offer.sha256)).decode()
+def media_type_of(name: str) -> str:
+    """The media type of a file, by its suffix.
+
+    >>> media_type_of("cube.nc"), media_type_of("state.npz")
+    ('application/x-netcdf', 'application/octet-stream')
+    """
+    return MEDIA_TYPES.get(PurePath(name).suffix, UNKNOWN_TYPE)
+
+
+def send_file(request: Request, download: Download) -> Response:
+    """The response to a GET or HEAD of a file; raises NotFound, PreconditionFailed."""
+    tag = f'"{download.sha256}"'
+    digest = base64.b64encode(bytes.fromhex(download.sha256)).decode()
     headers = {
-        **offer.headers,
-        "Cache-Control": "private, no-cache",  # after a retry another file has this address
+        **download.headers,
+        "Cache-Control": "private, no-cache",  # a retry replaces the file at this address
         "ETag": tag,
         "Repr-Digest": f"sha-256=:{digest}:",
     }
     # Strong comparison, RFC 9110 section 13.1.1.
     if not {"*", tag} & _tags(request.headers.get("if-match", "*")):
-        raise Changed
+        raise PreconditionFailed("the file differs from the one in If-Match; repeat without it")
     # Weak comparison, section 13.1.2.
     if {"*", tag} & {
-        one.removeprefix("W/") for one in _tags(request.headers.get("if-none-match", ""))
+        other.removeprefix("W/") for other in _tags(request.headers.get("if-none-match", ""))
     }:
         return Response(status_code=304, headers=headers)
     try:
-        status = offer.path.stat()
+        status = download.path.stat()
     except FileNotFoundError:
-        raise NotFound("file", offer.filename) from None
+        raise NotFound("file", download.filename) from None
     return FileResponse(
-        offer.path,
+        download.path,
         headers=headers,
-        media_type=offer.media_type,
-        filename=offer.filename,
+        media_type=media_type_of(download.filename),
+        filename=download.filename,
         stat_result=status,
-        content_disposition_type="attachment" if offer.attachment else "inline",
+        content_disposition_type="attachment" if download.is_attachment else "inline",
     )
 
 
 def _tags(header: str) -> set[str]:
     return {tag.strip() for tag in header.split(",")}
+
+
+def serves(
+    router: APIRouter, path: str, names: tuple[str, ...], description: str, **options: Any
+) -> Callable[[Endpoint], Endpoint]:
+    """Add an endpoint for GET and HEAD of a file that is like one of ``names``."""
+    types = [media_type_of(name).partition(";")[0] for name in names]
+    content = {
+        name: JSON if name.endswith("json") else TEXT if "text" in name else BINARY
+        for name in types
+    }
+    partial = {
+        "description": "The part that `Range` requests",
+        "content": dict.fromkeys(content, BINARY),
+    }
+
+    def add(endpoint: Endpoint) -> Endpoint:
+        for method in ("GET", "HEAD"):
+            router.add_api_route(
+                path,
+                endpoint,
+                methods=[method],
+                description=f"{description}.",
+                response_class=Response,
+                responses={
+                    200: {"description": description, "content": content},
+                    206: partial,
+                    304: {"description": "Unchanged"},
+                },
+                include_in_schema=method == "GET",
+                **options,
+            )
+        return endpoint
+
+    return add

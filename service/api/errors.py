@@ -1,8 +1,8 @@
-"""What goes wrong, as HTTP: one table from exception to status, one shape of answer (RFC 9457).
+"""Errors as HTTP: one table from exception to status, one format of response (RFC 9457).
 
 Domain code raises exceptions that carry meaning and knows nothing of the web. Here each becomes an
-``application/problem+json`` document; an exception that is not in the table is a 500 that says
-nothing of its text, which goes to the log together with the request's id.
+``application/problem+json`` document. Any other exception is a 500 that hides its text; the log has
+it under the id of the request.
 """
 
 import json
@@ -27,84 +27,84 @@ from studies.values.nearest import shown
 log = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
-MOST_TOLD = 50  # findings in one answer
-LONGEST_TOLD = (
-    48_000  # bytes of them; with one of them again as the summary an answer has less than 64 kB
+MOST_FINDINGS_SENT = 50
+MOST_FINDING_BYTES = (
+    48_000  # the summary repeats the first finding; the whole response is below 64 kB
 )
-LONGEST_PART = (
-    1_500  # characters of a field, a limit, a cure: one that lists names has about a thousand
-)
+LONGEST_PART = 1_500  # characters of a field, value, limit or cure; a cure that lists names has about a thousand
 
 
-class BodyTooLarge(WhippleError):
-    """A body is longer than the service accepts."""
+class PayloadTooLarge(WhippleError):
+    """A request body exceeds the size limit."""
 
 
 class UnsupportedMediaType(WhippleError):
-    """A body is of a media type that is not read here."""
+    """A request body has a media type that this endpoint does not read."""
 
 
 class NotReady(WhippleError):
-    """A file will be there later."""
+    """A file of an unfinished sweep was requested."""
 
 
 class ServiceNotReady(WhippleError):
-    """The service answers, but cannot do its work now."""
+    """The service responds, but cannot compute at the moment."""
 
 
-class Changed(WhippleError):
-    """A file is asked for as it was, and it is another now."""
-
-    def __init__(self) -> None:
-        super().__init__("the file is not the one that If-Match names; ask again without it")
+class PreconditionFailed(WhippleError):
+    """A file differs from the one that If-Match names."""
 
 
 class Busy(WhippleError):
-    """So many already ask for this that one more would only make all of them slower."""
+    """As many clients use this resource as are allowed at once."""
 
 
 class PartialCubeFailed(WhippleError):
-    """The cube of a sweep that has not ended could not be made."""
+    """The cube of an unfinished sweep could not be made."""
 
 
-class NoKey(WhippleError):
-    """Who is asking has not said who it is, or not with a key that is valid."""
+class Unauthorized(WhippleError):
+    """A request lacks a valid API key."""
 
-    def __init__(self, text: str, *, given: bool):
+    def __init__(self, text: str, *, key_was_sent: bool):
         super().__init__(text)
-        words = ', error="invalid_token"' if given else ""
-        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple"{words}'}
+        error = ', error="invalid_token"' if key_was_sent else ""
+        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple"{error}'}
 
 
-class NotAllowed(WhippleError):
-    """Who is asking is known, and may not do this."""
+class Forbidden(WhippleError):
+    """An API key lacks the scope that a request needs."""
 
     def __init__(self, text: str, *, scope: str):
         super().__init__(text)
-        words = f'error="insufficient_scope", scope="{scope}"'
-        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple", {words}'}
+        error = f'error="insufficient_scope", scope="{scope}"'
+        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple", {error}'}
 
 
-class Malformed(WhippleError):
-    """A request breaks a rule of HTTP, so that nobody knows what it means."""
+class BadRequest(WhippleError):
+    """A request violates HTTP and is ambiguous."""
 
 
-class ForeignHost(WhippleError):
-    """A request names a host that this service does not answer to (DNS rebinding)."""
+class MisdirectedRequest(WhippleError):
+    """The Host header names another host (DNS rebinding)."""
 
 
-class CrossSite(WhippleError):
-    """A page of another site tried to change something here."""
+class CrossSiteRequest(WhippleError):
+    """A page of another site sent a request that changes something."""
 
 
 @dataclass(frozen=True)
 class ProblemDetails:
-    """A kind of problem: its status, and the words that stay the same each time it occurs."""
+    """A kind of problem: its status, its title, and what it means."""
 
-    status: HTTPStatus
-    slug: str  # end of the ``type`` URI, stable
+    status: int
     title: str
-    retry_after: int | None = None  # s; asking again may succeed
+    meaning: str
+    retry_after: int | None = None  # s; a repeated request may succeed
+
+    @property
+    def slug(self) -> str:
+        """The stable end of the ``type`` URI."""
+        return self.title.lower().replace(" ", "-")
 
     @property
     def type(self) -> str:
@@ -114,75 +114,86 @@ class ProblemDetails:
 
 PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
     InvalidInput: ProblemDetails(
-        HTTPStatus.UNPROCESSABLE_ENTITY, "invalid-input", "The input is refused; nothing was stored"
+        422,
+        "Invalid input",
+        "The input is refused, and nothing was stored. `errors` lists each finding.",
     ),
-    NotFound: ProblemDetails(HTTPStatus.NOT_FOUND, "not-found", "There is no such thing"),
+    NotFound: ProblemDetails(404, "Not found", "There is no sweep, run or file of this name."),
     NotReady: ProblemDetails(
-        HTTPStatus.CONFLICT, "not-ready", "The file is not there yet", retry_after=2
+        409, "Not ready", "The file will exist once the sweep has ended.", retry_after=2
     ),
-    Conflict: ProblemDetails(HTTPStatus.CONFLICT, "conflict", "The state does not allow this"),
-    BodyTooLarge: ProblemDetails(
-        HTTPStatus.REQUEST_ENTITY_TOO_LARGE, "body-too-large", "The body is too long"
+    Conflict: ProblemDetails(
+        409, "Conflict", "The state of the sweep does not allow this operation."
     ),
-    Changed: ProblemDetails(
-        HTTPStatus.PRECONDITION_FAILED, "changed", "The file is another one now"
+    PayloadTooLarge: ProblemDetails(
+        413, "Payload too large", "The request body exceeds the size limit."
+    ),
+    PreconditionFailed: ProblemDetails(
+        412, "Precondition failed", "The file has changed since the copy that `If-Match` names."
     ),
     KeyReused: ProblemDetails(
-        HTTPStatus.UNPROCESSABLE_ENTITY,
-        "idempotency-key-reused",
-        "This Idempotency-Key belongs to another request; nothing was stored",
+        422,
+        "Idempotency key reused",
+        "This `Idempotency-Key` belongs to a different request; nothing was stored.",
     ),
-    NoKey: ProblemDetails(HTTPStatus.UNAUTHORIZED, "no-key", "This needs a valid API key"),
-    NotAllowed: ProblemDetails(HTTPStatus.FORBIDDEN, "not-allowed", "This API key may not do that"),
+    Unauthorized: ProblemDetails(401, "Unauthorized", "This request needs a valid API key."),
+    Forbidden: ProblemDetails(
+        403, "Forbidden", "The API key lacks the scope that this request needs."
+    ),
     PartialCubeFailed: ProblemDetails(
-        HTTPStatus.INTERNAL_SERVER_ERROR,
-        "partial-cube-failed",
-        "The partial cube could not be made",
+        500, "Partial cube failed", "The cube of the unfinished sweep could not be made."
     ),
     Busy: ProblemDetails(
-        HTTPStatus.SERVICE_UNAVAILABLE, "busy", "Too many ask for this at once", 5
+        503,
+        "Service busy",
+        "As many clients use this resource as are allowed at once.",
+        retry_after=5,
     ),
     UnsupportedMediaType: ProblemDetails(
-        HTTPStatus.UNSUPPORTED_MEDIA_TYPE,
-        "unsupported-media-type",
-        "The body is of another media type",
+        415, "Unsupported media type", "This operation does not read bodies of this media type."
     ),
-    Malformed: ProblemDetails(
-        HTTPStatus.BAD_REQUEST, "malformed", "The request breaks a rule of HTTP"
-    ),
-    # For the log and the metrics: whoever sent it is gone.
+    BadRequest: ProblemDetails(400, "Bad request", "The request violates HTTP and is ambiguous."),
+    # For the log and the metrics: its sender is gone.
     ClientDisconnect: ProblemDetails(
-        HTTPStatus.BAD_REQUEST, "incomplete", "The connection ended before the body did"
+        400, "Incomplete request", "The connection ended before the body did."
     ),
-    ForeignHost: ProblemDetails(
-        HTTPStatus.MISDIRECTED_REQUEST, "foreign-host", "This host name is not answered to"
+    MisdirectedRequest: ProblemDetails(
+        421, "Misdirected request", "The Host header names another host than this service."
     ),
-    CrossSite: ProblemDetails(
-        HTTPStatus.FORBIDDEN, "cross-site", "Another site may not change anything"
+    CrossSiteRequest: ProblemDetails(
+        403, "Cross-site request", "Pages of other sites may not change anything here."
     ),
     StoreUnavailable: ProblemDetails(
-        HTTPStatus.SERVICE_UNAVAILABLE, "store-unavailable", "The store does not answer", 2
+        503,
+        "Database unavailable",
+        "The database is locked, unreachable or full; nothing was changed.",
+        retry_after=2,
     ),
     ServiceNotReady: ProblemDetails(
-        HTTPStatus.SERVICE_UNAVAILABLE, "service-not-ready", "The service is not ready", 2
+        503,
+        "Service not ready",
+        "The service cannot compute at the moment; `detail` says why.",
+        retry_after=2,
     ),
 }
-INTERNAL = ProblemDetails(
-    HTTPStatus.INTERNAL_SERVER_ERROR, "internal", "Something unforeseen went wrong here"
+INTERNAL_ERROR = ProblemDetails(
+    500,
+    "Internal error",
+    "An unexpected error occurred; the log of the service has it under `request_id`.",
 )
 
 
 def install(app: FastAPI) -> None:
-    """Make the app answer every error with a problem document."""
+    """Make the app respond to every error with a problem document."""
     for kind in PROBLEMS:
-        app.add_exception_handler(kind, _answer_known)
-    app.add_exception_handler(HTTPException, _answer_http)
-    app.add_exception_handler(RequestValidationError, _answer_validation)
-    app.add_exception_handler(Exception, _answer_unforeseen)
+        app.add_exception_handler(kind, _respond_known)
+    app.add_exception_handler(HTTPException, _respond_http)
+    app.add_exception_handler(RequestValidationError, _respond_validation)
+    app.add_exception_handler(Exception, _respond_unexpected)
 
 
-def answer(request: Request, error: Exception) -> Response:
-    """The problem document for an exception of the table, or of a kind derived from one."""
+def problem_response(request: Request, error: Exception) -> Response:
+    """The problem document for an exception of the table, or of a subclass."""
     problem = next(PROBLEMS[kind] for kind in type(error).__mro__ if kind in PROBLEMS)
     if isinstance(error, InvalidInput):
         return _document(request, problem, _summary(error), _errors(request, error))
@@ -191,38 +202,50 @@ def answer(request: Request, error: Exception) -> Response:
     return response
 
 
-async def _answer_known(request: Request, error: Exception) -> Response:
-    return answer(request, error)
+async def _respond_known(request: Request, error: Exception) -> Response:
+    return problem_response(request, error)
 
 
-async def _answer_validation(request: Request, error: Exception) -> Response:
+async def _respond_validation(request: Request, error: Exception) -> Response:
+    """Report what the framework found in a query parameter or a path."""
     assert isinstance(error, RequestValidationError)
-    return answer(request, InvalidInput(_finding(one) for one in error.errors()))
+    findings = [
+        Finding(
+            ".".join(map(str, item["loc"])),
+            shown(item.get("input")),
+            item["msg"],
+            "see /docs for the allowed values",
+        )
+        for item in error.errors()
+    ]
+    return problem_response(request, InvalidInput(findings))
 
 
-async def _answer_http(request: Request, error: Exception) -> Response:
-    """An error of the framework itself: unknown route, wrong method."""
+async def _respond_http(request: Request, error: Exception) -> Response:
+    """Report an error of the framework itself: unknown route, wrong method."""
     assert isinstance(error, HTTPException)
     status = HTTPStatus(error.status_code)
     body = {"type": "about:blank", "title": status.phrase, "status": status, "detail": error.detail}
     return _response(request, body, dict(error.headers or {}))
 
 
-async def _answer_unforeseen(request: Request, error: Exception) -> Response:
+async def _respond_unexpected(request: Request, error: Exception) -> Response:
     request_id = request.state.request_id
     log.error("request %s failed", request_id, exc_info=error, extra={"request_id": request_id})
-    return _document(request, INTERNAL, "the log of the service has it under this request_id")
+    return _document(
+        request, INTERNAL_ERROR, "the log of the service has the error under this request_id"
+    )
 
 
 def _document(
-    request: Request, problem: ProblemDetails, detail: str, more: Mapping[str, Any] | None = None
+    request: Request, problem: ProblemDetails, detail: str, extra: Mapping[str, Any] | None = None
 ) -> Response:
     body: dict[str, Any] = {
         "type": problem.type,
         "title": problem.title,
         "status": problem.status,
         "detail": detail,
-        **(more or {}),
+        **(extra or {}),
     }
     headers = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
     return _response(request, body, headers)
@@ -232,7 +255,7 @@ def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -
     request_id = request.state.request_id
     body |= {"instance": request.url.path, "request_id": request_id}
     headers |= {"X-Request-ID": request_id, "X-Content-Type-Options": "nosniff"}
-    # In ASCII, because half a character of what was sent can be told in no other way.
+    # ASCII escapes can carry the lone surrogates that an input may contain.
     return Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
 
 
@@ -245,28 +268,22 @@ def _summary(error: InvalidInput) -> str:
 
 
 def _errors(request: Request, error: InvalidInput) -> dict[str, Any]:
-    """The first findings, each with its place in the document, and how many more there were."""
+    """The first findings, each with its JSON pointer, and the number of those left out."""
     document = getattr(request.state, "document", None)
-    told: list[dict[str, str]] = []
+    errors: list[dict[str, str]] = []
     size = 0
-    for finding in map(_shortened, error.findings[:MOST_TOLD]):
-        one = {**asdict(finding), "pointer": pointer(finding.field, document)}
-        size += len(json.dumps(one))
-        if size > LONGEST_TOLD:
+    for finding in map(_shortened, error.findings[:MOST_FINDINGS_SENT]):
+        item = {**asdict(finding), "pointer": pointer(finding.field, document)}
+        size += len(json.dumps(item))
+        if size > MOST_FINDING_BYTES:
             break
-        told.append(one)
-    left = len(error.findings) - len(told)
-    return {"errors": told, **({"more_errors": left} if left else {})}
+        errors.append(item)
+    left = len(error.findings) - len(errors)
+    return {"errors": errors, **({"more_errors": left} if left else {})}
 
 
 def _shortened(finding: Finding) -> Finding:
     return Finding(*(text[:LONGEST_PART] for text in astuple(finding)))
-
-
-def _finding(error: Mapping[str, Any]) -> Finding:
-    """A finding of the framework (a query parameter, a path) in our own words."""
-    place = ".".join(str(part) for part in error["loc"])
-    return Finding(place, shown(error.get("input")), error["msg"], "see /docs for what is allowed")
 
 
 def pointer(field: str, document: object) -> str:
@@ -279,25 +296,25 @@ def pointer(field: str, document: object) -> str:
     >>> pointer("fixed.speed", {"fixed": {}})
     '/fixed'
     """
-    found, rest, here = "", field, document
+    path, rest, part = "", field, document
     while rest:
-        step = _step(rest, here)
+        step = _step(rest, part)
         if step is None:
             break
         key, length = step
-        here = here[key]  # type: ignore[index]
-        found += "/" + str(key).replace("~", "~0").replace("/", "~1")
+        part = part[key]  # type: ignore[index]
+        path += "/" + str(key).replace("~", "~0").replace("/", "~1")
         rest = rest[length:].removeprefix(".")
-    return found
+    return path
 
 
-def _step(path: str, here: object) -> tuple[Any, int] | None:
-    """The key at the begin of ``path`` that ``here`` has, the longest if several, and its length."""
-    if isinstance(here, list) and (match := re.match(r"\[(\d{1,9})\]", path)):
+def _step(field: str, part: object) -> tuple[Any, int] | None:
+    """The longest key of ``part`` that ``field`` begins with, and its length."""
+    if isinstance(part, list) and (match := re.match(r"\[(\d{1,9})\]", field)):
         index = int(match[1])
-        return (index, match.end()) if index < len(here) else None
-    if isinstance(here, Mapping):
-        ends = [len(path), *(match.start() for match in re.finditer(r"[.[]", path))]
-        lengths = sorted((end for end in ends if end and path[:end] in here), reverse=True)
-        return next(((path[:length], length) for length in lengths), None)
+        return (index, match.end()) if index < len(part) else None
+    if isinstance(part, Mapping):
+        ends = [len(field), *(match.start() for match in re.finditer(r"[.[]", field))]
+        lengths = sorted((end for end in ends if end and field[:end] in part), reverse=True)
+        return next(((field[:length], length) for length in lengths), None)
     return None

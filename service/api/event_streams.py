@@ -1,158 +1,254 @@
-"""What happens, told as it happens: the open event streams, and one thread that looks for all of them.
+"""Server-sent events of a sweep, a run or the whole queue, and the thread that reads the store for all streams.
 
-The store is asked a few times a tick, however many streams there are: new events are read once, and each
-stream takes its own. One that was away meanwhile asks for what it missed. Without a stream there is no
-thread.
+Three kinds of messages, as an ``EventSource`` of a browser knows them:
+
+* without a name: an event of the store. ``id`` is its number, so that a client that reconnects with
+  ``Last-Event-ID`` misses none and receives none twice.
+* ``progress``: the progress of a running run, at most once a second each; without an id, so that it
+  leaves the position of the client as it is.
+* ``end``: the sweep or the run in its final state. The stream is over.
+
+One thread asks the store twice a second, however many streams are open, whether there are new events; a stream
+then reads its own. Without a stream there is no thread.
 """
 
 import asyncio
 import logging
+import math
 import threading
-from collections.abc import AsyncIterator, Sequence, Set
+import time
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
+from typing import Any
+
+from anyio.to_thread import run_sync
+from fastapi.sse import ServerSentEvent
 
 from service.api.errors import Busy
-from service.records.jobs import Event, RunRow, StoreUnavailable
+from service.api.schemas import EventModel, ProgressModel, RunModel, SweepModel
+from service.records.jobs import TERMINAL, Event, NotFound, RunRow, StoreUnavailable
 from service.store import Store
 
 log = logging.getLogger(__name__)
 
 MOST_STREAMS = 100  # open at once; each holds a connection
-TICK = 0.5  # s, between two looks
-MOST_NEWS = 1000  # events of one look; of more each stream asks for its own
+TICK_SECONDS = 0.5  # between two readings of the store
+PROGRESS_SECONDS = 1.0  # between two readings of the progress of runs
+PAGE = 500  # events read at once
+RECONNECT_MILLISECONDS = 2000  # after which a client whose connection broke tries again
+
+
+# --- one thread for all streams -------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class Moment:
-    """What one look saw."""
+class QueueSnapshot:
+    """The store at one moment."""
 
     last_event: int
-    under_way: Sequence[tuple[RunRow, Sequence[str]]]  # running runs, each with its sweeps
-    since: int = 0  # the last event before ``news``
-    news: Sequence[tuple[Event, Set[str]]] | None = None  # each with the sweeps that have its run
-
-    def after(self, number: int) -> Sequence[tuple[Event, Set[str]]] | None:
-        """The news behind an event; None: the store knows more."""
-        if self.news is None or number < self.since:
-            return None
-        return [(event, sweeps) for event, sweeps in self.news if event.number > number]
+    # Running runs, each with the ids of its sweeps; None: not read this time.
+    running: Sequence[tuple[RunRow, Sequence[str]]] | None
 
 
-class Stream:
-    """Somebody who listens; holds the last moment alone, so a slow listener costs nothing more."""
+class Listener:
+    """An open stream; it holds the latest snapshot only, so a slow client costs no memory."""
 
     def __init__(self) -> None:
         self._loop = asyncio.get_running_loop()
-        self._news = asyncio.Event()
-        self._moment: Moment | None = None
-        self._closed = False
+        self._is_ready = asyncio.Event()
+        self._latest: QueueSnapshot | None = None
 
-    async def next(self) -> Moment | None:
-        """The next moment that this listener has not seen; None: there will be no more."""
-        await self._news.wait()
-        self._news.clear()
-        return None if self._closed else self._moment
+    async def next(self) -> QueueSnapshot | None:
+        """The next snapshot; None ends the stream."""
+        await self._is_ready.wait()
+        self._is_ready.clear()
+        return self._latest
 
-    def tell(self, moment: Moment) -> None:
-        """Called in the loop of the listener."""
-        self._moment = moment
-        self._news.set()
+    def post(self, snapshot: QueueSnapshot | None) -> None:
+        """Hand over a snapshot, or None for the end; called in any thread."""
+        # A closed loop: the client is gone, and its stream is about to be discarded.
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(self._set, snapshot)
 
-    def close(self) -> None:
-        """Called in the loop of the listener."""
-        self._closed = True
-        self._news.set()
-
-    def post(self, moment: Moment | None) -> None:
-        """Called in any thread: a moment, or None for the end."""
-        with suppress(
-            RuntimeError
-        ):  # the loop is closed: the listener is gone, and has not said so yet
-            if moment is None:
-                self._loop.call_soon_threadsafe(self.close)
-            else:
-                self._loop.call_soon_threadsafe(self.tell, moment)
+    def _set(self, snapshot: QueueSnapshot | None) -> None:
+        self._latest = snapshot
+        self._is_ready.set()
 
 
-class Live:
-    """All open streams."""
+class EventStreams:
+    """All open streams of the service."""
 
-    def __init__(self, store: Store):
+    def __init__(self, store: Store, *, most: int = MOST_STREAMS):
         self._store = store
-        self._most = MOST_STREAMS
-        self._streams: set[Stream] = set()
-        self._changed = threading.Condition()  # guards the streams
+        self._most = most
+        self._listeners: set[Listener] = set()
+        self._changed = threading.Condition()  # guards the listeners
         self._thread: threading.Thread | None = None
-        self._closed = False
+        self._is_closed = False
 
     @property
     def open(self) -> int:
-        """How many streams are open."""
-        return len(self._streams)
+        """The number of open streams."""
+        return len(self._listeners)
 
     @asynccontextmanager
-    async def listening(self) -> AsyncIterator[Stream]:
-        """A stream for the time of a block; raises Busy when there are as many as are allowed."""
-        stream = Stream()
+    async def listening(self) -> AsyncIterator[Listener]:
+        """A listener for the duration of a block; raises Busy if too many are open."""
+        listener = Listener()
         with self._changed:
-            if self._closed:
-                raise Busy("the service is about to leave")
-            if len(self._streams) >= self._most:
+            if self._is_closed:
+                raise Busy("the service is stopping")
+            if len(self._listeners) >= self._most:
                 raise Busy(
-                    f"{self._most} event streams are open, and no more are allowed; close one, or "
-                    "ask for the state now and then"
+                    f"{self._most} event streams are open, which is the limit; close one, or poll the state"
                 )
-            self._streams.add(stream)
+            self._listeners.add(listener)
             if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="live", daemon=True)
+                self._thread = threading.Thread(target=self._run, name="event-streams", daemon=True)
                 self._thread.start()
         try:
-            yield stream
+            yield listener
         finally:
             with self._changed:
-                self._streams.discard(stream)
+                self._listeners.discard(listener)
                 self._changed.notify_all()
 
     def close(self) -> None:
-        """End every stream; there will be no other."""
+        """End every stream, and open no more."""
         with self._changed:
-            self._closed = True
-            for stream in self._streams:
-                stream.post(None)
+            self._is_closed = True
+            for listener in self._listeners:
+                listener.post(None)
             self._changed.notify_all()
 
     def _run(self) -> None:
-        """Look and tell until nobody listens."""
-        seen: int | None = None
+        """Read the store and post what changed until the last stream closes."""
+        progress_read = -math.inf
         while True:
-            moment = self._look(seen)
-            seen = seen if moment is None else moment.last_event
+            is_due = time.monotonic() - progress_read >= PROGRESS_SECONDS
+            snapshot = self._read(with_progress=is_due)
+            progress_read = time.monotonic() if is_due else progress_read
             with self._changed:
-                if moment is not None and not self._closed:
-                    for stream in self._streams:
-                        stream.post(moment)
-                self._changed.wait_for(self._is_over, TICK)
+                if snapshot is not None and not self._is_closed:
+                    for listener in self._listeners:
+                        listener.post(snapshot)
+                self._changed.wait_for(self._is_over, TICK_SECONDS)
                 if self._is_over():
                     self._thread = None
                     return
 
     def _is_over(self) -> bool:
-        return self._closed or not self._streams
+        return self._is_closed or not self._listeners
 
-    def _look(self, seen: int | None) -> Moment | None:
-        """What there is now; ``seen``: the last event of the look before."""
+    def _read(self, *, with_progress: bool) -> QueueSnapshot | None:
         try:
             last = self._store.last_event()
-            if seen is None or last <= seen:
-                return Moment(last, self._store.under_way(), since=last, news=())
-            news = self._store.events_with_sweeps(after=seen, limit=MOST_NEWS)
-            if len(news) == MOST_NEWS:
-                return Moment(last, self._store.under_way())
-            last = news[-1][0].number
-            return Moment(last, self._store.under_way(), since=seen, news=news)
-        except StoreUnavailable as error:  # the streams stay, and hear of it when it is back
+            return QueueSnapshot(last, self._store.under_way() if with_progress else None)
+        except StoreUnavailable as error:  # streams stay open, and continue when it is back
             log.warning("%s", error)
         except Exception:
-            log.exception("the event streams could not be told")
+            log.exception("the events for the open streams could not be read")
         return None
+
+
+# --- the messages of one stream -------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a stream is about."""
+
+    events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
+    includes: Callable[
+        [str, Sequence[str]], bool
+    ]  # a running run, by its id and those of its sweeps
+    final: Callable[[], Any | None]  # content of the message ``end``; None before the end
+
+
+def sweep_subject(store: Store, id: str) -> Subject:
+    """A sweep and its runs, until it has ended."""
+
+    def final() -> Any | None:
+        try:
+            row = store.sweep(id)
+        except NotFound:
+            return {"id": id, "state": "deleted"}
+        return SweepModel.of(row) if row.is_terminal else None
+
+    return Subject(
+        events=lambda after: store.events(id, after=after, limit=PAGE),
+        includes=lambda _run, sweeps: id in sweeps,
+        final=final,
+    )
+
+
+def run_subject(store: Store, id: str) -> Subject:
+    """A run, until it has ended."""
+
+    def final() -> Any | None:
+        row = store.run(id)
+        return RunModel.of(row) if row.state in TERMINAL else None
+
+    return Subject(
+        events=lambda after: store.run_events(id, after=after, limit=PAGE),
+        includes=lambda run, _sweeps: run == id,
+        final=final,
+    )
+
+
+def queue_subject(store: Store) -> Subject:
+    """All sweeps and runs, for as long as the client is connected."""
+    return Subject(
+        events=lambda after: store.all_events(after=after, limit=PAGE),
+        includes=lambda _run, _sweeps: True,
+        final=lambda: None,
+    )
+
+
+async def stream(
+    subject: Subject, listener: Listener, after: int
+) -> AsyncIterator[ServerSentEvent]:
+    """All events of a subject after a number, then new ones as they happen, until it ends."""
+    yield ServerSentEvent(retry=RECONNECT_MILLISECONDS)
+    read_up_to = 0
+    reported: dict[str, ProgressModel] = {}
+    while True:
+        try:
+            # Read before the events, so that the message ``end`` follows all of them.
+            final = await run_sync(subject.final)
+            events = await run_sync(subject.events, after)
+            has_failed = False
+        except StoreUnavailable:  # repeated at the next snapshot
+            final, events, has_failed = None, (), True
+        for event in events:
+            after = event.number
+            yield ServerSentEvent(data=EventModel.of(event), id=str(after))
+        if len(events) == PAGE:
+            continue
+        if final is not None:
+            yield ServerSentEvent(data=final, event="end")
+            return
+        is_current = True
+        while is_current:
+            snapshot = await listener.next()
+            if snapshot is None:
+                return
+            for progress in _new_progress(subject, snapshot, reported):
+                yield ServerSentEvent(data=progress, event="progress")
+            is_current = not has_failed and snapshot.last_event <= read_up_to
+            read_up_to = snapshot.last_event
+
+
+def _new_progress(
+    subject: Subject, snapshot: QueueSnapshot, reported: dict[str, ProgressModel]
+) -> list[ProgressModel]:
+    """The progress of the subject's running runs that differs from what was ``reported``, which is updated."""
+    if snapshot.running is None:
+        return []
+    running = [run for run, sweeps in snapshot.running if subject.includes(run.id, sweeps)]
+    current = {run.id: progress for run in running if (progress := ProgressModel.of(run))}
+    new = [progress for id, progress in current.items() if reported.get(id) != progress]
+    reported.clear()
+    reported.update(current)
+    return new

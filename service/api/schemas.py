@@ -1,19 +1,22 @@
-"""What the interface answers: one model for each record, with the words of the documentation.
+"""Response models: one for each record of ``service.records``, with the descriptions of the documentation.
 
-Models are made from the records of ``jobs.py`` and of the studies; nothing is computed here but links.
+Models are made from records of the store and of the studies; only links are added here.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from datetime import datetime
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import models_json_schema
 
 from service.records.jobs import (
+    PRIORITIES,
+    Event,
     Keep,
-    Page,
     PointRow,
+    QueueRow,
     RunRow,
     State,
     Stored,
@@ -23,116 +26,170 @@ from service.records.jobs import (
 from studies import examples
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
-from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON
+from studies.values.files import SWEEP_FILES
 
-FILES = {
-    CUBE: "application/x-netcdf",
-    REPORT_HTML: "text/html; charset=utf-8",
-    REPORT_JSON: "application/json",
-}
+Item = TypeVar("Item")
 
 
 class Answer(BaseModel):
-    """Anything that is answered."""
+    """Base of all response models."""
 
     model_config = ConfigDict(frozen=True)
 
 
-class ErrorItem(Answer):
-    """One thing wrong with an input."""
+class Items(Answer, Generic[Item]):
+    """A complete list."""
 
-    field: str = Field(description="dotted path into the document", examples=["axes.speed[2]"])
-    value: str = Field(description="what was given, shortened")
-    limit: str = Field(description="what is allowed")
-    cure: str = Field(description="what to do")
-    pointer: str = Field(description="JSON pointer (RFC 6901) to the place in what was sent")
+    items: list[Item]
+
+    @classmethod
+    def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
+        """Name of the schema in OpenAPI: ``SweepPage`` for ``PageOf[SweepModel]``."""
+        return params[0].__name__.removesuffix("Model") + cls.__name__.removesuffix("Of")
+
+
+class PageOf(Items[Item], Generic[Item]):
+    """A page of a list."""
+
+    next_cursor: str | None = Field(
+        description="Value of `cursor` for the next page; null on the last page"
+    )
+
+
+# --- problems -------------------------------------------------------------------------------------
+
+
+class ErrorItem(Answer):
+    """A finding about an input."""
+
+    field: str = Field(description="Dotted path in the document", examples=["axes.speed[2]"])
+    value: str = Field(description="The refused value, shortened")
+    limit: str = Field(description="The allowed values")
+    cure: str = Field(description="How to correct it")
+    pointer: str = Field(description="JSON pointer (RFC 6901) to the place in the document")
 
 
 class ProblemDocument(Answer):
     """An error (RFC 9457)."""
 
     type: str = Field(
-        description="which kind of problem; stable", examples=["/docs#problem-not-found"]
+        description="Kind of problem, a stable URI", examples=["/docs#problem-not-found"]
     )
     title: str
     status: int
     detail: str
-    instance: str = Field(description="the path that was asked for")
-    request_id: str | None = Field(description="look for it in the log of the service")
+    instance: str = Field(description="Path of the request")
+    request_id: str | None = Field(description="Id of the request in the log of the service")
     errors: list[ErrorItem] | None = Field(
-        None, description="the first findings, for refused input"
+        None, description="The first findings about a refused input"
     )
     more_errors: int | None = Field(
-        None, description="findings that are not in `errors`; 200 in all end the reading"
+        None, description="Number of findings left out of `errors`; checking stops at 200 in all"
     )
 
 
-class SweepModel(Answer):
-    """A sweep: what was asked for, and how far it is."""
+def problem_schemas() -> dict[str, Any]:
+    """The schemas of a problem document, for the components of OpenAPI."""
+    template = "#/components/schemas/{model}"
+    return models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1][
+        "$defs"
+    ]
 
-    id: str
-    name: str
-    title: str
-    scenario: str
-    owner: str = Field(description="name of the API key it was submitted with; empty: without one")
-    priority: int = Field(description="smaller is sooner, -100 to 100")
-    keep: Keep = Field(description="what is kept of each run beside its numbers")
-    state: SweepState
-    reason: str | None = Field(description="why cube and report could not be made")
-    planned: int = Field(description="runs of the sweep: points times resolutions and offsets")
-    reused: int = Field(description="of these, computed before or already under way when accepted")
-    new: int = Field(description="of these, queued for this sweep")
-    counts: dict[str, int] = Field(description="points by state")
-    progress: float = Field(
-        description="0 to 1: computed part of the estimated cost; below 1 where runs were cancelled"
-    )
-    eta_seconds: float | None = Field(description="time left, in seconds; null: nothing to go by")
-    created: datetime
-    cancelled: datetime | None
-    finished: datetime | None
-    links: dict[str, str]
+
+# --- sweeps ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SweepModel(SweepStatus):
+    """A sweep: its state, progress and links."""
+
+    links: Mapping[str, str]
 
     @classmethod
     def of(cls, row: SweepStatus, files: Iterable[str] | None = None) -> "SweepModel":
-        """A row with its links; without ``files``, those that its state promises."""
+        """A sweep with its links; without ``files``, to those that its state implies."""
+        if files is None:
+            files = SWEEP_FILES if row.state is SweepState.SUCCEEDED else ()
+        here = f"/v1/sweeps/{row.id}"
+        action = "retry" if row.is_terminal else "cancel"
+        files = [name for name in files if name in SWEEP_FILES]
+        names = ("runs", "events", "history", "document", action, *files)
+        return cls(**vars(row), links={"self": here, **{name: f"{here}/{name}" for name in names}})
+
+
+class SweepChange(BaseModel):
+    """The fields of a sweep that may be changed."""
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+    priority: int = Field(
+        ge=PRIORITIES[0],
+        le=PRIORITIES[-1],
+        description="Sweeps of smaller numbers are computed first",
+    )
+
+
+class PresetModel(Answer):
+    """The same sweep with `accuracy: name` in place of `resolution`."""
+
+    name: str
+    meaning: str
+    resolutions: tuple[float, ...] = Field(description="Cells across the projectile's diameter")
+    offsets: int = Field(description="Sub-cell positions of the grid at each resolution")
+    runs: int = Field(description="Points of the sweep, each at every resolution and offset")
+    core_seconds: float | None = Field(description="Of all runs; null: see `reason`")
+    bytes: int | None = Field(description="Size of all results")
+    reason: str = Field(description="Why this sweep cannot use the preset; empty if it can")
+
+    @classmethod
+    def of(cls, preset: PresetCost, rate: float) -> "PresetModel":
+        """A preset; ``rate`` is measured over estimated seconds."""
+        fields = {name: value for name, value in vars(preset).items() if name != "cost"}
+        cost = preset.cost
         return cls(
-            **vars(row), links=links_of(row, promised_files(row) if files is None else files)
+            **fields,
+            core_seconds=None if cost is None else cost.core_seconds * rate,
+            bytes=None if cost is None else cost.bytes,
         )
 
 
-class SweepPage(Answer):
-    """A page of sweeps, the youngest first."""
+class EstimateModel(Answer):
+    """The cost of a sweep; nothing was stored."""
 
-    items: list[SweepModel]
-    next_cursor: str | None = Field(description="give it back as `cursor`; null: the last page")
+    runs: int = Field(description="Points of the sweep, each at every resolution and offset")
+    reused: int = Field(description="Distinct runs that are computed or under way already")
+    core_seconds: float = Field(description="Of the runs that remain")
+    seconds: float = Field(description="The same, divided among the workers of this service")
+    bytes: int = Field(description="Size of the results")
+    is_measured: bool = Field(description="Whether the times are measured here for this scenario")
+    presets: list[PresetModel] = Field(description="The same at each `accuracy`")
 
-    @classmethod
-    def of(cls, page: Page[SweepStatus]) -> "SweepPage":
-        """A page of the store."""
-        items = [SweepModel.of(row) for row in page.items]
-        return cls(items=items, next_cursor=page.next_cursor)
+
+# --- runs -----------------------------------------------------------------------------------------
 
 
 class RunModel(Answer):
-    """A run: one simulation, its state and what it measured."""
+    """A run: one simulation, its state and its measurements."""
 
-    id: str = Field(description="digest of the question: the same question has the same id")
+    id: str = Field(description="Digest of the run's parameters: equal runs have equal ids")
     scenario: str
     state: State
-    attempt: int = Field(description="attempts begun")
-    crashes: int = Field(description="attempts whose process died at the same checkpoint")
-    priority: int = Field(description="of the most urgent sweep that waits for it")
-    keep: Keep = Field(description="the most that any sweep asked for")
-    checkpoint: int | None = Field(description="step of the last one; a next attempt begins there")
+    attempt: int = Field(description="Number of attempts")
+    crashes: int = Field(description="Attempts whose process died at the same checkpoint")
+    priority: int = Field(description="Priority of the most urgent sweep that waits for it")
+    keep: Keep = Field(description="Files kept, for the most demanding sweep")
+    checkpoint: int | None = Field(
+        description="Step of the last checkpoint; the next attempt starts there"
+    )
     fraction: float | None = Field(description="0 to 1, of the running attempt")
-    progress: dict[str, Any] | None = Field(description="simulated time, step, value so far")
-    cause: str | None = Field(description="why it failed: the solver's verdict, or an accident")
-    failure: str | None = Field(description="short kind of the failure")
-    reason: str | None = Field(description="the failure in words")
-    summary: dict[str, Any] | None = Field(description="measurements, flags and audit")
-    sha256: str | None = Field(description="digest of the result file")
-    cost: float = Field(description="estimated core seconds")
-    seconds: float | None = Field(description="measured seconds of the attempt that counts")
+    progress: dict[str, Any] | None = Field(description="Simulated time, step, values so far")
+    cause: str | None = Field(description="Why it failed: `verdict` of the solver, or an accident")
+    failure: str | None = Field(description="Kind of the failure")
+    reason: str | None = Field(description="Description of the failure")
+    summary: dict[str, Any] | None = Field(description="Measurements, flags and audit")
+    sha256: str | None = Field(description="Digest of the result file")
+    cost: float = Field(description="Estimated core seconds")
+    seconds: float | None = Field(description="Measured seconds of the attempt that counts")
     created: datetime
     started: datetime | None
     finished: datetime | None
@@ -140,111 +197,131 @@ class RunModel(Answer):
 
     @classmethod
     def of(cls, row: RunRow) -> "RunModel":
-        """A row with its links."""
+        """A run with its links."""
         here = f"/v1/runs/{row.id}"
         names = ("events", "history", "log", "files")
-        links = {"self": here, **{name: f"{here}/{name}" for name in names}}
-        return cls(**vars(row), links=links)
+        return cls(**vars(row), links={"self": here, **{name: f"{here}/{name}" for name in names}})
 
 
 class RunQuestion(RunModel):
-    """A run with its question, complete: every default filled in, SI."""
+    """A run with its complete parameters: every default filled in, SI."""
 
-    question: dict[str, Any] = Field(description="scenario, parameters and materials")
+    question: dict[str, Any] = Field(description="Scenario, parameters and materials")
 
 
 class PointModel(Answer):
     """A point of a sweep, and its run."""
 
-    ordinal: int = Field(description="place in the sweep's own order")
+    ordinal: int = Field(description="Position in the order of the sweep")
     index: tuple[int, ...] = Field(
-        description="place on each axis, and among several resolutions and offsets"
+        description="Position on each axis, and among the resolutions and offsets if several"
     )
-    coordinates: dict[str, float | str] = Field(description="value on each of these, SI")
-    state: State = Field(description="the run's; `cancelled` if this sweep no longer waits for it")
+    coordinates: dict[str, float | str] = Field(description="Value on each of these, SI")
+    state: State = Field(
+        description="State of the run; `cancelled` if this sweep no longer waits for it"
+    )
     run: RunModel
 
     @classmethod
     def of(cls, row: PointRow) -> "PointModel":
-        """A row of the store."""
+        """A point of the store."""
         return cls(**{**vars(row), "run": RunModel.of(row.run)})
 
 
-class PointPage(Answer):
-    """A page of the points of a sweep, in its own order."""
-
-    items: list[PointModel]
-    next_cursor: str | None = Field(description="give it back as `cursor`; null: the last page")
-
-    @classmethod
-    def of(cls, page: Page[PointRow]) -> "PointPage":
-        """A page of the store."""
-        return cls(items=[PointModel.of(row) for row in page.items], next_cursor=page.next_cursor)
-
-
 class FileModel(Answer):
-    """A file that is kept."""
+    """A stored file."""
 
     name: str
-    size: int = Field(description="bytes")
+    size: int = Field(description="Bytes")
     sha256: str
     href: str
 
+    @classmethod
+    def of(cls, run_id: str, file: Stored) -> "FileModel":
+        """A file of a run with its address."""
+        href = f"/v1/runs/{run_id}/files/{file.name}"
+        return cls(name=file.name, size=file.size, sha256=file.sha256, href=href)
 
-class FileList(Answer):
-    """The files of a run."""
 
-    items: list[FileModel]
+# --- queue and events -----------------------------------------------------------------------------
+
+
+class EventModel(Answer):
+    """Something that happened; events never change."""
+
+    number: int = Field(description="Increasing; the `id` in an event stream")
+    time: datetime
+    kind: str = Field(description="accepted, started, requeued, succeeded, failed, published ...")
+    sweep_id: str | None
+    run_id: str | None = Field(description="Of a run, or of the publication of the sweep")
+    body: dict[str, Any] = Field(description="Details: cause, reason, attempt")
 
     @classmethod
-    def of(cls, run_id: str, files: Iterable[Stored]) -> "FileList":
-        """Rows of the store with their addresses."""
-        here = f"/v1/runs/{run_id}/files"
-        items = [
-            FileModel(name=one.name, size=one.size, sha256=one.sha256, href=f"{here}/{one.name}")
-            for one in files
-        ]
-        return cls(items=items)
+    def of(cls, event: Event) -> "EventModel":
+        """An event of the store."""
+        fields = {name: value for name, value in vars(event).items() if name != "job_id"}
+        return cls(**fields, run_id=event.job_id)
 
 
-class PresetModel(Answer):
-    """The same sweep at the accuracy of a preset: write `accuracy: name` for `resolution`."""
+class ProgressModel(Answer):
+    """The progress of a running run."""
 
-    name: str
-    meaning: str
-    resolutions: tuple[float, ...] = Field(description="cells across the projectile's diameter")
-    offsets: int = Field(description="sub-cell positions of the grid at each resolution")
-    runs: int = Field(description="points of the sweep, times resolutions and offsets")
-    core_seconds: float | None = Field(description="of all of them; null: see reason")
-    bytes: int | None = Field(description="that their results would take")
-    reason: str = Field(description="why it is not offered for this sweep; else empty")
+    run_id: str
+    attempt: int
+    fraction: float | None = Field(description="0 to 1")
+    seconds: float | None = Field(description="Duration of this attempt so far")
+    time: float | None = Field(description="Simulated time in seconds")
+    end_time: float | None = Field(description="Latest simulated time at which the run ends")
+    step: int | None
+    eta_seconds: float | None = Field(description="Estimated time left in seconds")
+    measured: dict[str, float | None] = Field(description="Measured values so far, SI")
 
     @classmethod
-    def of(cls, preset: PresetCost, pace: float) -> "PresetModel":
-        """A preset, its time at the measured pace of this service."""
-        known = {name: value for name, value in vars(preset).items() if name != "cost"}
-        cost = preset.cost
+    def of(cls, row: RunRow) -> "ProgressModel | None":
+        """The progress of a run; None before its first report."""
+        if row.progress is None:
+            return None
+        names = ("time", "end_time", "step", "eta_seconds")
         return cls(
-            **known,
-            core_seconds=None if cost is None else cost.core_seconds * pace,
-            bytes=None if cost is None else cost.bytes,
+            run_id=row.id,
+            attempt=row.attempt,
+            fraction=row.fraction,
+            seconds=row.seconds,
+            measured=row.progress.get("measured") or {},
+            **{name: row.progress.get(name) for name in names},
         )
 
 
-class EstimateModel(Answer):
-    """What a sweep would cost; nothing was stored."""
+class QueueModel(Answer):
+    """The queue as a whole."""
 
-    runs: int = Field(description="points of the sweep, times resolutions and offsets")
-    reused: int = Field(description="different runs that are computed or under way already")
-    core_seconds: float = Field(description="of the runs that are not there yet")
-    seconds: float = Field(description="the same on the workers of this service")
-    bytes: int = Field(description="that their results would take")
-    is_measured: bool = Field(description="whether times are those measured here for this scenario")
-    presets: list[PresetModel] = Field(description="the same at each accuracy that is offered")
+    paused: datetime | None = Field(description="Start of the pause; null: not paused")
+    blocked_reason: str | None = Field(description="Why no run starts although runs are queued")
+    counts: dict[str, int] = Field(description="Runs and publications by state")
+    oldest_queued: datetime | None = Field(description="When the longest waiting run was queued")
+    leader: str | None = Field(description="Process that assigns the work; null: none")
+    links: dict[str, str]
+
+    @classmethod
+    def of(cls, row: QueueRow) -> "QueueModel":
+        """The queue with its links."""
+        here = "/v1/queue"
+        action = "pause" if row.paused is None else "resume"
+        return cls(
+            paused=row.paused,
+            blocked_reason=row.blocked_reason,
+            counts={state.value: row.states.get(state, 0) for state in State},
+            oldest_queued=row.oldest_queued,
+            leader=row.leader,
+            links={"self": here, action: f"{here}/{action}", "events": f"{here}/events"},
+        )
+
+
+# --- catalogue and service ------------------------------------------------------------------------
 
 
 class ParameterModel(Answer):
-    """A parameter that a person may set."""
+    """A parameter of a scenario."""
 
     name: str
     kind: str = Field(description="quantity, integer, boolean, text, choice or material")
@@ -253,10 +330,10 @@ class ParameterModel(Answer):
     minimum: float | None = Field(description="SI, inclusive")
     maximum: float | None = Field(description="SI, inclusive")
     choices: tuple[str, ...]
-    optional: bool = Field(description="null is an answer")
-    required: bool = Field(description="there is no default")
+    optional: bool = Field(description="Whether null is allowed")
+    required: bool = Field(description="Whether a value must be given")
     default: float | int | bool | str | None = Field(description="SI")
-    limit: str = Field(description="what is allowed, in words")
+    limit: str = Field(description="Description of the allowed values")
 
 
 class ScenarioModel(Answer):
@@ -265,41 +342,35 @@ class ScenarioModel(Answer):
     name: str
     title: str
     description: str
-    materials: tuple[str, ...] = Field(description="parameters that hold a material's name")
-    measurements: tuple[str, ...] = Field(description="what is measured: variables of the cube")
+    materials: tuple[str, ...] = Field(description="Parameters that name a material")
+    measurements: tuple[str, ...] = Field(description="Measured variables of the cube")
     parameters: list[ParameterModel]
 
 
 class CatalogueModel(Answer):
-    """Things that ship, each as its own file describes it."""
+    """Entries that ship with the service, each as its own file describes it."""
 
     items: list[dict[str, Any]]
 
 
-class ScenarioCatalogue(Answer):
-    """Every scenario."""
-
-    items: list[ScenarioModel]
-
-
 class Health(Answer):
-    """The service answers."""
+    """The service responds."""
 
     status: str
 
 
 class Readiness(Answer):
-    """The service can do its work."""
+    """The service can compute."""
 
     status: str
-    checks: dict[str, str] = Field(description="what was looked at, and what was seen")
+    checks: dict[str, str] = Field(description="Outcome of each check")
 
 
 class VersionModel(Answer):
-    """What is running."""
+    """Versions of the service."""
 
     version: str
-    physics_version: int = Field(description="results of different physics are never mixed")
+    physics_version: int = Field(description="Results of different physics are never mixed")
     python: str
 
 
@@ -310,26 +381,3 @@ def example_sweeps() -> dict[str, dict[str, Any]]:
         name: {"summary": document["title"], "value": document}
         for name, document in documents.items()
     }
-
-
-def problem_schemas() -> dict[str, Any]:
-    """The schemas of a problem document, for the components of OpenAPI."""
-    place = "#/components/schemas/{model}"
-    return models_json_schema([(ProblemDocument, "serialization")], ref_template=place)[1]["$defs"]
-
-
-def promised_files(row: SweepStatus) -> Iterable[str]:
-    """The files that a sweep in this state has."""
-    return FILES if row.state is SweepState.SUCCEEDED else ()
-
-
-def links_of(row: SweepStatus, files: Iterable[str]) -> dict[str, str]:
-    """Where to go from a sweep."""
-    here = f"/v1/sweeps/{row.id}"
-    links = {name: f"{here}/{name}" for name in ("runs", "events", "history", "document")}
-    links = {"self": here, **links}
-    if row.is_terminal:
-        links["retry"] = f"{here}/retry"
-    else:
-        links |= {"cancel": f"{here}/cancel"}
-    return links | {name: f"{here}/{name}" for name in files if name in FILES}

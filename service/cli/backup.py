@@ -1,10 +1,9 @@
-"""A copy of database and files of a service on SQLite, while it runs.
+"""A backup of database and files of a service on SQLite, while it runs.
 
-The database is copied first, as it is at one moment, then every file that its rows name: files are
-complete before a row names them, and never change. What was removed meanwhile, because its sweep was
-deleted or keeps it no longer, is taken out of the copy's rows. Files that are there from an earlier
-backup are not copied again, and the database takes its name last: what is in the folder is a whole
-backup at any moment, the earlier one or this.
+The database is copied first, at one moment, then every file that its rows name: files are complete before a row
+names them, and never change. Files that a sweep deleted in between are removed from the copied rows. Files of an
+earlier backup are not copied again, and the database is replaced last: the folder holds a complete backup at any
+moment, the earlier one or the new one.
 """
 
 import os
@@ -28,22 +27,31 @@ PART = f".{DATABASE}.part"
 FILES_ON_A_PAGE = 1000
 
 
+def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
+    """Every registered file of the jobs from ``id`` on, in their order, page by page."""
+    after = (id, "")
+    while page := store.files(after=after, limit=FILES_ON_A_PAGE):
+        yield from page
+        last, file = page[-1]
+        after = (last, file.name)
+
+
 @dataclass(frozen=True)
 class Backup:
-    """What was copied."""
+    """The outcome of a backup."""
 
     folder: Path
     copied: int = 0  # files
     size: int = 0  # bytes of these
-    known: int = 0  # files that were there from an earlier backup
-    removed: int = 0  # files that went meanwhile, in order
-    lost: tuple[str, ...] = ()  # files that the service has lost, or that are damaged
+    present: int = 0  # files of an earlier backup
+    removed: int = 0  # files that the service deleted meanwhile
+    lost: tuple[str, ...] = ()  # files that are missing or damaged in the service
 
 
 def back_up(settings: Settings, out: Path, store: Store) -> Backup:
     """Copy database and files into a folder, which then is a data directory.
 
-    Raises InvalidInput, DataInUse where a service works in the folder, StoreUnavailable, OSError.
+    Raises InvalidInput, DataInUse if a service uses the folder, StoreUnavailable, OSError.
     """
     _check(settings, out)
     with holding(Settings(data=out, database_url=None)):
@@ -56,7 +64,7 @@ def back_up(settings: Settings, out: Path, store: Store) -> Backup:
         if id is not None:
             identity.write(out, id)
         to_disk(part)
-        _remove(out / DATABASE, but_the_file=True)
+        _remove(out / DATABASE, logs_only=True)
         part.replace(out / DATABASE)
         to_disk(out)
     return done
@@ -66,8 +74,8 @@ def _copy_files(source: Artifacts, store: Store, target: Artifacts, copy: Store)
     done = Backup(target.root)
     for job_id, file in files_from(copy, ""):
         if target.is_intact(file):
-            done = replace(done, known=done.known + 1)
-        elif _is_copied(source, file, target):
+            done = replace(done, present=done.present + 1)
+        elif _copy(source, file, target):
             done = replace(done, copied=done.copied + 1, size=done.size + file.size)
         elif file in _files_of(store, job_id):
             done = replace(done, lost=(*done.lost, file.path))
@@ -77,62 +85,49 @@ def _copy_files(source: Artifacts, store: Store, target: Artifacts, copy: Store)
     return done
 
 
-def _is_copied(source: Artifacts, file: Stored, target: Artifacts) -> bool:
-    """Copy a file, whole or not at all; whether it is what its row says."""
-    place = target.root / file.path
-    place.parent.mkdir(parents=True, exist_ok=True)
+def _copy(source: Artifacts, file: Stored, target: Artifacts) -> bool:
+    """Copy a file as a whole; False if it is missing or damaged."""
+    path = target.root / file.path
+    path.parent.mkdir(parents=True, exist_ok=True)
 
     def fill(part: Path) -> None:
         shutil.copyfile(source.path(file), part)
         if digest(part) != file.sha256:
-            raise _Damaged
+            raise FileNotFoundError
 
-    with suppress(FileNotFoundError, _Damaged):
-        write_atomically(place, fill)
+    with suppress(FileNotFoundError):
+        write_atomically(path, fill)
         return True
     return False
 
 
 def _files_of(store: Store, job_id: str) -> Iterator[Stored]:
-    """What the service's own rows name of a job now."""
+    """The files of a job in the rows of the service."""
     for id, file in files_from(store, job_id):
         if id != job_id:
             return
         yield file
 
 
-class _Damaged(Exception):
-    """A file is not what its row says."""
-
-
-def _remove(file: Path, *, but_the_file: bool = False) -> None:
-    """Remove a database with what SQLite keeps beside it."""
-    for end in ("-wal", "-shm", *([] if but_the_file else [""])):
-        file.with_name(f"{file.name}{end}").unlink(missing_ok=True)
+def _remove(database: Path, *, logs_only: bool = False) -> None:
+    """Remove the log files that SQLite keeps beside a database, and the database itself."""
+    for suffix in ("-wal", "-shm", *([] if logs_only else [""])):
+        database.with_name(f"{database.name}{suffix}").unlink(missing_ok=True)
 
 
 def _check(settings: Settings, out: Path) -> None:
-    """Raises InvalidInput for what cannot be backed up like this."""
-    here, there = settings.data.resolve(), out.resolve()
+    """Check database and folder; raises InvalidInput."""
+    data, folder = settings.data.resolve(), out.resolve()
     if settings.has_replicas:
         cure = "pg_dump the database, then copy the data directory: docs/service.md, Backup"
         raise InvalidInput([Finding("database", "PostgreSQL", "SQLite", cure)])
-    if there == here or there.is_relative_to(here) or here.is_relative_to(there):
+    if folder.is_relative_to(data) or data.is_relative_to(folder):
         limit = "a folder apart from the data directory"
         raise InvalidInput([Finding("OUT", str(out), limit, "choose another one")])
     try:
         out.mkdir(parents=True, exist_ok=True)
+        if not os.access(out, os.W_OK):
+            raise PermissionError(None, "not writable")
     except OSError as error:
         cure = f"choose another one: {error.strerror}"
-        raise InvalidInput([Finding("OUT", str(out), "a folder that can be made", cure)]) from None
-    if not os.access(out, os.W_OK):
-        raise InvalidInput([Finding("OUT", str(out), "a folder to write to", "choose another one")])
-
-
-def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
-    """Every registered file of the jobs from ``id`` on, in their order, page by page."""
-    after = (id, "")
-    while page := store.files(after=after, limit=FILES_ON_A_PAGE):
-        yield from page
-        last, file = page[-1]
-        after = (last, file.name)
+        raise InvalidInput([Finding("OUT", str(out), "a writable folder", cure)]) from None

@@ -1,7 +1,7 @@
-"""``whipple doctor``: data directory, store and workers, with a cure where something is wrong.
+"""``whipple doctor``: checks of data directory, database and workers, each with a cure for what is wrong.
 
-Each check is a function of the settings that yields ``Check`` records and changes nothing (but for a file of its own,
-removed at once); a service may be running meanwhile.
+Each check is a function of the settings that yields ``Check`` records. It changes nothing, except for a temporary
+file of its own, and may run beside a service.
 """
 
 import os
@@ -18,22 +18,22 @@ from service.records.settings import Settings
 from service.store import Store
 
 
-class Verdict(StrEnum):
-    """What a check found."""
+class CheckStatus(StrEnum):
+    """The outcome of a check."""
 
-    FINE = "fine"
-    WARNING = "warning"  # it works, but not for long or not well
-    WRONG = "wrong"
+    OK = "ok"
+    WARNING = "warning"  # it works, with a limitation
+    ERROR = "error"
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at."""
+    """One check and its outcome."""
 
     name: str
-    verdict: Verdict
-    detail: str  # what was found
-    cure: str = ""  # what to do; nothing where it is fine
+    status: CheckStatus
+    detail: str
+    cure: str = ""  # empty if none is needed
 
 
 def examine(settings: Settings) -> Iterator[Check]:
@@ -44,43 +44,41 @@ def examine(settings: Settings) -> Iterator[Check]:
 
 
 def check_directory(settings: Settings) -> Iterator[Check]:
-    """The data directory: there, and writable."""
-    place = settings.data.absolute()
+    """Whether the data directory exists and is writable."""
+    folder = settings.data.absolute()
     try:
         with tempfile.NamedTemporaryFile(dir=settings.data, prefix=".doctor.") as file:
             os.fsync(file.fileno())
     except OSError as error:
-        cure = f"make {place} a folder that this user may write to"
-        yield Check(
-            "data directory", Verdict.WRONG, f"cannot be written to: {error.strerror}", cure
-        )
+        cure = f"make {folder} a folder that this user may write to"
+        detail = f"not writable: {error.strerror}"
+        yield Check("data directory", CheckStatus.ERROR, detail, cure)
     else:
-        yield Check("data directory", Verdict.FINE, f"{place} can be written to")
+        yield Check("data directory", CheckStatus.OK, f"{folder} is writable")
 
 
 def check_store(settings: Settings) -> Iterator[Check]:
-    """The database: there, with the tables of this version, and of this data directory."""
+    """Whether the database exists, has the tables of this version, and belongs to the data directory."""
     if not has_database(settings):
-        cure = "none needed: the first start of the service makes it"
-        yield Check("store", Verdict.WARNING, "there is no database yet", cure)
+        cure = "none needed: the first start of the service creates it"
+        yield Check("database", CheckStatus.WARNING, "there is no database yet", cure)
         return
     try:
         with closing(Store.open(settings.url, migrate=False)) as store:
             identity.check(settings, store)
     except StoreUnavailable as error:
-        yield Check("store", Verdict.WRONG, str(error), "do what it says, and ask again")
+        yield Check("database", CheckStatus.ERROR, str(error), "correct that, then check again")
     except identity.WrongDirectory as error:
-        yield Check("store", Verdict.WRONG, error.what, error.cure)
+        yield Check("database", CheckStatus.ERROR, error.what, error.cure)
     else:
-        yield Check(
-            "store", Verdict.FINE, "its tables are current, and the data directory is its own"
-        )
+        detail = "its tables are current, and it belongs to the data directory"
+        yield Check("database", CheckStatus.OK, detail)
 
 
 def check_workers(settings: Settings) -> Iterator[Check]:
-    """The scheduler and its workers, where they are not our own."""
+    """The workers of this machine, or those of the Dask scheduler."""
     if settings.engine is None:
-        yield Check("workers", Verdict.FINE, f"{settings.workers} of our own")
+        yield Check("workers", CheckStatus.OK, f"{settings.workers} on this machine")
         return
     from service.execution import probe
 
@@ -90,21 +88,23 @@ def check_workers(settings: Settings) -> Iterator[Check]:
         cure = (
             "start the scheduler, open its port, and give both sides the same certificate authority"
         )
-        yield Check("workers", Verdict.WRONG, f"{settings.engine} does not answer: {error}", cure)
+        detail = f"{settings.engine} does not respond: {error}"
+        yield Check("workers", CheckStatus.ERROR, detail, cure)
         return
-    refused = [f"{at} ({why})" for at, why in cluster.workers.items() if why]
+    refused = [f"{address} ({reason})" for address, reason in cluster.workers.items() if reason]
     detail = f"{settings.engine} with {len(cluster.workers)} workers"
     if not cluster.workers:
-        yield Check("workers", Verdict.WARNING, detail, "start workers")
+        yield Check("workers", CheckStatus.WARNING, detail, "start workers")
     elif refused:
-        detail += f", {len(refused)} of which get no work: {', '.join(refused)}"
+        detail += f", {len(refused)} of which receive no work: {', '.join(refused)}"
         cure = "install the same versions everywhere, and start workers with --preload service.execution.dask_worker"
         some_work = len(refused) < len(cluster.workers)
-        yield Check("workers", Verdict.WARNING if some_work else Verdict.WRONG, detail, cure)
+        status = CheckStatus.WARNING if some_work else CheckStatus.ERROR
+        yield Check("workers", status, detail, cure)
     else:
-        yield Check("workers", Verdict.FINE, detail)
+        yield Check("workers", CheckStatus.OK, detail)
 
 
 def has_database(settings: Settings) -> bool:
-    """Whether there is one to ask: SQLite would make an empty one."""
+    """Whether there is a database: opening a missing file with SQLite would create one."""
     return settings.has_replicas or Path(settings.url.partition(":///")[2]).is_file()

@@ -1,10 +1,10 @@
-"""The whole engine on this machine: store, dispatcher and workers, without HTTP.
+"""Store, dispatcher and workers on this machine, without HTTP.
 
-``whipple serve`` and ``whipple sweep`` both use it, so there is one path from a sweep to its cube.
+``whipple serve`` and ``whipple sweep`` share it, so that there is one way from a sweep to its cube.
 """
 
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,6 @@ from service.queue import data_identity as identity
 from service.records.fault_points import fault_point
 from service.records.jobs import (
     SWEEP_TERMINAL,
-    Stored,
     StoreUnavailable,
     Submission,
     SweepState,
@@ -37,13 +36,15 @@ if TYPE_CHECKING:
 __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_engine"]
 
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
-MOST_SWEEPS = 1000  # unfinished ones in such a folder; there is one or none
-WATCH_SECONDS = 0.1  # how often a waiting person is told
-WATCH_SHARE = 20.0  # and never more than one part in so many of the time is spent on counting
+MOST_SWEEPS = 1000  # unfinished ones in such a folder; usually there is at most one
+PROGRESS_SECONDS = 0.1  # between two progress reports
+PROGRESS_PAUSE = (
+    20.0  # the pause between reports, at least, as a multiple of the time that one takes
+)
 
 
 class PublicationFailed(WhippleError):
-    """The runs are done, but cube and report could not be made."""
+    """The runs are computed, but cube and report could not be made."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Finished:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Points per state."""
+        """Points by state."""
         return self.sweep.counts
 
     def __fspath__(self) -> str:
@@ -66,21 +67,22 @@ def run_sweep(
     document: Mapping[str, Any] | str | Path,
     out: str | Path,
     *,
-    progress: Callable[[SweepStatus], None] | None = None,
+    progress: Callable[[SweepStatus], None] = lambda status: None,
     settings: Settings | None = None,
     overwrite: bool = False,
 ) -> Finished:
-    """Compute a sweep on this machine into the folder ``out``; called again, it resumes.
+    """Compute a sweep on this machine into the folder ``out``; repeated, it resumes.
 
-    ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called with the
-    sweep's row, again and again. A folder that holds another sweep (``folders``) is refused, unless
-    that is to be replaced (``overwrite``). Raises InvalidInput, DataInUse, PublicationFailed. Ctrl-C and
-    SIGTERM end it in order, as KeyboardInterrupt and SystemExit; what ran goes on from its
-    checkpoint next time.
+    ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called repeatedly with the
+    status of the sweep. A folder that holds another sweep is refused, unless ``overwrite`` is set. Raises
+    InvalidInput, DataInUse, PublicationFailed. Ctrl-C and SIGTERM end it in order, as KeyboardInterrupt and
+    SystemExit; interrupted runs continue from their checkpoints next time.
     """
     folder = Path(out)
     settings = settings or Settings(data=folder / STORE_OF_FOLDER)
-    sweep = Sweep.parse(_read(document), SweepLimits(max_runs=settings.max_runs))
+    if not isinstance(document, Mapping):
+        document = read_sweep_file(Path(document))
+    sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
     check_names(settings)
     held = held_in(folder)
     if held is not None and not overwrite:
@@ -89,22 +91,27 @@ def run_sweep(
         with holding(settings), closing(Store.open(settings.url)) as store:
             identity.settle(settings, store)
             if held is None and not overwrite:
-                _check_begun(store, folder, sweep)
-            row = _compute(store, settings, sweep, progress or _nobody, leaving)
-            if row.state is SweepState.FAILED:
-                raise PublicationFailed(row.reason or "cube and report could not be made")
-            _copy_out(store.artifacts(row.id), Artifacts(settings.data), folder)
+                # The last sweep in a folder without a report must be this one.
+                for last in store.sweeps(limit=1).items:
+                    check_same(folder, store.sweep_document(last.id), sweep.document())
+            id = _accept(store, sweep)
+            leaving.obey()
+            with start_engine(settings, store) as dispatcher:
+                status = _wait(store, dispatcher, id, progress, leaving)
+            if status.state is SweepState.FAILED:
+                raise PublicationFailed(status.reason or "cube and report could not be made")
+            _copy_out(store, Artifacts(settings.data), id, folder)
         leaving.obey()
-    return Finished(folder, row)
+    return Finished(folder, status)
 
 
 @contextmanager
 def start_engine(
     settings: Settings, store: Store, timings: Timings = DEFAULT
 ) -> "Iterator[Dispatcher]":
-    """Dispatcher and engine, at work on the store's queue until the end of the block; raises InvalidInput.
+    """Dispatcher and engine, working through the store's queue for the duration of a block; raises InvalidInput.
 
-    With SQLite the data directory must be ours (``directory.holding``).
+    With SQLite the caller holds the data directory (``data_directory.holding``).
     """
     from service.execution import engine_of
     from service.queue.dispatcher import Dispatcher
@@ -117,81 +124,49 @@ def start_engine(
         dispatcher.close()
 
 
-def _compute(
-    store: Store,
-    settings: Settings,
-    sweep: Sweep,
-    progress: Callable[[SweepStatus], None],
-    leaving: Leaving,
-) -> SweepStatus:
-    """The row of a sweep that has ended."""
-    accepted = _accept(store, sweep)
-    leaving.obey()
-    with start_engine(settings, store) as dispatcher:
-        return _watch(store, dispatcher, accepted.id, progress, leaving)
+def _accept(store: Store, sweep: Sweep) -> str:
+    """Id of the sweep in the store of a folder: a new one, unless it is there and unfinished.
 
-
-def _check_begun(store: Store, folder: Path, sweep: Sweep) -> None:
-    """The sweep that was begun last in a folder without a report is this one; raises InvalidInput."""
-    for last in store.sweeps(limit=1).items:
-        check_same(folder, store.sweep_document(last.id), sweep.document())
-
-
-def _copy_out(files: Iterable[Stored], artifacts: Artifacts, folder: Path) -> None:
-    """Cube and report in the person's own folder, in place of what an earlier sweep left."""
-    for file in files:
-        if file.name != LOG:
-            for part in folder.glob(f".{file.name}.{PART}"):  # of a copy that was killed
-                part.unlink(missing_ok=True)
-            artifacts.copy_out(file, folder)
-            fault_point("copy-halfway")
-
-
-def _read(document: Mapping[str, Any] | str | Path) -> Mapping[str, Any]:
-    return document if isinstance(document, Mapping) else read_sweep_file(Path(document))
-
-
-def _accept(store: Store, sweep: Sweep) -> SweepStatus:
-    """The sweep in this folder's store: a new one, unless it is there and not done.
-
-    The folder answers one question at a time: other sweeps that are not done are given up.
+    Other unfinished sweeps are cancelled, because a folder holds one sweep.
     """
     known = store.find_sweep(digest_of(sweep))
     if known is None or known.is_terminal:
         known = store.create_sweep(Submission(sweep))
-    for other in _unfinished(store):
-        if other.id != known.id:
-            store.cancel_sweep(other.id)
-    return known
-
-
-def _unfinished(store: Store) -> list[SweepStatus]:
-    found: list[SweepStatus] = []
     for state in set(SweepState) - SWEEP_TERMINAL:
-        found.extend(store.sweeps(state=state, limit=MOST_SWEEPS).items)
-    return found
+        for other in store.sweeps(state=state, limit=MOST_SWEEPS).items:
+            if other.id != known.id:
+                store.cancel_sweep(other.id)
+    return known.id
 
 
-def _watch(
+def _wait(
     store: Store,
     dispatcher: "Dispatcher",
     id: str,
     progress: Callable[[SweepStatus], None],
     leaving: Leaving,
 ) -> SweepStatus:
-    """Tell how far the sweep is until it has ended, or until somebody asks us to leave."""
+    """Report progress until the sweep has ended, or until a signal asks to leave."""
     while True:
         begin = time.monotonic()
-        with suppress(StoreUnavailable):  # it may pass; the dispatcher is as patient
-            row = store.sweep(id)
-            progress(row)
-            if row.is_terminal:
-                return row
+        # It may pass; the dispatcher waits too.
+        with suppress(StoreUnavailable):
+            status = store.sweep(id)
+            progress(status)
+            if status.is_terminal:
+                return status
         if not dispatcher.is_alive():
             raise PublicationFailed("the dispatcher has stopped; see the log")
-        spent = time.monotonic() - begin
-        leaving.obey(wait=max(WATCH_SECONDS, WATCH_SHARE * spent))
+        seconds = time.monotonic() - begin
+        leaving.obey(wait=max(PROGRESS_SECONDS, PROGRESS_PAUSE * seconds))
 
 
-def _nobody(_row: SweepStatus) -> None:
-    """Nobody wants to know."""
+def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path) -> None:
+    """Copy cube and report to the output folder, replacing those of an earlier sweep."""
+    for file in store.artifacts(id):
+        if file.name != LOG:
+            # Parts of a copy that was killed.
+            for part in folder.glob(f".{file.name}.{PART}"):
+                part.unlink(missing_ok=True)
+            artifacts.copy_out(file, folder)
+            fault_point("copy-halfway")

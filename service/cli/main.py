@@ -1,6 +1,6 @@
-"""The command ``whipple``: sweeps on this machine, the service, and the same sweeps given to a service.
+"""The command ``whipple``: sweeps on this machine, the service, and requests to a service.
 
-Exit status: 0 all fine, 1 something went wrong, 2 the input is refused, 3 some runs failed.
+Exit status: 0 success, 1 failure, 2 invalid input, 3 some runs failed.
 """
 
 import sys
@@ -8,8 +8,8 @@ from typing import NoReturn
 
 import typer
 
-from service.cli.commands import asking, computing, keeping, serving
-from service.cli.commands.options import REFUSED, WRONG
+from service.cli.commands import client, computing, maintenance, serving
+from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
 from studies.values.errors import InvalidInput
 
@@ -20,19 +20,19 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for part in (computing, serving, asking, keeping):
+for part in (computing, serving, client, maintenance):
     app.add_typer(part.app)
 
 
 def main() -> NoReturn:
-    """Run the command; whatever goes wrong is said in words."""
+    """Run the command, and report an error in one sentence."""
     try:
         app()
     except InvalidInput as error:
         from service.cli.console import print_findings
 
         print_findings(error)
-        sys.exit(REFUSED)
+        sys.exit(INVALID)
     except WhippleError as error:
         print(f"whipple: {error}", file=sys.stderr)
-    sys.exit(WRONG)
+    sys.exit(FAILURE)

@@ -1,4 +1,4 @@
-"""Work on a store from the command line: beside a service, or where none runs."""
+"""The store for commands that work on it directly, beside a service or while none runs."""
 
 import os
 import socket
@@ -18,30 +18,31 @@ class NoStore(WhippleError):
 
 
 @contextmanager
-def open_store(settings: Settings, *, make: bool = False) -> Iterator[Store]:
-    """The store of these settings, as a service may be using it; raises NoStore, StoreUnavailable.
+def open_store(settings: Settings, *, create: bool = False) -> Iterator[Store]:
+    """The store of the settings; raises NoStore, StoreUnavailable.
 
-    Its tables are never brought up to date here: a service that runs may not know the new ones.
-    ``make``: a database that is not there is made.
+    Existing tables are never upgraded here, because a running service may be older. A missing database is
+    created if ``create`` is set.
     """
-    if make and not settings.has_replicas:  # the database is a file there
+    # A database on SQLite is a file in the data directory.
+    if create and not settings.has_replicas:
         settings.data.mkdir(parents=True, exist_ok=True)
-    if not make and not has_database(settings):
+    if not create and not has_database(settings):
         cure = "give --data DIR, or set WHIPPLE_DATA or WHIPPLE_DATABASE_URL"
         raise NoStore(f"there is no database in {settings.data.absolute()}; {cure}")
-    is_new = make and Store.revision(settings.url) is None
+    is_new = create and Store.revision(settings.url) is None
     with closing(Store.open(settings.url, migrate=is_new)) as store:
         yield store
 
 
 @contextmanager
 def without_services(settings: Settings, store: Store) -> Iterator[None]:
-    """Keep services from working on the store until the end of the block; raises DataInUse while one does."""
+    """Keep services away from the store for the duration of a block; raises DataInUse if one runs."""
     with holding(settings):
         leadership = store.lead(f"{socket.gethostname()}:{os.getpid()}")
         if leadership is None:
             leader = store.queue().leader or "a service"
-            raise DataInUse(f"{leader} works on this database; stop every service on it first")
+            raise DataInUse(f"{leader} uses this database; stop every service on it first")
         with closing(leadership):
             identity.check(settings, store)
             yield

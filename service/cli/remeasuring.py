@@ -1,9 +1,9 @@
-"""Results read again off stored final states, where the definition of a measurement has changed; nothing is solved.
+"""Outdated results measured again from stored final states, after the definition of a measurement has changed.
 
-No service works on the store meanwhile. A child process reads one result and writes it beside the earlier
-one; then one transaction points the run to it and marks the sweeps that use the run, whose cubes and
-reports the next start of the service makes again. After an interruption the same command goes on: what is
-of today's definitions is left alone.
+No service runs meanwhile, and nothing is solved. A child process measures one state and writes a result beside
+the earlier one; one transaction then points the run to it and marks the sweeps that use the run, which the next
+start of the service publishes again. After an interruption the same command continues: current results are
+skipped.
 """
 
 import json
@@ -32,30 +32,32 @@ from studies.values.files import RESULT, STATE, write_text
 if TYPE_CHECKING:
     from service.store import Store
 
-AT_ONCE = 1000  # runs whose questions are in memory, about 2 kB each
+BATCH = 1000  # runs whose parameters are in memory, about 2 kB each
+
+NewResult = tuple[Stored, Mapping[str, Any]]  # its file, and the summary for the run's row
 
 
 @dataclass(frozen=True)
-class Plan:
+class RemeasurePlan:
     """The outdated results of a store, by run."""
 
-    read: tuple[str, ...]  # those with a stored final state
-    not_kept: tuple[str, ...]  # the others stay as they are
-    sweeps: Mapping[str, str]  # names of the sweeps that use what is read, by id
+    measurable: tuple[str, ...]  # runs with a stored final state
+    without_state: tuple[str, ...]  # their results stay unchanged
+    sweeps: Mapping[str, str]  # names by id of the sweeps that use measurable runs
 
 
 @dataclass(frozen=True)
-class Renewal:
-    """What became of one outdated result."""
+class Remeasured:
+    """The outcome for one outdated result."""
 
     run_id: str
     marked: tuple[str, ...] = ()  # sweeps that the next start of the service publishes again
-    reason: str | None = None  # why the result stays as it is
+    reason: str | None = None  # why the result is unchanged
 
 
 @dataclass(frozen=True)
-class _Order:
-    """One result to read again, for a child process; paths are absolute."""
+class _Task:
+    """One result to measure again, for a child process; paths are absolute."""
 
     run_id: str
     spec: Mapping[str, Any]
@@ -63,10 +65,10 @@ class _Order:
     state: Stored
 
 
-def plan_of(store: "Store") -> Plan:
-    """What there is to read again; a few statements a sweep."""
-    read: set[str] = set()
-    not_kept: set[str] = set()
+def plan_of(store: "Store") -> RemeasurePlan:
+    """The outdated results of a store, found with a few statements for each sweep."""
+    measurable: set[str] = set()
+    without_state: set[str] = set()
     sweeps: dict[str, str] = {}
     for sweep in _sweeps(store):
         for run in store.measured_runs(sweep.id):
@@ -74,11 +76,11 @@ def plan_of(store: "Store") -> Plan:
             if run.state is not State.SUCCEEDED or not outdated(run.scenario, measured):
                 continue
             if run.kept is None:
-                not_kept.add(run.id)
+                without_state.add(run.id)
             else:
-                read.add(run.id)
+                measurable.add(run.id)
                 sweeps[sweep.id] = sweep.name
-    return Plan(tuple(sorted(read)), tuple(sorted(not_kept)), sweeps)
+    return RemeasurePlan(tuple(sorted(measurable)), tuple(sorted(without_state)), sweeps)
 
 
 def _sweeps(store: "Store") -> Iterator[SweepStatus]:
@@ -89,85 +91,85 @@ def _sweeps(store: "Store") -> Iterator[SweepStatus]:
         yield from page.items
 
 
-def renew(settings: Settings, store: "Store", run_ids: Sequence[str]) -> Iterator[Renewal]:
-    """Read results again in child processes and register them one by one.
+def remeasure_runs(
+    settings: Settings, store: "Store", run_ids: Sequence[str]
+) -> Iterator[Remeasured]:
+    """Measure states again in child processes, and register the results one by one.
 
-    The caller keeps services away. Raises WhippleError when a child process dies, and StoreUnavailable.
+    The caller keeps services away. Raises WhippleError if a child process dies, and StoreUnavailable.
     """
     artifacts = Artifacts(settings.data)
     pool = ProcessPoolExecutor(
         min(settings.workers, len(run_ids)),
-        multiprocessing.get_context("spawn"),  # a forked child would inherit the lock
+        # A forked child would inherit the lock of the data directory.
+        multiprocessing.get_context("spawn"),
         _begin_child,
         (settings.targets_module,),
     )
     try:
         with pool:
-            for begin in range(0, len(run_ids), AT_ONCE):
-                ids = run_ids[begin : begin + AT_ONCE]
-                orders = [_order(store, artifacts, id) for id in ids]
-                for order, read in zip(orders, pool.map(_read_again, orders), strict=True):
-                    yield _registered(store, artifacts, order, read)
+            for begin in range(0, len(run_ids), BATCH):
+                tasks = [_task(store, artifacts, id) for id in run_ids[begin : begin + BATCH]]
+                for task, outcome in zip(tasks, pool.map(_measure, tasks), strict=True):
+                    yield _register(store, artifacts, task, outcome)
     except BrokenProcessPool:
-        cure = "give it again, with WHIPPLE_WORKERS=1 if memory was short"
         raise WhippleError(
-            f"a process that reads states died; what was read before counts; {cure}"
+            "a process that measures states died; finished results are registered; repeat the command, "
+            "with WHIPPLE_WORKERS=1 if memory was short"
         ) from None
 
 
-def _order(store: "Store", artifacts: Artifacts, id: str) -> _Order:
+def _task(store: "Store", artifacts: Artifacts, id: str) -> _Task:
     answer, state = (
         replace(file, path=str(artifacts.path(file)))
         for file in (store.run_file(id, name) for name in (RESULT, STATE))
     )
-    return _Order(id, store.run_spec(id), answer, state)
+    return _Task(id, store.run_spec(id), answer, state)
 
 
-def _registered(
-    store: "Store",
-    artifacts: Artifacts,
-    order: _Order,
-    read: tuple[Stored, Mapping[str, Any]] | str,
-) -> Renewal:
-    """A result that was read again, in its row; or why there is none."""
-    if isinstance(read, str):
-        return Renewal(order.run_id, reason=read)
-    file, summary = read
+def _register(
+    store: "Store", artifacts: Artifacts, task: _Task, outcome: NewResult | str
+) -> Remeasured:
+    """Point the run to its new result, unless the outcome is the reason why there is none."""
+    if isinstance(outcome, str):
+        return Remeasured(task.run_id, reason=outcome)
+    file, summary = outcome
     answer = replace(file, name=RESULT, path=artifacts.relative(Path(file.path)))
-    marked = store.replace_result(order.run_id, order.answer.sha256, answer, summary)
-    return Renewal(order.run_id, marked)
+    marked = store.replace_result(task.run_id, task.answer.sha256, answer, summary)
+    return Remeasured(task.run_id, marked)
 
 
 # --- in a child process ---------------------------------------------------------------------------
 
 
 def _begin_child(targets: str | None) -> None:
-    """Leave Ctrl-C to the parent, end with it, and know the definitions that the workers know."""
+    """Leave Ctrl-C to the parent, end with it, and load the measurements that the workers use."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     die_with_parent()
     if targets is not None:
         import_module(targets)
 
 
-def _read_again(order: _Order) -> tuple[Stored, Mapping[str, Any]] | str:
-    """The new result's file with its summary for the row; or why the earlier one stays."""
+def _measure(task: _Task) -> NewResult | str:
+    """The new result; or the reason why the earlier one stays."""
     try:
-        return _write_again(order)
-    except Exception as error:  # whatever it is, it touches this run alone
+        return _measure_state(task)
+    # Any error concerns this run only.
+    except Exception as error:
         return f"{type(error).__name__}: {error}"
 
 
-def _write_again(order: _Order) -> tuple[Stored, Mapping[str, Any]]:
-    run = Run.from_json(order.spec)
-    if run.id != order.run_id:
+def _measure_state(task: _Task) -> NewResult:
+    run = Run.from_json(task.spec)
+    if run.id != task.run_id:
         raise WhippleError("it was computed with another version of the physics")
-    earlier, state = Path(order.answer.path), Path(order.state.path)
-    for file, sha256 in ((earlier, order.answer.sha256), (state, order.state.sha256)):
+    earlier, state = Path(task.answer.path), Path(task.state.path)
+    for file, sha256 in ((earlier, task.answer.sha256), (state, task.state.sha256)):
         if digest(file) != sha256:
             raise Damaged(f"{file.name} does not match its checksum")
     before = RunResult.from_json(json.loads(earlier.read_bytes()))
     answer = remeasure(run, before, state, by=f"whipple {version()}").as_json()
-    # Named after the earlier result, so that no registered file is ever written to.
-    place = earlier.with_name(f"result-{order.answer.sha256[:16]}.json")
-    write_text(place, json.dumps(answer, allow_nan=False, indent=1))
-    return describe(place), summary_of(answer)
+    # Named after the earlier result, so that no registered file is overwritten.
+    file = earlier.with_name(f"result-{task.answer.sha256[:16]}.json")
+    write_text(file, json.dumps(answer, allow_nan=False, indent=1))
+    return describe(file), summary_of(answer)

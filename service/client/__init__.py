@@ -1,4 +1,5 @@
-"""A service from Python: its client, the connection that sends again, server-sent events, and a cube opened remotely.
+"""The Python client of a service: sweeps, runs, queue and catalogue; requests that survive lost connections; event
+streams; a cube opened remotely.
 
-What ``whipple.Client`` is; imports nothing of the service but output folders.
+Anybody may import it (``whipple.Client``); of the service it imports records and output folders only.
 """

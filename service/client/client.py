@@ -4,8 +4,8 @@
 >>> sweep = client.submit("holes.yaml")  # doctest: +SKIP
 >>> sweep.wait(); sweep.fetch("holes")  # doctest: +SKIP
 
-Elsewhere than on the service's own machine it needs an API key: ``Client(url, key=...)``, or the
-environment variable ``WHIPPLE_API_KEY``.
+A service on another machine needs an API key: ``Client(url, key=...)``, or the environment variable
+``WHIPPLE_API_KEY``.
 """
 
 import json
@@ -13,7 +13,7 @@ import os
 import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -21,6 +21,7 @@ import httpx
 
 from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
+from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
 from studies.values.files import SWEEP_FILES
 
@@ -29,9 +30,9 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Client",
-    "Happening",
     "ServiceError",
     "StillRunning",
+    "SweepEvent",
     "SweepHandle",
     "SweepStatus",
     "Unreachable",
@@ -40,11 +41,10 @@ __all__ = [
 DEFAULT_URL = "http://127.0.0.1:8000"
 URL_VARIABLE = "WHIPPLE_SERVICE"
 KEY_VARIABLE = "WHIPPLE_API_KEY"
-TERMINAL = frozenset({"succeeded", "failed", "cancelled"})
-POLL_SECONDS = 1.0  # how often ``wait`` asks
-PATIENCE = 30.0  # s, for a service that has answered and is gone, or too busy
+POLL_SECONDS = 1.0  # between two requests of ``wait``
+PATIENCE = 30.0  # s, for a service that restarts or is busy
 
-Document = Mapping[str, Any] | str | Path  # of a sweep, or its YAML or JSON file
+Document = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file
 
 
 class StillRunning(WhippleError):
@@ -52,47 +52,16 @@ class StillRunning(WhippleError):
 
 
 @dataclass(frozen=True)
-class SweepStatus:
-    """A sweep at one moment; the words are those of the interface."""
+class SweepEvent:
+    """A message of an event stream."""
 
-    id: str
-    name: str
-    scenario: str
-    owner: str
-    priority: int
-    keep: str
-    state: str
-    reason: str | None  # why cube and report could not be made
-    planned: int
-    reused: int
-    new: int
-    counts: Mapping[str, int]  # points by state
-    progress: float  # 0 to 1
-    eta_seconds: float | None
-    links: Mapping[str, str]
-
-    @classmethod
-    def of(cls, answer: Mapping[str, Any]) -> Self:
-        """The part of an answer that has a name here."""
-        return cls(**{field.name: answer[field.name] for field in fields(cls)})
-
-    @property
-    def is_terminal(self) -> bool:
-        """Nothing will change any more unless somebody asks."""
-        return self.state in TERMINAL
-
-
-@dataclass(frozen=True)
-class Happening:
-    """Something told in an event stream."""
-
-    name: str  # "message": an event; "progress" of a running run; "end": how it ended
+    name: str  # "message": an event; "progress" of a running run; "end": the final state
     number: int | None  # of an event
     content: Mapping[str, Any]
 
 
 class Client:
-    """A service at an address; without one, at that in ``WHIPPLE_SERVICE``, else on this machine."""
+    """A service at ``url``, by default at ``WHIPPLE_SERVICE``, else on this machine."""
 
     def __init__(
         self,
@@ -119,7 +88,7 @@ class Client:
         self.close()
 
     def close(self) -> None:
-        """Give the connections back."""
+        """Close the connections."""
         self._connection.close()
 
     # --- sweeps ----------------------------------------------------------------------------------
@@ -134,49 +103,49 @@ class Client:
     ) -> "SweepHandle":
         """Submit a document, or the YAML or JSON file at a path; raises InvalidInput with findings.
 
-        ``priority``: smaller is sooner, -100 to 100. ``keep``: ``numbers``, also the ``final`` state,
-        also the ``film`` of each run. Whatever is sent with one ``idempotency_key`` is one sweep; without
-        one, each call makes a key of its own, so that a connection that breaks does no harm.
+        Sweeps of smaller ``priority`` (-100 to 100) are computed first. ``keep`` selects the files kept for each
+        run: ``numbers``, also the ``final`` state, or also the ``film``. Submissions with one
+        ``idempotency_key`` are one sweep; by default each call uses a new key, so that a connection may break.
         """
         headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
         query = {"priority": str(priority), "keep": keep}
-        answer = self._connection.json(
+        body = self._connection.json(
             "POST", "/v1/sweeps", params=query, **_body(sweep, headers=headers)
         )
-        return SweepHandle(self, answer["id"])
+        return SweepHandle(self, body["id"])
 
     def estimate(self, sweep: Document) -> dict[str, Any]:
-        """What a sweep would cost: runs, reused, core_seconds, seconds, bytes, and presets."""
+        """The cost of a sweep: runs, reused, core_seconds, seconds, bytes, and presets."""
         return self._connection.json("POST", "/v1/sweeps/estimate", **_body(sweep))
 
     def sweep(self, id: str) -> "SweepHandle":
-        """The sweep of an id; whether there is one shows when it is asked."""
+        """The sweep of an id; its first request reports whether it exists."""
         return SweepHandle(self, id)
 
     def sweeps(self, state: str | None = None) -> Iterator[SweepStatus]:
-        """Every sweep, the youngest first; or those in a state."""
+        """Every sweep, newest first; or those in a state."""
         query = {} if state is None else {"state": state}
-        return map(SweepStatus.of, self._connection.pages("/v1/sweeps", **query))
+        return map(SweepStatus.from_json, self._connection.pages("/v1/sweeps", **query))
 
     # --- runs ------------------------------------------------------------------------------------
 
     def run(self, id: str) -> dict[str, Any]:
-        """A run with its question."""
+        """A run with its parameters."""
         return self._connection.json("GET", f"/v1/runs/{id}")
 
     def run_files(self, id: str) -> list[dict[str, Any]]:
-        """The files that are kept of a run: name, size, sha256."""
+        """The stored files of a run: name, size, sha256."""
         return self._connection.json("GET", f"/v1/runs/{id}/files")["items"]
 
     def fetch_run(self, id: str, out: str | Path) -> Path:
-        """Every file of a run into a folder, which is returned."""
+        """Download every file of a run into a folder, which is returned."""
         folder = _folder(out)
         for file in self.run_files(id):
             self._connection.download(file["href"], folder / file["name"])
         return folder
 
     def log(self, id: str) -> str:
-        """What the solver printed in the last attempt of a run; of a running one, until now."""
+        """The output of the solver in the last attempt of a run, up to now."""
         return self._connection.text(f"/v1/runs/{id}/log")
 
     # --- the queue -------------------------------------------------------------------------------
@@ -186,11 +155,11 @@ class Client:
         return self._connection.json("GET", "/v1/queue")
 
     def pause(self) -> dict[str, Any]:
-        """Begin no more runs; those under way go on."""
+        """Start no more runs; running ones continue."""
         return self._connection.json("POST", "/v1/queue/pause")
 
     def resume(self) -> dict[str, Any]:
-        """Begin runs again."""
+        """Start runs again."""
         return self._connection.json("POST", "/v1/queue/resume")
 
     # --- catalogue -------------------------------------------------------------------------------
@@ -227,18 +196,18 @@ class SweepHandle:
     def __repr__(self) -> str:
         return f"SweepHandle({self.client.url!r}, {self.id!r})"
 
-    # --- look ------------------------------------------------------------------------------------
+    # --- read ------------------------------------------------------------------------------------
 
     def status(self) -> SweepStatus:
         """State, points by state, progress, time left."""
-        return SweepStatus.of(self._connection.json("GET", self._path))
+        return SweepStatus.from_json(self._connection.json("GET", self._path))
 
     def document(self) -> dict[str, Any]:
-        """The sweep in its canonical form; it can be submitted again."""
+        """The sweep in its canonical form, which can be submitted again."""
         return self._connection.json("GET", f"{self._path}/document")
 
     def runs(self, state: str | None = None) -> Iterator[dict[str, Any]]:
-        """The points with their runs, in the sweep's own order; for instance the ``failed`` ones."""
+        """The points with their runs, in the sweep's own order; for example the ``failed`` ones."""
         query = {} if state is None else {"state": state}
         return self._connection.pages(f"{self._path}/runs", **query)
 
@@ -258,29 +227,22 @@ class SweepHandle:
                 raise StillRunning(f"sweep {self.id} is {status.state} after {timeout:g} s")
             time.sleep(POLL_SECONDS)
 
-    def events(self, after: int | None = None) -> Iterator[Happening]:
-        """What happened to the sweep and its runs, behind the event of a number, and what happens.
+    def events(self, after: int | None = None) -> Iterator[SweepEvent]:
+        """Events of the sweep and its runs: those after a number, then new ones, until the sweep has ended.
 
-        Ends when the sweep has. A stream that breaks is taken up again where it was.
+        A stream that breaks is resumed.
         """
-        place = None if after is None else str(after)
-        for message in self._connection.events(f"{self._path}/events", after=place):
+        last_id = None if after is None else str(after)
+        for message in self._connection.events(f"{self._path}/events", after=last_id):
             number = None if message.id is None else int(message.id)
-            yield Happening(message.name, number, json.loads(message.data))
-
-    def watch(self, tell: Callable[[Happening], object]) -> SweepStatus:
-        """Tell all that happens, as it happens, until the sweep has ended; how it ended."""
-        for happening in self.events():
-            tell(happening)
-        return self.status()
+            yield SweepEvent(message.name, number, json.loads(message.data))
 
     # --- files -----------------------------------------------------------------------------------
 
     def fetch(self, out: str | Path, *, overwrite: bool = False) -> Path:
-        """Cube and report into a folder, which is returned; raises ServiceError if they are not there yet.
+        """Download cube and report into a folder, which is returned; raises ServiceError before they exist.
 
-        A folder that holds another sweep is refused (InvalidInput), unless that is to be replaced
-        (``overwrite``).
+        A folder that holds another sweep is refused (InvalidInput), unless ``overwrite`` is set.
         """
         folder = _folder(out)
         held = held_in(folder)
@@ -291,51 +253,49 @@ class SweepHandle:
         return folder
 
     def open_cube(self) -> "Dataset":
-        """The cube, opened where it is: what is looked at is loaded, not the file.
+        """The cube, opened remotely: accessed values are loaded, not the file.
 
-        After a retry another file has its address: open it again then. Raises ServiceError, and
-        MissingExtra where the libraries for it are not installed.
+        A retry replaces the file: open it again afterwards. Raises ServiceError, and MissingExtra if the
+        libraries are not installed.
         """
         from service.client.remote_cube import open_remote
 
-        first = {"Range": "bytes=0-0"}
-        self._connection.text(f"{self._path}/cube.nc", headers=first)  # says why, if there is none
+        # Reports why there is no cube.
+        self._connection.text(f"{self._path}/cube.nc", headers={"Range": "bytes=0-0"})
         return open_remote(f"{self.client.url}{self._path}/cube.nc", self._connection.headers)
 
-    # --- orders ----------------------------------------------------------------------------------
+    # --- commands --------------------------------------------------------------------------------
 
     def cancel(self) -> SweepStatus:
-        """Stop; what was computed until now is published."""
-        return self._order("POST", "/cancel")
+        """Stop the sweep; the results so far are published."""
+        return self._command("POST", "/cancel")
 
     def retry(self, *, verdicts: bool = False) -> SweepStatus:
-        """Compute again what an accident or a cancel ended (``verdicts``: what the solver gave up, too)."""
-        return self._order("POST", "/retry", params={"verdicts": str(verdicts).lower()})
+        """Compute cancelled, failed and lost runs again; ``verdicts``: also those that the solver rejected."""
+        return self._command("POST", "/retry", params={"verdicts": str(verdicts).lower()})
 
     def prioritise(self, priority: int) -> SweepStatus:
-        """Let it come sooner (smaller) or later; runs under way go on."""
-        return self._order("PATCH", "", json={"priority": priority})
+        """Change the priority: sweeps of smaller numbers are computed first; running runs continue."""
+        return self._command("PATCH", "", json={"priority": priority})
 
     def delete(self) -> None:
-        """Forget the sweep, which has to have ended."""
+        """Delete the sweep, which must have ended."""
         self._connection.json("DELETE", self._path)
 
-    def _order(self, method: str, path: str, **given: Any) -> SweepStatus:
-        return SweepStatus.of(self._connection.json(method, f"{self._path}{path}", **given))
+    def _command(self, method: str, path: str, **options: Any) -> SweepStatus:
+        return SweepStatus.from_json(
+            self._connection.json(method, f"{self._path}{path}", **options)
+        )
 
 
 def _body(sweep: Document, headers: Mapping[str, str] | None = None) -> dict[str, Any]:
-    """Body and headers for a sweep; what JSON cannot say stays text, and is refused there with its place."""
-    content = json.dumps(_document(sweep), default=str).encode()
+    """Body and headers of a submission; values that JSON lacks are sent as text, which the service refuses."""
+    if not isinstance(sweep, Mapping):
+        from studies.sweeps.document import read_sweep_file
+
+        sweep = read_sweep_file(Path(sweep))
+    content = json.dumps(sweep, default=str).encode()
     return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}
-
-
-def _document(sweep: Document) -> Mapping[str, Any]:
-    if isinstance(sweep, Mapping):
-        return sweep
-    from studies.sweeps.document import read_sweep_file
-
-    return read_sweep_file(Path(sweep))
 
 
 def _folder(out: str | Path) -> Path:

@@ -1,34 +1,36 @@
-"""The client's way to a service: requests that are sent again after a lost connection, and what a refusal means.
+"""Requests of the client: repeated after a lost connection, with errors as exceptions.
 
-An address that never answered is told at once: it is wrong, or nothing runs there. One that has
-answered is waited for, ``patience`` seconds long, when its connection breaks or it says that asking
-again may succeed: it may be starting anew. Whatever is sent can be sent twice: a submission has a key
-that makes it count once, and every other order asks for a state, not for a change.
+An address that never responded fails at once: it is wrong, or no service runs there. One that has responded may
+be restarting: it is asked again for ``patience`` seconds when its connection breaks or when it reports a
+temporary failure. Every request may be sent twice: a submission has an idempotency key, and every other command
+names a state, not a change.
 """
 
 import hashlib
 import math
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import fields
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import httpx
 
-from service.client.server_events import ServerEvent, messages
 from solver.errors import WhippleError
 from studies.values.errors import Finding, InvalidInput
 from studies.values.files import write_atomically
 
+T = TypeVar("T")
+
 FIRST_PAUSE, LONGEST_PAUSE = 0.2, 5.0  # s, between two attempts
-QUIET_SECONDS = 60.0  # an event stream says something every 15 s
-PASSING = frozenset({502, 503, 504})  # of the service, and of a proxy in front of it
+STREAM_TIMEOUT = 60.0  # s; an event stream sends something every 15 s
+TEMPORARY = frozenset({502, 503, 504})  # of the service, or of a proxy in front of it
+# Errors that a server causes; others mean that nothing listens at the address.
+BROKEN = (httpx.RemoteProtocolError, httpx.ReadError, httpx.ReadTimeout)
 
 
 class ServiceError(WhippleError):
-    """The service refused, or failed; ``status`` is the HTTP status."""
+    """The service refused a request, or failed; ``status`` is the HTTP status."""
 
     def __init__(self, status: int, title: str, detail: str):
         super().__init__(f"{title}: {detail}" if detail else title)
@@ -36,7 +38,16 @@ class ServiceError(WhippleError):
 
 
 class Unreachable(WhippleError):
-    """No service answers at this address."""
+    """No service responds at the address."""
+
+
+class _Temporary(Exception):
+    """An error that may pass: the database is locked, the service restarts, too many clients ask."""
+
+    def __init__(self, error: Exception, retry_after: str):
+        super().__init__(str(error))
+        self.error = error
+        self.seconds = float(retry_after) if retry_after.isdigit() else 0.0
 
 
 class Connection:
@@ -57,20 +68,20 @@ class Connection:
             base_url=self.url, timeout=timeout, transport=transport, headers=self.headers
         )
         self._patience = patience
-        self._has_answered = False
+        self._has_responded = False
 
     def close(self) -> None:
-        """Give the connections back."""
+        """Close the connections."""
         self._http.close()
 
-    def json(self, method: str, path: str, **given: Any) -> Any:
-        """The answer to a request; raises InvalidInput, ServiceError, Unreachable."""
-        response = self._send(method, path, **given)
+    def json(self, method: str, path: str, **options: Any) -> Any:
+        """The JSON body of a response; raises InvalidInput, ServiceError, Unreachable."""
+        response = self._request(method, path, **options)
         return response.json() if response.content else None
 
-    def text(self, path: str, **given: Any) -> str:
-        """A file that is text."""
-        return self._send("GET", path, **given).text
+    def text(self, path: str, **options: Any) -> str:
+        """The text body of a response to GET."""
+        return self._request("GET", path, **options).text
 
     def pages(self, path: str, **query: str) -> Iterator[dict[str, Any]]:
         """The items of all pages of a list."""
@@ -84,59 +95,68 @@ class Connection:
 
     def download(self, path: str, file: Path) -> Path:
         """Stream a file to its place: whole and with the right digest, or not at all."""
-        return write_atomically(file, lambda part: self._fetch(path, part))
 
-    def _fetch(self, path: str, part: Path) -> None:
-        attempts = _Attempts(self._patience)
-        while True:
-            try:
+        def fetch(part: Path) -> None:
+            def attempt(_repeated: bool) -> None:
                 with self._http.stream("GET", path) as response:
                     self._check_stream(response)
                     digest = _write(response, part)
-                break
-            except (httpx.TransportError, _Passing) as error:
-                self._again(attempts, error)
-        if f'"{digest}"' != response.headers.get("etag"):
-            raise ServiceError(200, "The download is damaged", f"{path}: the digest differs")
+                if f'"{digest}"' != response.headers.get("etag"):
+                    raise ServiceError(200, "Damaged download", f"{path}: the digest differs")
 
-    def events(self, path: str, *, after: str | None) -> Iterator[ServerEvent]:
-        """Messages of an event stream behind a number, until one is named ``end``.
+            self._repeat(attempt)
 
-        A stream that breaks is taken up again where it was: nothing is missed, nothing told twice.
+        return write_atomically(file, fetch)
+
+    def events(self, path: str, *, after: str | None) -> Iterator["ServerEvent"]:
+        """Messages of an event stream after an id, until one is named ``end``.
+
+        A stream that breaks is resumed: every message arrives once.
         """
-        attempts, pause = _Attempts(self._patience), FIRST_PAUSE
+        retries, pause = _Retries(self._patience), FIRST_PAUSE
         while True:
-            place = {} if after is None else {"Last-Event-ID": after}
-            headers = {"Accept": "text/event-stream", **place}
+            position = {} if after is None else {"Last-Event-ID": after}
+            headers = {"Accept": "text/event-stream", **position}
             try:
                 with self._http.stream(
-                    "GET", path, headers=headers, timeout=httpx.Timeout(QUIET_SECONDS)
+                    "GET", path, headers=headers, timeout=STREAM_TIMEOUT
                 ) as response:
                     self._check_stream(response)
-                    attempts = _Attempts(self._patience)
-                    for message in messages(response.iter_lines()):
+                    retries = _Retries(self._patience)
+                    for message in server_events(response.iter_lines()):
                         after, pause = message.id or after, message.retry or pause
                         if message.data:
                             yield message
                         if message.name == "end":
                             return
-                time.sleep(min(pause, LONGEST_PAUSE))  # it was closed in order: the service leaves
-            except (httpx.TransportError, _Passing) as error:
-                self._again(attempts, error)
+                # Closed in order: the service stops.
+                time.sleep(min(pause, LONGEST_PAUSE))
+            except (httpx.TransportError, _Temporary) as error:
+                self._wait(retries, error)
 
-    def _send(self, method: str, path: str, **given: Any) -> httpx.Response:
-        attempts = _Attempts(self._patience)
+    def _request(self, method: str, path: str, **options: Any) -> httpx.Response:
+        def attempt(repeated: bool) -> httpx.Response:
+            response = self._http.request(method, path, **options)
+            if method == "DELETE" and response.status_code == 404 and repeated:
+                # Deleted by an earlier attempt, whose response was lost.
+                response.status_code = 204
+            self._check(response)
+            return response
+
+        return self._repeat(attempt)
+
+    def _repeat(self, attempt: Callable[[bool], T]) -> T:
+        """The result of ``attempt``, repeated while errors may pass; its argument: whether this is a repetition."""
+        retries = _Retries(self._patience)
         while True:
             try:
-                with _readable(self.url):
-                    response = self._http.request(method, path, **given)
-                if method == "DELETE" and response.status_code == 404 and attempts.made:
-                    response.status_code = 204  # it was done, and the answer was lost
-                self._check(response)
-            except (httpx.TransportError, _Passing) as error:
-                self._again(attempts, error)
-            else:
-                return response
+                return attempt(retries.count > 0)
+            except (httpx.TransportError, _Temporary) as error:
+                self._wait(retries, error)
+            except httpx.InvalidURL as error:
+                raise Unreachable(
+                    f"{self.url!r} is not an address ({error}); write http://HOST:PORT"
+                ) from error
 
     def _check_stream(self, response: httpx.Response) -> None:
         if response.is_error:
@@ -144,90 +164,65 @@ class Connection:
         self._check(response)
 
     def _check(self, response: httpx.Response) -> None:
-        """Raise what an answer says that is none."""
-        is_ours = not response.is_error or "problem+json" in response.headers.get(
-            "content-type", ""
-        )
-        self._has_answered = self._has_answered or is_ours
+        """Raise the error that a response reports."""
+        is_problem = "problem+json" in response.headers.get("content-type", "")
+        self._has_responded |= is_problem or not response.is_error
         if not response.is_error:
             return
-        error = _refusal(response)
-        if response.status_code in PASSING and self._has_answered:
-            raise _Passing(error, response.headers.get("retry-after", ""))
+        error = _error_of(response)
+        if response.status_code in TEMPORARY and self._has_responded:
+            raise _Temporary(error, response.headers.get("retry-after", ""))
         raise error
 
-    def _again(self, attempts: "_Attempts", error: "httpx.TransportError | _Passing") -> None:
-        """Wait before another attempt; raises what the last one came to when there is to be none."""
-        if isinstance(error, _Passing):
-            if not attempts.wait(error.seconds):
-                raise error.refusal
-        elif not self._may_come_back(error) or not attempts.wait():
+    def _wait(self, retries: "_Retries", error: "httpx.TransportError | _Temporary") -> None:
+        """Wait before another attempt; raises the error if there is to be none."""
+        if isinstance(error, _Temporary):
+            if not retries.wait(error.seconds):
+                raise error.error
+            return
+        may_return = self._has_responded or isinstance(error, BROKEN)
+        if isinstance(error, httpx.UnsupportedProtocol) or not may_return or not retries.wait():
             raise Unreachable(
-                f"no answer from {self.url} ({error}); is `whipple serve` running there?"
+                f"no response from {self.url} ({error}); is `whipple serve` running there?"
             ) from error
 
-    def _may_come_back(self, error: httpx.TransportError) -> bool:
-        met = httpx.RemoteProtocolError | httpx.ReadError | httpx.ReadTimeout
-        was_there = self._has_answered or isinstance(error, met)
-        return was_there and not isinstance(error, httpx.UnsupportedProtocol)
 
-
-class _Passing(Exception):
-    """A refusal that may pass: another service leads, the store is locked, too many ask."""
-
-    def __init__(self, refusal: Exception, retry_after: str):
-        super().__init__(str(refusal))
-        self.refusal = refusal
-        self.seconds = float(retry_after) if retry_after.isdigit() else 0.0
-
-
-class _Attempts:
-    """How often a request was sent, and how long there is still patience."""
+class _Retries:
+    """Pauses between attempts, up to ``patience`` seconds in all."""
 
     def __init__(self, patience: float):
-        self.made = 0
+        self.count = 0
         self._patience = patience
         self._end = math.inf
 
-    def wait(self, seconds: float = 0.0) -> bool:
-        """Wait a little longer each time, at least so long; whether there is another attempt."""
+    def wait(self, at_least: float = 0.0) -> bool:
+        """Wait, each time longer; False if the patience is used up."""
         now = time.monotonic()
-        if not self.made:
+        if not self.count:
             self._end = now + self._patience
-        pause = max(seconds, min(LONGEST_PAUSE, FIRST_PAUSE * 2.0**self.made))
-        self.made += 1
+        pause = max(at_least, min(LONGEST_PAUSE, FIRST_PAUSE * 2.0**self.count))
+        self.count += 1
         if now + pause > self._end:
             return False
         time.sleep(pause)
         return True
 
 
-@contextmanager
-def _readable(url: str) -> Iterator[None]:
-    """An address that is none is no service either."""
-    try:
-        yield
-    except httpx.InvalidURL as error:
-        raise Unreachable(f"{url!r} is no address ({error}); write http://HOST:PORT") from error
-
-
-def _refusal(response: httpx.Response) -> WhippleError:
-    """What a problem document says."""
+def _error_of(response: httpx.Response) -> WhippleError:
+    """The exception for a problem document, or for an error page of another program."""
     try:
         problem = response.json()
-        findings = [_finding(one) for one in problem.get("errors") or ()]
-        more = int(problem.get("more_errors") or 0)
-        title, detail = problem["title"], problem.get("detail") or ""
-    except (ValueError, KeyError, TypeError, AttributeError):  # not from this service
-        findings, more = [], 0
-        title, detail = f"HTTP {response.status_code}", response.text[:200]
-    if findings:
-        return InvalidInput(findings, more=more)
-    return ServiceError(response.status_code, title, detail)
-
-
-def _finding(one: Mapping[str, str]) -> Finding:
-    return Finding(*(one[field.name] for field in fields(Finding)))
+        findings = [
+            Finding(*(item[field.name] for field in fields(Finding)))
+            for item in problem.get("errors") or ()
+        ]
+        if findings:
+            return InvalidInput(findings, more=int(problem.get("more_errors") or 0))
+        return ServiceError(response.status_code, problem["title"], problem.get("detail") or "")
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return ServiceError(
+            response.status_code, f"HTTP {response.status_code}", response.text[:200]
+        )
 
 
 def _write(response: httpx.Response, file: Path) -> str:
@@ -238,3 +233,45 @@ def _write(response: httpx.Response, file: Path) -> str:
             digest.update(chunk)
             stream.write(chunk)
     return digest.hexdigest()
+
+
+# --- server-sent events ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ServerEvent:
+    """A message of an event stream."""
+
+    name: str  # "message" unless the stream names it
+    id: str | None  # None leaves the position of the client as it is
+    data: str
+    retry: float | None = None  # s, until a client reconnects
+
+
+def server_events(lines: Iterable[str]) -> Iterator[ServerEvent]:
+    """The messages of a stream without its comments; an empty line ends each message.
+
+    >>> [(message.name, message.id, message.data)
+    ...  for message in server_events(["id: 7", "data: {}", "", ": comment", "data: incomplete"])]
+    [('message', '7', '{}')]
+    """
+    values: dict[str, str] = {}
+    data: list[str] = []
+    for line in lines:
+        if line:
+            name, _, value = line.partition(":")
+            value = value.removeprefix(" ")
+            if name == "data":
+                data.append(value)
+            elif name:
+                values[name] = value
+            continue
+        if data or "retry" in values:
+            retry = values.get("retry", "")
+            yield ServerEvent(
+                name=values.get("event", "message"),
+                id=values.get("id"),
+                data="\n".join(data),
+                retry=float(retry) / 1000 if retry.isdigit() else None,
+            )
+        values, data = {}, []

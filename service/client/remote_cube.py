@@ -1,4 +1,4 @@
-"""A cube of a service, opened where it is: parts of the file are loaded as they are looked at."""
+"""A cube of a service, opened remotely: the parts of the file that are accessed are loaded."""
 
 from collections.abc import Mapping
 from importlib import import_module
@@ -9,7 +9,7 @@ from studies.values.errors import MissingExtra
 if TYPE_CHECKING:
     from studies.values.opening import Dataset
 
-BLOCK = 1 << 18  # bytes asked for at once
+BLOCK = 1 << 18  # bytes per request
 
 
 def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
@@ -17,14 +17,15 @@ def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
     try:
         import fsspec
 
-        for name in ("aiohttp", "h5netcdf"):  # fsspec and xarray would ask for them later
+        # fsspec and xarray would import these later.
+        for name in ("aiohttp", "h5netcdf"):
             import_module(name)
     except ImportError as error:
         raise MissingExtra(
-            f"opening a cube where it is needs more libraries ({error}): pip install 'whipple[remote]'; "
+            f"opening a cube remotely needs more libraries ({error}): pip install 'whipple[remote]'; "
             "or fetch it"
         ) from None
     from studies.values.opening import open_file
 
-    there = fsspec.open(url, cache_type="blockcache", block_size=BLOCK, headers=dict(headers))
-    return open_file(there.open())
+    file = fsspec.open(url, cache_type="blockcache", block_size=BLOCK, headers=dict(headers))
+    return open_file(file.open())

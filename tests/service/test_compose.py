@@ -34,14 +34,14 @@ GIVEN = re.compile(
 
 def test_schema__is_that_of_compose() -> None:
     command = ["-m", "check_jsonschema", "--builtin-schema", "vendor.compose-spec", str(FILE)]
-    said = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False)
-    assert said.returncode == 0, said.stdout + said.stderr
+    output = subprocess.run([sys.executable, *command], capture_output=True, text=True, check=False)
+    assert output.returncode == 0, output.stdout + output.stderr
 
 
 def test_image__the_linter_finds_nothing() -> None:
     command = ["hadolint", "--no-color", str(ROOT / "Dockerfile")]
-    said = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
-    assert (said.returncode, said.stdout) == (0, "")
+    output = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
+    assert (output.returncode, output.stdout) == (0, "")
 
 
 @pytest.mark.parametrize("part", PARTS)
@@ -88,18 +88,18 @@ class Parts:
         ).stdout
 
     def _environment(self, part: Mapping[str, Any]) -> dict[str, str]:
-        given = {name: self._there(text) for name, text in part.get("environment", {}).items()}
-        if "WHIPPLE_DATABASE_URL" in given:
-            given["WHIPPLE_DATABASE_URL"] = self.database
+        value = {name: self._there(text) for name, text in part.get("environment", {}).items()}
+        if "WHIPPLE_DATABASE_URL" in value:
+            value["WHIPPLE_DATABASE_URL"] = self.database
         more = {"WHIPPLE_PORT": str(self.port), "WHIPPLE_DATA": str(self.folder / "data")}
-        return {**given, **more, "WHIPPLE_TARGETS_MODULE": "tests.service.support.targets"}
+        return {**value, **more, "WHIPPLE_TARGETS_MODULE": "tests.service.support.targets"}
 
     def _words(self, command: Any) -> str:
         return shlex.join(self._there(word) for word in command)
 
     def _there(self, text: str) -> str:
         """A word of the file as a container would get it, with places and names of this machine."""
-        text = GIVEN.sub(lambda found: found[3] if found[2] == "-" else "secret", text)
+        text = GIVEN.sub(lambda match: match[3] if match[2] == "-" else "secret", text)
         text = text.replace("$$", "$").replace("scheduler:8786", f"127.0.0.1:{self.scheduler}")
         text = text.replace("--port=8786", f"--port={self.scheduler}")
         text = text.replace("chown ", "true ")  # there is no such user here

@@ -34,8 +34,8 @@ def test_settings__are_all_there_with_their_defaults() -> None:
     rows = [line for line in PAGE.splitlines() if line.startswith("| `WHIPPLE_")]
     for name in Settings.model_fields:
         assert any(f"`WHIPPLE_{name.upper()}`" in row for row in rows), name
-    told = set(re.findall(r"`WHIPPLE_([A-Z_]+)`", "\n".join(rows)))
-    assert {one.lower() for one in told} - set(Settings.model_fields) == {"kernel_cache"}
+    messages = set(re.findall(r"`WHIPPLE_([A-Z_]+)`", "\n".join(rows)))
+    assert {item.lower() for item in messages} - set(Settings.model_fields) == {"kernel_cache"}
     for name in ("host", "port", "max_runs", "poll_seconds", "leave_seconds", "retire_seconds"):
         [row] = [row for row in rows if f"`WHIPPLE_{name.upper()}`" in row]
         default = Settings.model_fields[name].get_default()
@@ -57,9 +57,9 @@ def test_commands__of_a_service_are_all_told_of() -> None:
         assert f"whipple {name}" in PAGE, name
 
 
-@pytest.mark.parametrize("words", [Cause, Keep, Scope, State, SweepState])
-def test_words__of_the_service_are_explained(words: type) -> None:
-    for word in words:  # type: ignore[attr-defined]
+@pytest.mark.parametrize("arguments", [Cause, Keep, Scope, State, SweepState])
+def test_words__of_the_service_are_explained(arguments: type) -> None:
+    for word in arguments:  # type: ignore[attr-defined]
         assert f"`{word}`" in PAGE, word
 
 
@@ -67,16 +67,16 @@ def test_observations__columns_are_told_where_the_error_points() -> None:
     with pytest.raises(InvalidInput) as refused:
         read_observations(3, AllowedNames({}, {}))
     [finding] = refused.value.findings
-    found = re.search(r"'([^']+)' in README\.md", finding.cure)
-    assert found
-    section = README.partition(f"\n## {found[1]}\n")[2].partition("\n## ")[0]
+    result = re.search(r"'([^']+)' in README\.md", finding.cure)
+    assert result
+    section = README.partition(f"\n## {result[1]}\n")[2].partition("\n## ")[0]
     for name in OWN_COLUMNS:
         assert f"| `{name}` |" in section, name
         assert name in finding.cure
 
 
 def test_links__lead_somewhere() -> None:
-    anchors = {anchor(one) for one in re.findall(r"^#+ (.*)$", PAGE, re.MULTILINE)}
+    anchors = {anchor(item) for item in re.findall(r"^#+ (.*)$", PAGE, re.MULTILINE)}
     for place in re.findall(r"\]\(([^)]+)\)", PAGE):
         file, _, part = place.partition("#")
         assert not file or (ROOT / "docs" / file).is_file(), place

@@ -1,5 +1,5 @@
-"""Thin endpoints: parse, call one function, return. One file a kind of thing.
+"""Thin endpoints, one file for each kind of resource: parse, call one function, return.
 
-How to add one: a module here with a ``router``, and a line in ``app.ROUTERS``. Errors are raised as
-exceptions that carry their meaning; ``service.api.errors`` has the one table that makes them statuses.
+To add one: a module here with a ``router``, and its name in ``app.GUARDED``. Errors are raised as exceptions that carry
+their meaning; ``service.api.errors`` has the table that maps them to statuses.
 """

@@ -1,10 +1,10 @@
-"""What may be asked for: scenarios with their parameters, materials with their sources, laws, presets."""
+"""The catalogue: scenarios with their parameters, materials with their sources, laws, presets."""
 
 from dataclasses import asdict
 
 from fastapi import APIRouter
 
-from service.api.schemas import CatalogueModel, ParameterModel, ScenarioCatalogue, ScenarioModel
+from service.api.schemas import CatalogueModel, Items, ParameterModel, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.values.parameters import declared, describe
 from studies.values.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
@@ -13,9 +13,9 @@ router = APIRouter(prefix="/v1", tags=["catalogue"])
 
 
 @router.get("/scenarios")
-def list_scenarios() -> ScenarioCatalogue:
+def list_scenarios() -> Items[ScenarioModel]:
     """Every scenario, with unit, bounds, default and meaning of its parameters."""
-    return ScenarioCatalogue(items=[_scenario(name) for name in scenarios.names()])
+    return Items(items=[_scenario(name) for name in scenarios.names()])
 
 
 @router.get("/materials")
@@ -32,17 +32,19 @@ def list_laws() -> CatalogueModel:
 
 @router.get("/accuracies")
 def list_accuracies() -> CatalogueModel:
-    """Every preset of resolutions and sub-cell offsets: what `accuracy` of a sweep may say."""
-    return CatalogueModel(items=[{"name": name, **asdict(one)} for name, one in ACCURACY.items()])
+    """Every preset of resolutions and sub-cell offsets: the values of `accuracy` in a sweep."""
+    return CatalogueModel(
+        items=[{"name": name, **asdict(preset)} for name, preset in ACCURACY.items()]
+    )
 
 
 @router.get("/recipes")
 def list_recipes() -> CatalogueModel:
-    """Every preset of numerical parameters: what the parameter `recipe` may say, and what it fills in."""
+    """Every preset of numerical parameters: the values of the parameter `recipe`, and what each sets."""
     return CatalogueModel(
         items=[
-            {"name": name, **asdict(one), **asdict(IMPACT_RECIPES[name])}
-            for name, one in RECIPES.items()
+            {"name": name, **asdict(recipe), **asdict(IMPACT_RECIPES[name])}
+            for name, recipe in RECIPES.items()
         ]
     )
 
@@ -56,5 +58,5 @@ def _scenario(name: str) -> ScenarioModel:
         description=scenario.description,
         materials=scenario.materials,
         measurements=scenario.measurements,
-        parameters=[ParameterModel(**one) for one in parameters],
+        parameters=[ParameterModel(**parameter) for parameter in parameters],
     )

@@ -1,4 +1,4 @@
-"""What happens, as it happens: server-sent events; and what has happened, as pages."""
+"""Events as they happen (server-sent events), and past events as pages."""
 
 from collections.abc import AsyncIterable, AsyncIterator
 from typing import Annotated
@@ -6,12 +6,24 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from service.api import feeds
-from service.api.event_streams import Stream
-from service.api.feeds import Subject, told
-from service.api.queue_schemas import EventModel, EventPage
-from service.api.routes.given import Cursor, Limit, LiveGiven, RunId, StoreGiven, SweepId
-from service.api.routes.pagination import link_next
+from service.api.event_streams import (
+    Listener,
+    Subject,
+    queue_subject,
+    run_subject,
+    stream,
+    sweep_subject,
+)
+from service.api.routes.dependencies import (
+    AppEventStreams,
+    AppStore,
+    Cursor,
+    Limit,
+    RunId,
+    SweepId,
+    link_next,
+)
+from service.api.schemas import EventModel, PageOf
 from service.records.jobs import Event
 from studies.values.errors import Finding, InvalidInput
 from studies.values.nearest import shown
@@ -19,116 +31,115 @@ from studies.values.nearest import shown
 router = APIRouter(prefix="/v1", tags=["events"])
 
 LONGEST_NUMBER = 18  # digits
-HOW = (
-    " Each message that has an `id` is an event; `Last-Event-ID` goes on behind one, and one that "
-    "is not known any more (the service was restored from a backup) is as none. Messages named "
-    "`progress` say how far running runs are, at most once a second each. {end}"
+MESSAGES = (
+    " Each message with an `id` is an event; send the last one as `Last-Event-ID` to continue after it. "
+    "An id that the service does not know (the database was restored from a backup) is ignored. "
+    "Messages named `progress` report running runs, at most once a second each. {end}"
 )
-ENDS = "The message named `end` is the last: close the stream, or it begins again."
+ENDS = "The message named `end` is the last: close the stream then, or the browser reconnects."
 
 
-def the_place(
-    store: StoreGiven,
+def _last_event(
+    store: AppStore,
     last_event_id: Annotated[
-        str | None, Header(description="`id` of the last event that was seen")
+        str | None, Header(description="`id` of the last event received")
     ] = None,
-    after: Annotated[str | None, Query(description="the same, for a first request")] = None,
+    after: Annotated[str | None, Query(description="The same, for a first request")] = None,
 ) -> int | None:
-    """The event behind which a stream begins; None: nothing is said that the store knows.
-
-    It does not know one beyond its last: it was restored from a backup since.
-    """
-    given = last_event_id or after
-    if not given:
+    """The event after which a stream begins; None if none is given that the store knows."""
+    text = last_event_id or after
+    if not text:
         return None
-    number = _number(given)
+    number = _number(text)
     return number if number <= store.last_event() else None
 
 
-def _number(given: str) -> int:
-    if not given.isascii() or not given.isdigit() or len(given) > LONGEST_NUMBER:
+def _number(text: str) -> int:
+    if not text.isascii() or not text.isdigit() or len(text) > LONGEST_NUMBER:
         limit = "the `id` of an event"
-        raise InvalidInput([Finding("Last-Event-ID", shown(given), limit, "leave it out to begin")])
-    return int(given)
+        raise InvalidInput(
+            [Finding("Last-Event-ID", shown(text), limit, "omit it to start at the beginning")]
+        )
+    return int(text)
 
 
-async def the_stream(live: LiveGiven) -> AsyncIterator[Stream]:
-    """A place among the listeners, for as long as the answer lasts."""
-    async with live.listening() as stream:
-        yield stream
+async def _listener(streams: AppEventStreams) -> AsyncIterator[Listener]:
+    """A listener for the duration of the response."""
+    async with streams.listening() as listener:
+        yield listener
 
 
-def the_sweep(id: SweepId, store: StoreGiven) -> Subject:
-    """The events of a sweep that is there."""
+def _sweep(id: SweepId, store: AppStore) -> Subject:
+    """The events of a sweep; raises NotFound."""
     store.sweep_document(id)
-    return feeds.of_sweep(store, id)
+    return sweep_subject(store, id)
 
 
-def the_run(id: RunId, store: StoreGiven) -> Subject:
-    """The events of a run that is there."""
+def _run(id: RunId, store: AppStore) -> Subject:
+    """The events of a run; raises NotFound."""
     store.run(id)
-    return feeds.of_run(store, id)
+    return run_subject(store, id)
 
 
-Place = Annotated[int | None, Depends(the_place)]
+LastEvent = Annotated[int | None, Depends(_last_event)]
+OpenStream = Annotated[Listener, Depends(_listener)]
 
 
-def the_place_or_now(place: Place, store: StoreGiven) -> int:
-    """The event behind which a stream begins, else the last there is."""
-    return store.last_event() if place is None else place
-
-
-StreamGiven = Annotated[Stream, Depends(the_stream)]
+def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
+    return store.last_event() if last_event is None else last_event
 
 
 @router.get(
     "/sweeps/{id}/events",
     response_class=EventSourceResponse,
-    description="What happened to a sweep and its runs, from its begin, then what happens."
-    + HOW.format(end=ENDS),
+    description="All events of a sweep and its runs: past ones first, then as they happen."
+    + MESSAGES.format(end=ENDS),
 )
 async def follow_sweep(
-    about: Annotated[Subject, Depends(the_sweep)], place: Place, stream: StreamGiven
+    subject: Annotated[Subject, Depends(_sweep)], last_event: LastEvent, listener: OpenStream
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in told(about, stream, place or 0):
+    async for message in stream(subject, listener, last_event or 0):
         yield message
 
 
 @router.get(
     "/runs/{id}/events",
     response_class=EventSourceResponse,
-    description="What happened to a run, from its begin, then what happens." + HOW.format(end=ENDS),
+    description="All events of a run: past ones first, then as they happen."
+    + MESSAGES.format(end=ENDS),
 )
 async def follow_run(
-    about: Annotated[Subject, Depends(the_run)], place: Place, stream: StreamGiven
+    subject: Annotated[Subject, Depends(_run)], last_event: LastEvent, listener: OpenStream
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in told(about, stream, place or 0):
+    async for message in stream(subject, listener, last_event or 0):
         yield message
 
 
 @router.get(
     "/queue/events",
     response_class=EventSourceResponse,
-    description="What happens to all sweeps and runs from now on, or behind `Last-Event-ID`."
-    + HOW.format(end="It does not end."),
+    description="Events of all sweeps and runs from now on, or after `Last-Event-ID`."
+    + MESSAGES.format(end="The stream has no end."),
 )
 async def follow_queue(
-    store: StoreGiven, begin: Annotated[int, Depends(the_place_or_now)], stream: StreamGiven
+    store: AppStore,
+    last_event: Annotated[int, Depends(_last_event_or_newest)],
+    listener: OpenStream,
 ) -> AsyncIterable[ServerSentEvent]:
-    async for message in told(feeds.of_queue(store), stream, begin):
+    async for message in stream(queue_subject(store), listener, last_event):
         yield message
 
 
 @router.get("/sweeps/{id}/history")
 def list_sweep_events(
     id: SweepId,
-    store: StoreGiven,
+    store: AppStore,
     request: Request,
     response: Response,
     cursor: Cursor = None,
     limit: Limit = 100,
-) -> EventPage:
-    """What happened to a sweep and its runs, the oldest first."""
+) -> PageOf[EventModel]:
+    """Past events of a sweep and its runs, oldest first."""
     store.sweep_document(id)
     events = store.events(id, after=_number(cursor or "0"), limit=limit + 1)
     return _page(request, response, events, limit)
@@ -137,20 +148,23 @@ def list_sweep_events(
 @router.get("/runs/{id}/history")
 def list_run_events(
     id: RunId,
-    store: StoreGiven,
+    store: AppStore,
     request: Request,
     response: Response,
     cursor: Cursor = None,
     limit: Limit = 100,
-) -> EventPage:
-    """What happened to a run, the oldest first."""
+) -> PageOf[EventModel]:
+    """Past events of a run, oldest first."""
     store.run(id)
     events = store.run_events(id, after=_number(cursor or "0"), limit=limit + 1)
     return _page(request, response, events, limit)
 
 
-def _page(request: Request, response: Response, events: tuple[Event, ...], limit: int) -> EventPage:
-    """The first ``limit`` of the events, and the way to the rest."""
+def _page(
+    request: Request, response: Response, events: tuple[Event, ...], limit: int
+) -> PageOf[EventModel]:
+    """The first ``limit`` events, with a link to the rest."""
     cursor = str(events[limit - 1].number) if len(events) > limit else None
     link_next(request, response, cursor)
-    return EventPage(items=[EventModel.of(one) for one in events[:limit]], next_cursor=cursor)
+    items = [EventModel.of(event) for event in events[:limit]]
+    return PageOf(items=items, next_cursor=cursor)

@@ -1,15 +1,14 @@
-"""Cube and report as files: bytes with a checksum, never opened here."""
+"""Cube and report of a sweep as files: bytes with a checksum, never opened here."""
 
 import re
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
-from service.api.downloads import Offer, send
+from service.api.downloads import Download, send_file, serves
 from service.api.errors import NotReady
 from service.api.partial_cubes import PartialCubes
-from service.api.routes.given import ArtifactsGiven, PartialCubesGiven, StoreGiven, SweepId
-from service.api.routes.serving import served_as, serves
+from service.api.routes.dependencies import AppArtifacts, AppPartialCubes, AppStore, SweepId
 from service.files.artifacts import Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
@@ -17,107 +16,99 @@ from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 
-# The report brings its script along; the sandbox keeps that script away from this service.
+# The report contains its script; the sandbox isolates that script from this service.
 REPORT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src data: blob:; font-src data:; frame-ancestors 'none'; base-uri 'none'; "
     "sandbox allow-scripts allow-downloads allow-popups"
 )
-Partial = Annotated[
-    bool, Query(description="of a sweep that has not ended: what there is until now")
-]
 
 
 @serves(
     router,
     f"/{CUBE}",
     (CUBE,),
-    "the labelled result of the sweep (NetCDF-4); with `partial=true` also before its end: runs that "
-    "have not ended are NaN, `run_state` says so, and the attribute `sweep_state` how far it was",
+    "The labelled result of the sweep (NetCDF-4). With `partial=true` also before its end: unfinished runs "
+    "are NaN, `run_state` marks them, and the attribute `sweep_state` describes the progress",
     operation_id="get_cube_nc",
 )
 def download_cube(
     id: SweepId,
     request: Request,
-    store: StoreGiven,
-    artifacts: ArtifactsGiven,
-    cubes: PartialCubesGiven,
-    partial: Partial = False,
+    store: AppStore,
+    artifacts: AppArtifacts,
+    cubes: AppPartialCubes,
+    partial: Annotated[
+        bool, Query(description="Of an unfinished sweep: the cube of the results so far")
+    ] = False,
 ) -> Response:
-    return send(request, _cube(store, artifacts, cubes, id, partial=partial))
+    if partial:
+        sweep, stored = store.sweep_and_file(id, CUBE)
+        if stored is None:
+            return send_file(request, _partial(store, artifacts, cubes, sweep))
+    return send_file(request, _published(store, artifacts, id, CUBE, is_attachment=True))
 
 
 @serves(
     router,
     f"/{REPORT_HTML}",
     (REPORT_HTML,),
-    "the report for people: one file that needs no network",
+    "The report for people: one file that needs no network",
     operation_id="get_report_html",
 )
-def download_page(
-    id: SweepId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
+def download_report_html(
+    id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts
 ) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY}
-    return send(request, _published(store, artifacts, id, REPORT_HTML, headers=policy))
+    return send_file(request, _published(store, artifacts, id, REPORT_HTML, headers=policy))
 
 
 @serves(
     router,
     f"/{REPORT_JSON}",
     (REPORT_JSON,),
-    "the report for programs: the same numbers",
+    "The report for programs: the same numbers",
     operation_id="get_report_json",
 )
-def download_twin(
-    id: SweepId, request: Request, store: StoreGiven, artifacts: ArtifactsGiven
+def download_report_json(
+    id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts
 ) -> Response:
-    return send(request, _published(store, artifacts, id, REPORT_JSON))
+    return send_file(request, _published(store, artifacts, id, REPORT_JSON))
 
 
 def _published(
-    store: Store, artifacts: Artifacts, id: str, name: str, headers: dict[str, str] | None = None
-) -> Offer:
+    store: Store,
+    artifacts: Artifacts,
+    id: str,
+    name: str,
+    *,
+    is_attachment: bool = False,
+    headers: dict[str, str] | None = None,
+) -> Download:
     """A file of a sweep that has ended; raises NotFound, NotReady."""
     sweep, stored = store.sweep_and_file(id, name)
     if stored is None:
-        raise _missing(sweep, name)
-    return Offer(
-        path=artifacts.path(stored),
-        media_type=served_as(name),
-        filename=f"{_plain(sweep.name)}-{name}",
-        sha256=stored.sha256,
-        headers=headers or {},
-    )
+        if sweep.is_terminal:
+            raise NotFound("file", f"{sweep.id}/{name}")
+        raise NotReady(f"the sweep is {_progress(sweep)}")
+    filename = f"{_plain(sweep.name)}-{name}"
+    return Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers or {})
 
 
-def _cube(
-    store: Store, artifacts: Artifacts, cubes: PartialCubes, id: str, *, partial: bool
-) -> Offer:
-    """The cube of a sweep; with ``partial`` also of one that has not ended."""
-    sweep, stored = store.sweep_and_file(id, CUBE)
-    if stored is not None:
-        path, sha256, name = artifacts.path(stored), stored.sha256, CUBE
-    elif not partial:
-        raise _missing(sweep, CUBE)
-    else:
-        document, outcomes = store.publication_inputs(sweep.id)
-        results = sum(outcome.path is not None for outcome in outcomes)
-        if not results:
-            raise NotReady(f"the sweep is {_how_far(sweep)}, and none of its runs has a result yet")
-        state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
-        path, sha256 = cubes.file(document, outcomes, artifacts.root, state)
-        name = f"partial-{CUBE}"
-    return Offer(path, served_as(CUBE), f"{_plain(sweep.name)}-{name}", sha256, attachment=True)
+def _partial(
+    store: Store, artifacts: Artifacts, cubes: PartialCubes, sweep: SweepStatus
+) -> Download:
+    """The cube of the results so far; raises NotReady, Busy, PartialCubeFailed."""
+    document, outcomes = store.publication_inputs(sweep.id)
+    results = sum(outcome.path is not None for outcome in outcomes)
+    if not results:
+        raise NotReady(f"the sweep is {_progress(sweep)}, and none of its runs has a result yet")
+    state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
+    path, sha256 = cubes.file(document, outcomes, artifacts.root, state)
+    return Download(path, f"{_plain(sweep.name)}-partial-{CUBE}", sha256, is_attachment=True)
 
 
-def _missing(sweep: SweepStatus, name: str) -> Exception:
-    """Why a file is not there: it never will be, or not yet."""
-    if sweep.is_terminal:
-        return NotFound("file", f"{sweep.id}/{name}")
-    return NotReady(f"the sweep is {_how_far(sweep)}")
-
-
-def _how_far(sweep: SweepStatus) -> str:
+def _progress(sweep: SweepStatus) -> str:
     return f"{sweep.state}, {sweep.progress:.0%} done"
 
 

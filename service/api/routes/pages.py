@@ -1,4 +1,4 @@
-"""Plain pages for people: the sweeps, and the interface described, both without any network."""
+"""HTML pages for people: the list of sweeps, and the documentation of the API; both work offline."""
 
 import json
 import re
@@ -10,29 +10,21 @@ from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup, escape
 
-from service.api.errors import INTERNAL, PROBLEMS
-from service.api.routes.given import StoreGiven
+from service.api.errors import INTERNAL_ERROR, PROBLEMS
+from service.api.routes.dependencies import AppStore
 from service.api.schemas import SweepModel
 from service.records.version import version
 from studies.values.formats import duration
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
-# What a problem document points to, so that who has no key can read what that means.
+# Open to callers without a key, because problem documents point there.
 docs_router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
-REFRESH = 5  # s; a page with unfinished sweeps loads itself again
-TEMPLATES = Environment(
-    loader=PackageLoader("service.api"),
-    autoescape=select_autoescape(),
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
-TEMPLATES.filters["duration"] = duration
-TEMPLATES.filters["pretty"] = lambda value: json.dumps(value, indent=2)
+REFRESH_SECONDS = 5  # of a page that lists unfinished sweeps
 
 
 @router.get("/")
-def show_sweeps(store: StoreGiven, cursor: Annotated[str | None, Query()] = None) -> str:
+def show_sweeps(store: AppStore, cursor: Annotated[str | None, Query()] = None) -> str:
     """The sweeps with state, progress and links to report and cube."""
     front = store.sweeps_with_files(cursor=cursor)
     page = front.sweeps
@@ -41,23 +33,23 @@ def show_sweeps(store: StoreGiven, cursor: Annotated[str | None, Query()] = None
         sweeps=[SweepModel.of(row, front.files[row.id]) for row in page.items],
         next_cursor=page.next_cursor,
         queue=front,
-        refresh=None if all(row.is_terminal for row in page.items) else REFRESH,
+        refresh=None if all(row.is_terminal for row in page.items) else REFRESH_SECONDS,
     )
 
 
 @docs_router.get("/docs")
-def show_interface(request: Request) -> str:
-    """Every operation of the interface with parameters, examples and answers."""
+def show_documentation(request: Request) -> str:
+    """Every operation of the API with parameters, examples and responses."""
     return _rendered(
         "docs.html",
         operations=list(_operations(request.app.openapi())),
-        problems=[*PROBLEMS.values(), INTERNAL],
+        problems=[*PROBLEMS.values(), INTERNAL_ERROR],
         address=str(request.base_url).rstrip("/"),
     )
 
 
 def code(text: str | None) -> Markup:
-    """A description with its `words` set as code.
+    """A description with its `quoted` words as code.
 
     >>> str(code("see `next_cursor` <here>"))
     'see <code>next_cursor</code> &lt;here&gt;'
@@ -65,7 +57,17 @@ def code(text: str | None) -> Markup:
     return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text or ""))))
 
 
-TEMPLATES.filters["code"] = code
+TEMPLATES = Environment(
+    loader=PackageLoader("service.api"),
+    autoescape=select_autoescape(),
+    trim_blocks=True,
+    lstrip_blocks=True,
+)
+TEMPLATES.filters |= {
+    "code": code,
+    "duration": duration,
+    "pretty": lambda value: json.dumps(value, indent=2),
+}
 
 
 def _rendered(template: str, **content: Any) -> str:

@@ -1,48 +1,47 @@
-"""Sweeps: submit, look, cancel, try again, remove."""
+"""Sweeps: submit, estimate, show, change, cancel, retry, delete."""
 
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 
-from service.api.keys import Caller, Submitter
-from service.api.queue_schemas import Change
-from service.api.routes.given import (
-    ArtifactsGiven,
-    ChangeGiven,
+from service.api.access import Caller, Submitter
+from service.api.routes.dependencies import (
+    AppArtifacts,
+    AppSettings,
+    AppStore,
     Cursor,
     Limit,
-    SettingsGiven,
-    StoreGiven,
-    SubmissionGiven,
-    SweepGiven,
+    PatchedSweep,
+    PostedSubmission,
+    PostedSweep,
     SweepId,
     check_directory,
+    link_next,
 )
-from service.api.routes.links import OF_A_RUN, OF_A_SWEEP, links
-from service.api.routes.pagination import link_next
 from service.api.schemas import (
     EstimateModel,
-    PointPage,
+    PageOf,
+    PointModel,
     PresetModel,
+    SweepChange,
     SweepModel,
-    SweepPage,
     example_sweeps,
 )
 from service.queue.garbage_collection import forget_lost_states
-from service.records.jobs import RUN_STATES, State, SweepState, SweepStatus
+from service.records.jobs import RUN_STATES, State, SweepState
 from service.store import Store
 from studies.runs.run import estimate
 from studies.sweeps.cost import presets_of
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
 
-RETRY_AFTER = "2"  # s; a good moment to look at a new sweep again
+RETRY_AFTER = "2"  # s, until a new sweep is worth another request
 SWEEP_BODY: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "description": (
-            "A sweep document. Quantities carry their unit: `6 km/s`, `2 mm`. `resolution` may be a "
-            "list and `offsets` a number of sub-cell positions; `accuracy` sets both by a name."
+            "A sweep document. Quantities have a unit: `6 km/s`, `2 mm`. `resolution` may be a list and "
+            "`offsets` a number of sub-cell positions; `accuracy` sets both by name."
         ),
         "content": {
             "application/json": {"schema": {"type": "object"}, "examples": example_sweeps()},
@@ -53,32 +52,35 @@ SWEEP_BODY: dict[str, Any] = {
 CHANGE_BODY: dict[str, Any] = {
     "requestBody": {
         "required": True,
-        "content": {"application/json": {"schema": Change.model_json_schema()}},
+        "content": {"application/json": {"schema": SweepChange.model_json_schema()}},
     }
 }
-ByState = Annotated[
-    SweepState | None,
-    Query(description="only these: " + ", ".join(f"`{one}`" for one in SweepState)),
-]
-ByRunState = Annotated[
-    State | None, Query(description="only these: " + ", ".join(f"`{one}`" for one in RUN_STATES))
-]
+# Operations on a sweep and on a run, for programs that follow OpenAPI links.
+SWEEP_LINKS = (
+    *("show_sweep", "show_document", "list_runs", "change_sweep", "cancel_sweep", "retry_sweep"),
+    *("delete_sweep", "list_sweep_events", "get_cube_nc", "get_report_html", "get_report_json"),
+)
+RUN_LINKS = ("show_run", "list_files", "list_run_events", "download_log")
+
+
+def _links(operations: tuple[str, ...], id: str) -> dict[str, Any]:
+    """OpenAPI links of a response to operations that take the ``id`` in its body."""
+    return {"links": {name: {"operationId": name, "parameters": {"id": id}} for name in operations}}
 
 
 @router.post(
     "",
     status_code=202,
     openapi_extra=SWEEP_BODY,
-    responses={202: links(OF_A_SWEEP, id="$response.body#/id")},
+    responses={202: _links(SWEEP_LINKS, "$response.body#/id")},
 )
-def submit_sweep(asked: SubmissionGiven, store: StoreGiven, response: Response) -> SweepModel:
-    """Accept a sweep. When this is answered, the sweep is on disk and will be computed.
+def submit_sweep(submission: PostedSubmission, store: AppStore, response: Response) -> SweepModel:
+    """Accept a sweep. Once the response is sent, the sweep is on disk and will be computed.
 
     `reused` of the `planned` runs are computed already, or under way for another sweep; `new` ones were
-    put into the queue. What was sent twice with the same `Idempotency-Key` is accepted once.
+    queued. Requests with the same `Idempotency-Key` are accepted once.
     """
-    row = store.create_sweep(asked)
-    accepted = SweepModel.of(row)
+    accepted = SweepModel.of(store.create_sweep(submission))
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
     return accepted
@@ -86,90 +88,95 @@ def submit_sweep(asked: SubmissionGiven, store: StoreGiven, response: Response) 
 
 @router.post("/estimate", openapi_extra=SWEEP_BODY)
 def estimate_sweep(
-    sweep: SweepGiven, store: StoreGiven, settings: SettingsGiven, request: Request
+    sweep: PostedSweep, store: AppStore, settings: AppSettings, request: Request
 ) -> EstimateModel:
-    """What a sweep would cost, as it is and at each `accuracy`. Nothing is stored.
+    """Estimate the cost of a sweep, as it is and at each `accuracy`. Nothing is stored.
 
-    Times are those that this service measured for runs of the same scenario, where there are any.
+    Times are those that this service measured for runs of the same scenario, if there are any.
     """
     points = sweep.runs()
     runs = {point.run.id: point.run for point in points}
-    known = store.known_runs(runs)
-    estimates = [estimate(run) for id, run in runs.items() if id not in known]
-    measured = store.measured_rate(sweep.scenario)
-    pace = 1.0 if measured is None else measured
-    core_seconds = sum(one.core_seconds for one in estimates) * pace
+    existing = store.known_runs(runs)
+    estimates = [estimate(run) for id, run in runs.items() if id not in existing]
+    measured_rate = store.measured_rate(sweep.scenario)
+    rate = 1.0 if measured_rate is None else measured_rate
+    core_seconds = sum(each.core_seconds for each in estimates) * rate
     workers = request.app.state.engine.workers() or settings.workers
     return EstimateModel(
         runs=len(points),
-        reused=len(known),
+        reused=len(existing),
         core_seconds=core_seconds,
         seconds=core_seconds / max(1, min(workers, len(estimates))),
-        bytes=sum(one.bytes for one in estimates),
-        is_measured=measured is not None,
-        presets=[PresetModel.of(one, pace) for one in presets_of(sweep, settings.max_runs)],
+        bytes=sum(each.bytes for each in estimates),
+        is_measured=measured_rate is not None,
+        presets=[PresetModel.of(preset, rate) for preset in presets_of(sweep, settings.max_runs)],
     )
 
 
 @router.get("")
 def list_sweeps(
-    store: StoreGiven,
+    store: AppStore,
     request: Request,
     response: Response,
-    state: ByState = None,
+    state: Annotated[SweepState | None, Query(description="Sweeps in this state only")] = None,
     cursor: Cursor = None,
     limit: Limit = 50,
-) -> SweepPage:
-    """Sweeps, the youngest first."""
+) -> PageOf[SweepModel]:
+    """Sweeps, newest first."""
     page = store.sweeps(state=state, cursor=cursor, limit=limit)
     link_next(request, response, page.next_cursor)
-    return SweepPage.of(page)
+    items = [SweepModel.of(row) for row in page.items]
+    return PageOf(items=items, next_cursor=page.next_cursor)
 
 
 @router.get("/{id}")
-def show_sweep(id: SweepId, store: StoreGiven) -> SweepModel:
-    """A sweep: state, points by state, progress, time left, and links to what there is."""
+def show_sweep(id: SweepId, store: AppStore) -> SweepModel:
+    """A sweep: state, points by state, progress, time left, and links."""
     return SweepModel.of(*store.sweep_and_files(id))
 
 
 @router.get("/{id}/document")
-def show_document(id: SweepId, store: StoreGiven) -> dict[str, Any]:
-    """The document of a sweep in its canonical form: it can be submitted again."""
+def show_document(id: SweepId, store: AppStore) -> dict[str, Any]:
+    """The document of a sweep in its canonical form, which can be submitted again."""
     return dict(store.sweep_document(id))
 
 
-@router.get(
-    "/{id}/runs",
-    responses={200: links(OF_A_RUN, id="$response.body#/items/0/run/id")},
-)
+@router.get("/{id}/runs", responses={200: _links(RUN_LINKS, "$response.body#/items/0/run/id")})
 def list_runs(
     id: SweepId,
-    store: StoreGiven,
+    store: AppStore,
     request: Request,
     response: Response,
-    state: ByRunState = None,
+    state: Annotated[
+        State | None,
+        Query(
+            description="Points in this state only: "
+            + ", ".join(f"`{state}`" for state in RUN_STATES)
+        ),
+    ] = None,
     cursor: Cursor = None,
     limit: Limit = 100,
-) -> PointPage:
-    """The points of a sweep in its own order, each with its run; for instance `?state=failed`."""
+) -> PageOf[PointModel]:
+    """The points of a sweep in its own order, each with its run; for example `?state=failed`."""
     page = store.sweep_runs(id, state=state, cursor=cursor, limit=limit)
     link_next(request, response, page.next_cursor)
-    return PointPage.of(page)
+    items = [PointModel.of(row) for row in page.items]
+    return PageOf(items=items, next_cursor=page.next_cursor)
 
 
 @router.patch("/{id}", openapi_extra=CHANGE_BODY)
 def change_sweep(
-    id: SweepId, caller: Submitter, change: ChangeGiven, store: StoreGiven
+    id: SweepId, caller: Submitter, change: PatchedSweep, store: AppStore
 ) -> SweepModel:
-    """Give a sweep another priority; runs that are under way go on."""
-    _own(store, caller, id)
+    """Change the priority of a sweep; running runs continue."""
+    _check_owner(store, caller, id)
     return SweepModel.of(store.set_priority(id, change.priority))
 
 
 @router.post("/{id}/cancel", status_code=202)
-def cancel_sweep(id: SweepId, caller: Submitter, store: StoreGiven) -> SweepModel:
-    """Stop. What was computed until now is published; a run that another sweep wants goes on."""
-    _own(store, caller, id)
+def cancel_sweep(id: SweepId, caller: Submitter, store: AppStore) -> SweepModel:
+    """Stop a sweep. The results so far are published; runs of other sweeps continue."""
+    _check_owner(store, caller, id)
     return SweepModel.of(store.cancel_sweep(id))
 
 
@@ -177,29 +184,27 @@ def cancel_sweep(id: SweepId, caller: Submitter, store: StoreGiven) -> SweepMode
 def retry_sweep(
     id: SweepId,
     caller: Submitter,
-    store: StoreGiven,
-    settings: SettingsGiven,
-    artifacts: ArtifactsGiven,
+    store: AppStore,
+    settings: AppSettings,
+    artifacts: AppArtifacts,
     verdicts: Annotated[
-        bool, Query(description="also runs that the solver itself gave up; they will fail again")
+        bool, Query(description="Also runs that the solver rejected, which will fail again")
     ] = False,
 ) -> SweepModel:
-    """Compute again what an accident or a cancel ended, and what the disk has lost; then publish again."""
-    _own(store, caller, id)
+    """Compute cancelled, failed and lost runs again, then publish again."""
+    _check_owner(store, caller, id)
     check_directory(settings, store)
     forget_lost_states(store, artifacts, id)
     return SweepModel.of(store.retry_sweep(id, verdicts=verdicts))
 
 
 @router.delete("/{id}", status_code=204)
-def delete_sweep(id: SweepId, caller: Submitter, store: StoreGiven) -> None:
-    """Forget a sweep that has ended, with its cube and report. Its runs stay, for other sweeps."""
-    _own(store, caller, id)
+def delete_sweep(id: SweepId, caller: Submitter, store: AppStore) -> None:
+    """Delete a sweep that has ended, with its cube and report. Its runs stay available to other sweeps."""
+    _check_owner(store, caller, id)
     store.delete_sweep(id)
 
 
-def _own(store: Store, caller: Caller, id: str) -> SweepStatus:
-    """The sweep, if the caller may give orders about it; raises NotFound, NotAllowed."""
-    row = store.sweep(id)
-    caller.check_owns(row)
-    return row
+def _check_owner(store: Store, caller: Caller, id: str) -> None:
+    """Raise NotFound, or Forbidden if the caller may not change the sweep."""
+    caller.check_owns(store.sweep(id))

@@ -1,6 +1,5 @@
-"""The subcommands of ``whipple``, by whom they talk to.
+"""The subcommands of ``whipple``: ``computing`` on this machine without a service, ``serving`` the service itself,
+``client`` requests to a service over HTTP, ``maintenance`` of the database and the files of a service.
 
-``computing``: this machine, without a service. ``serving``: the service itself. ``asking``: a service,
-over HTTP. ``keeping``: the database and the files of a service, where they are. How to add one: a
-function in one of these with ``@app.command()``; what is heavy is imported inside of it.
+To add one: a function in one of these with ``@app.command()``; heavy modules are imported inside of it.
 """

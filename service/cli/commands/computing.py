@@ -1,4 +1,4 @@
-"""Sweeps on this machine, without a service; and what the solver says of itself."""
+"""Sweeps on this machine, without a service; estimates, verification, kernels, films."""
 
 import json
 import subprocess
@@ -11,9 +11,9 @@ from typing import Annotated, Any
 import typer
 
 from service.cli.commands.options import (
-    FINE,
+    FAILURE,
     SOME_FAILED,
-    WRONG,
+    SUCCESS,
     Out,
     Overwrite,
     SweepFile,
@@ -27,7 +27,7 @@ from studies.values.errors import Finding, InvalidInput
 app = typer.Typer()
 
 DEMO = ("holes", "craters")
-KERNELS = ("-m", "studies.sweeps.kernels")  # what compiles them, after the interpreter
+KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
 
 
 @app.command()
@@ -50,7 +50,7 @@ def demo(out: Out = Path("demo"), threads: Threads = None) -> None:
 
 @app.command()
 def sweep(file: SweepFile, out: Out, overwrite: Overwrite = False, threads: Threads = None) -> None:
-    """Compute a sweep on this machine, without a service. Run again, it resumes."""
+    """Compute a sweep on this machine, without a service. Repeated, it resumes."""
     raise typer.Exit(
         _compute(file, file.stem, folder_of(out), overwrite=overwrite, threads=threads)
     )
@@ -58,12 +58,10 @@ def sweep(file: SweepFile, out: Out, overwrite: Overwrite = False, threads: Thre
 
 @app.command()
 def export(
-    film: Annotated[
-        Path, typer.Argument(metavar="FILM", help="The film.npz of a run, or a folder with it.")
-    ],
-    vtk: Annotated[Path, typer.Option(help="Folder for film.pvd and a VTU file for each frame.")],
+    film: Annotated[Path, typer.Argument(metavar="FILM", help="film.npz of a run, or its folder.")],
+    vtk: Annotated[Path, typer.Option(help="Folder for film.pvd and one VTU file per frame.")],
 ) -> None:
-    """Write the film of a run as files that ParaView opens."""
+    """Convert the film of a run to VTK files for ParaView."""
     from studies.films.film_dataset import open_film
     from studies.films.film_vtk import bodies, export_vtk
 
@@ -75,46 +73,50 @@ def export(
 
 @app.command()
 def estimate(file: SweepFile) -> None:
-    """Say what a sweep would cost, as it is and at each accuracy. Nothing is computed."""
+    """Estimate the cost of a sweep, as it is and at each accuracy. Nothing is computed."""
     from service.cli.console import print_cost
     from service.records.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
     from studies.sweeps.document import read_sweep_file
     from studies.sweeps.sweep import Sweep, SweepLimits
 
-    most = Settings().max_runs
-    asked = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=most))
-    print_cost(asked.name, cost_of(asked), presets_of(asked, most))
+    limit = Settings().max_runs
+    sweep = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=limit))
+    print_cost(sweep.name, cost_of(sweep), presets_of(sweep, limit))
 
 
 @app.command()
 def validate(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="A case; else all.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="A case; by default all.")
+    ] = None,
     verification: Annotated[
-        bool, typer.Option("--verification", help="Problems with an exact answer.")
+        bool, typer.Option("--verification", help="Problems with an exact solution.")
     ] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Cases of a few seconds only.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Only cases that take a few seconds.")
+    ] = False,
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the rows there too.")
+        Path | None, typer.Option("--json", metavar="FILE", help="Also write the rows to a file.")
     ] = None,
 ) -> None:
-    """Solve problems with a known answer; prints expected, got, error and verdict, and fails when one fails."""
+    """Solve problems with a known solution; print expected value, result, error and pass or fail of each."""
     from studies.verification import names, verify
 
     if not verification:
         cure = "add --verification"
-        raise InvalidInput([Finding("validate", "no kind of cases", "--verification", cure)])
+        raise InvalidInput([Finding("validate", "no cases selected", "--verification", cure)])
     rows = []
-    for one in verify([name] if name else names(quick=quick)):
-        print(f"{one.case} | {one.row}", flush=True)
-        rows.append(one)
+    for verified in verify([name] if name else names(quick=quick)):
+        print(f"{verified.case} | {verified.row}", flush=True)
+        rows.append(verified)
     if json_file:
-        document = {"verification": [one.as_json() for one in rows]}
+        document = {"verification": [verified.as_json() for verified in rows]}
         json_file.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", "utf-8")
-    failed = sum(one.row.passed is False for one in rows)
-    gated = sum(one.row.passed is not None for one in rows)
-    print(f"{gated - failed} passed, {failed} failed, {len(rows) - gated} reported")
-    raise typer.Exit(WRONG if failed or not rows else FINE)
+    failed = sum(verified.row.passed is False for verified in rows)
+    checked = sum(verified.row.passed is not None for verified in rows)
+    print(f"{checked - failed} passed, {failed} failed, {len(rows) - checked} reported")
+    raise typer.Exit(FAILURE if failed or not rows else SUCCESS)
 
 
 @app.command()
@@ -122,19 +124,19 @@ def warm(
     files: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[SWEEP.yaml ...]", help="Sweeps; else all examples, by both recipes."
+            metavar="[SWEEP.yaml ...]", help="Sweeps; by default all examples, with both recipes."
         ),
     ] = None,
 ) -> None:
-    """Compile the kernels of sweeps into their cache, so that no run has to."""
-    _compile_kernels([_document(file) for file in files] if files else _examples())
+    """Compile the kernels of sweeps into the cache, before the first run needs them."""
+    _compile_kernels(_documents(files) if files else _examples())
 
 
-def _document(file: Path) -> Mapping[str, Any]:
+def _documents(files: Sequence[Path]) -> Sequence[Mapping[str, Any]]:
     from studies.sweeps.document import read_sweep_file
     from studies.sweeps.sweep import Sweep
 
-    return Sweep.parse(read_sweep_file(file)).document()
+    return [Sweep.parse(read_sweep_file(file)).document() for file in files]
 
 
 def _examples() -> Sequence[Mapping[str, Any]]:
@@ -142,7 +144,10 @@ def _examples() -> Sequence[Mapping[str, Any]]:
     from studies.sweeps.document import read_yaml
 
     documents = [read_yaml(examples.text(name), name) for name in examples.names()]
-    thesis = [{**one, "fixed": {**one.get("fixed", {}), "recipe": "thesis"}} for one in documents]
+    thesis = [
+        {**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}}
+        for document in documents
+    ]
     return documents + thesis
 
 
@@ -162,24 +167,24 @@ def _compute(
     overwrite: bool = False,
     threads: str | None = None,
 ) -> int:
-    """Compute a sweep into a folder, say how it went, and return the exit status."""
-    from service.cli.console import in_words, watching
+    """Compute a sweep into a folder, print the outcome, and return the exit status."""
+    from service.cli.console import nonzero, showing_progress
     from service.cli.local import STORE_OF_FOLDER, run_sweep
 
     begin = time.perf_counter()
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
-    with watching(name) as tell:
-        finished = run_sweep(sweep, folder, progress=tell, settings=settings, overwrite=overwrite)
+    with showing_progress(name) as show:
+        finished = run_sweep(sweep, folder, progress=show, settings=settings, overwrite=overwrite)
     seconds = time.perf_counter() - begin
     print(
-        f"{name}: {in_words(finished.counts)} in {seconds:.1f} s; look at {folder / 'report.html'}"
+        f"{name}: {nonzero(finished.counts)} in {seconds:.1f} s; report: {folder / 'report.html'}"
     )
-    all_fine = finished.counts["succeeded"] == finished.sweep.planned
-    return FINE if all_fine else SOME_FAILED
+    has_all = finished.counts["succeeded"] == finished.sweep.planned
+    return SUCCESS if has_all else SOME_FAILED
 
 
 def _compile_kernels(sweeps: Sequence[Mapping[str, Any]]) -> None:
-    """In processes of their own, as this one never loads the solver; prints kinds and seconds."""
+    """Compile kernels in a child process, because this one never loads the solver; print kinds and seconds."""
     begin = time.perf_counter()
     child = subprocess.run(
         [sys.executable, *KERNELS],

@@ -9,24 +9,28 @@ from service.cli.commands.options import Data, Threads, settings_of
 
 app = typer.Typer()
 
-Pem = Annotated[Path | None, typer.Option(metavar="FILE", help="PEM file, for --engine.")]
+Pem = Annotated[Path | None, typer.Option(metavar="FILE", help="PEM file for --engine.")]
 
 
 @app.command()
 def serve(
     host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on; 0 takes a free one.")] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Port to listen on; 0 selects a free one.")
+    ] = None,
     data: Data = None,
     engine: Annotated[
         str | None,
-        typer.Option(help="tls://HOST:PORT of a Dask scheduler; else workers on this machine."),
+        typer.Option(
+            help="tls://HOST:PORT of a Dask scheduler; by default runs are computed on this machine."
+        ),
     ] = None,
     tls_ca: Pem = None,
     tls_cert: Pem = None,
     tls_key: Pem = None,
     threads: Threads = None,
 ) -> None:
-    """Start the service: interface, queue and workers. What is not given comes from WHIPPLE_*."""
+    """Start the service: HTTP interface, queue and workers. Defaults come from WHIPPLE_*."""
     from service.cli.serve import serve as run
 
     run(

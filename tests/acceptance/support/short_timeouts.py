@@ -3,7 +3,7 @@
 ``python -m tests.acceptance.support.short_timeouts serve ...``
 """
 
-from service.api import deadlines
+from service.api import middleware
 from service.cli import main as cli
 from service.files import disk_space as space
 from service.store import connection
@@ -18,8 +18,8 @@ def main() -> None:
     """Shorten the times, then start the command."""
     connection.BUSY_MILLISECONDS = BUSY_MILLISECONDS
     space.REST_SECONDS = REST_SECONDS
-    deadlines.HEAD_SECONDS = HEAD_SECONDS
-    deadlines.BODY_SECONDS = BODY_SECONDS
+    middleware.HEAD_SECONDS = HEAD_SECONDS
+    middleware.BODY_SECONDS = BODY_SECONDS
     cli.main()
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from service.api.deadlines import BODY_SECONDS, HEAD_SECONDS
+from service.api.middleware import BODY_SECONDS, HEAD_SECONDS
 from tests.acceptance.checks import costly_requests
 from tests.acceptance.checks.costly_requests import served
 from tests.acceptance.support.costly_bodies import BODIES

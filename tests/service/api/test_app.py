@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from fastapi.testclient import TestClient
 
-from service.api.access import FORBIDS, check_binding
+from service.api.access import SECURITY_HEADERS, check_binding
 from service.records.settings import Settings
 from studies.values.errors import InvalidInput
 from tests.service.support.api import SWEEP, Api, open_api
@@ -71,27 +71,13 @@ def test_binding__elsewhere_than_the_loopback_is_refused_with_a_cure(host: str) 
 def test_binding__behind_a_declared_proxy_needs_the_names_it_is_reached_by() -> None:
     with pytest.raises(InvalidInput):
         check_binding(Settings(host="0.0.0.0", trusted_proxy=PROXY), has_keys=False)
-    known = Settings(host="0.0.0.0", trusted_proxy=PROXY, allowed_hosts=("hvi.example.org",))
-    check_binding(known, has_keys=False)
-
-
-def test_binding__elsewhere_is_allowed_with_an_api_key() -> None:
-    check_binding(Settings(host="0.0.0.0"), has_keys=True)
+    existing = Settings(host="0.0.0.0", trusted_proxy=PROXY, allowed_hosts=("hvi.example.org",))
+    check_binding(existing, has_keys=False)
 
 
 def test_service__elsewhere_without_a_key_does_not_start(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="whipple keys"), open_api(tmp_path, host="0.0.0.0"):
         pass
-
-
-@pytest.mark.parametrize("host", ["127.0.0.1", "127.0.0.2", "::1", "localhost"])
-def test_binding__to_the_loopback_is_allowed(host: str) -> None:
-    check_binding(Settings(host=host), has_keys=False)
-
-
-@pytest.mark.parametrize("host", ["localhost", "localhost:9", "127.0.0.1:8000", "[::1]:8000"])
-def test_host__of_the_loopback_is_answered(api: Api, host: str) -> None:
-    assert api.http.get("/livez", headers={"Host": host}).status_code == 200
 
 
 @pytest.mark.parametrize(
@@ -129,7 +115,7 @@ def test_request__that_says_twice_where_it_comes_from_or_goes_is_refused(
     ]
     for answer in answers:
         assert answer.status_code == answer.json()["status"] == 400
-        assert answer.json()["type"].endswith("malformed")
+        assert answer.json()["type"].endswith("bad-request")
         assert name in answer.json()["detail"]
     assert api.http.get("/v1/sweeps").json()["items"] == []
 
@@ -171,7 +157,7 @@ def test_request_id__is_the_callers_if_it_is_plain(api: Api) -> None:
 @pytest.mark.parametrize("path", ["/", "/livez", "/nowhere", "/static/style.css", "/v1/sweeps"])
 def test_every_answer__says_what_a_browser_may_not_do_with_it(api: Api, path: str) -> None:
     headers = api.http.get(path).headers
-    assert {name: headers[name] for name in FORBIDS} == FORBIDS
+    assert {name: headers[name] for name in SECURITY_HEADERS} == SECURITY_HEADERS
     assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
     assert "server" not in headers
 

@@ -69,9 +69,9 @@ def test_file__is_whole_with_tag_digest_and_length(api: Api, file: tuple[str, by
 def test_file__is_not_sent_twice(api: Api, file: tuple[str, bytes]) -> None:
     path, _ = file
     tag = api.http.get(path).headers["ETag"]
-    for known in (tag, f"W/{tag}", f'"other", {tag}', "*"):
+    for existing in (tag, f"W/{tag}", f'"other", {tag}', "*"):
         for method in ("GET", "HEAD"):
-            again = api.http.request(method, path, headers={"If-None-Match": known})
+            again = api.http.request(method, path, headers={"If-None-Match": existing})
             assert (again.status_code, again.content) == (304, b"")
             assert again.headers["ETag"] == tag
     assert api.http.get(path, headers={"If-None-Match": '"x"'}).status_code == 200

@@ -11,9 +11,8 @@ from typing import Any
 import httpx
 import pytest
 
-from service.api.event_streams import Live, Moment
-from service.api.feeds import FeedRate, of_queue
-from service.records.jobs import Cause, Lease, StoreUnavailable
+from service.api.event_streams import EventStreams
+from service.records.jobs import Lease, StoreUnavailable
 from tests.service.support.api import Api, open_api, served
 from tests.service.support.fakes import wait_until
 
@@ -46,19 +45,19 @@ def listening(url: str, path: str, last: int | None = None) -> Iterator[Iterator
 
 def messages(lines: Iterator[str]) -> Iterator[Message]:
     """Messages from lines, as a browser reads them; comments and ``retry`` are none."""
-    found: dict[str, str] = {}
+    result: dict[str, str] = {}
     for line in lines:
         if line:
             key, _, value = line.partition(": ")
-            found[key] = value
+            result[key] = value
             continue
-        if "data" in found:
-            number = int(found["id"]) if "id" in found else None
-            yield Message(found.get("event", ""), number, json.loads(found["data"]))
-        found = {}
+        if "data" in result:
+            number = int(result["id"]) if "id" in result else None
+            yield Message(result.get("event", ""), number, json.loads(result["data"]))
+        result = {}
 
 
-def told_at_once(api: Api, path: str, last: int | None = None) -> list[Message]:
+def whole_stream(api: Api, path: str, last: int | None = None) -> list[Message]:
     """Every message of a stream that ends by itself."""
     headers = {} if last is None else {"Last-Event-ID": str(last)}
     response = api.http.get(path, headers=headers)
@@ -66,11 +65,11 @@ def told_at_once(api: Api, path: str, last: int | None = None) -> list[Message]:
     return list(messages(iter(response.text.split("\n"))))
 
 
-def tell(api: Api, claim: Lease, step: int) -> None:
+def report_progress(api: Api, claim: Lease, step: int) -> None:
     """Say how far a run is, as the dispatcher does."""
-    words = {"time": 1e-6 * step, "end_time": 1e-4, "step": step, "eta_seconds": 5.0}
-    words["measured"] = {"hole_diameter": 0.01 + 1e-5 * step}  # type: ignore[assignment]
-    api.store.record_progress([(claim, step / 100, 0.1 * step, words)])
+    progress = {"time": 1e-6 * step, "end_time": 1e-4, "step": step, "eta_seconds": 5.0}
+    progress["measured"] = {"hole_diameter": 0.01 + 1e-5 * step}  # type: ignore[assignment]
+    api.store.record_progress([(claim, step / 100, 0.1 * step, progress)])
 
 
 # --- what is told ---------------------------------------------------------------------------------
@@ -79,23 +78,27 @@ def tell(api: Api, claim: Lease, step: int) -> None:
 def test_sweep__that_has_ended_is_told_whole_and_then_ends(api: Api) -> None:
     id = api.submit()
     api.compute()
-    told = told_at_once(api, f"/v1/sweeps/{id}/events")
-    kinds = [message.data["kind"] for message in told[:-1]]
+    messages = whole_stream(api, f"/v1/sweeps/{id}/events")
+    kinds = [message.data["kind"] for message in messages[:-1]]
     assert kinds[0] == "accepted"
     assert kinds.count("started") == 3
     assert kinds.count("succeeded") == 2
     assert kinds[-1] == "published"
-    assert (told[-1].name, told[-1].id, told[-1].data["state"]) == ("end", None, "succeeded")
+    assert (messages[-1].name, messages[-1].id, messages[-1].data["state"]) == (
+        "end",
+        None,
+        "succeeded",
+    )
 
 
 def test_sweep__goes_on_behind_the_last_event_that_was_seen(api: Api) -> None:
     id = api.submit()
     api.compute()
-    whole = told_at_once(api, f"/v1/sweeps/{id}/events")
+    whole = whole_stream(api, f"/v1/sweeps/{id}/events")
     numbers = [message.id for message in whole if message.id is not None]
     assert numbers == sorted(set(numbers))
     for place, number in enumerate(numbers):
-        rest = told_at_once(api, f"/v1/sweeps/{id}/events", last=number)
+        rest = whole_stream(api, f"/v1/sweeps/{id}/events", last=number)
         assert rest == whole[place + 1 :]
         asked = api.http.get(f"/v1/sweeps/{id}/events?after={number}").text
         assert list(messages(iter(asked.split("\n")))) == rest
@@ -106,17 +109,17 @@ def test_sweep__of_more_events_than_a_page_is_told_whole(
 ) -> None:
     id = api.submit(axes={"speed": {"start": "3 km/s", "stop": "6 km/s", "step": "0.5 km/s"}})
     api.compute()
-    whole = told_at_once(api, f"/v1/sweeps/{id}/events")
-    monkeypatch.setattr("service.api.feeds.PAGE", 4)
-    assert told_at_once(api, f"/v1/sweeps/{id}/events") == whole
+    whole = whole_stream(api, f"/v1/sweeps/{id}/events")
+    monkeypatch.setattr("service.api.event_streams.PAGE", 4)
+    assert whole_stream(api, f"/v1/sweeps/{id}/events") == whole
 
 
 def test_sweep__is_told_as_it_happens(api: Api) -> None:
     id = api.submit()
-    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
-        assert next(heard).data["kind"] == "accepted"
+    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
+        assert next(stream).data["kind"] == "accepted"
         api.compute()
-        rest = list(heard)
+        rest = list(stream)
     assert rest[-2].data["kind"] == "published"
     assert rest[-1].name == "end"
     assert {message.data["run_id"] for message in rest if message.data.get("kind") == "started"}
@@ -124,86 +127,38 @@ def test_sweep__is_told_as_it_happens(api: Api) -> None:
 
 def test_sweep__that_is_deleted_ends(api: Api) -> None:
     id = api.submit()
-    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
-        assert next(heard).data["kind"] == "accepted"
+    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
+        assert next(stream).data["kind"] == "accepted"
         api.store.cancel_sweep(id)
         api.store.delete_sweep(id)
-        rest = list(heard)
+        rest = list(stream)
     assert rest[-1].name == "end"
     assert rest[-1].data["state"] in ("cancelled", "deleted")
-
-
-def test_sweep__says_nothing_of_other_sweeps(api: Api) -> None:
-    id, other = api.submit(), api.submit(axes={"speed": ["7 km/s"]})
-    [run] = [point.run.id for point in api.store.sweep_runs(other).items]
-    api.compute()
-    told = told_at_once(api, f"/v1/sweeps/{id}/events")
-    assert not [
-        one for one in told if {other, run} & {one.data.get("sweep_id"), one.data.get("run_id")}
-    ]
-
-
-def test_run__is_told_to_its_end(api: Api) -> None:
-    id = api.submit()
-    run = api.store.sweep_runs(id).items[0].run.id
-    api.compute()
-    told = told_at_once(api, f"/v1/runs/{run}/events")
-    assert [message.data.get("kind") for message in told] == ["started", "succeeded", None]
-    assert (told[-1].name, told[-1].data["state"]) == ("end", "succeeded")
 
 
 def test_queue__is_told_from_now_on_and_does_not_end(api: Api) -> None:
     api.submit()
     api.compute()
     with served(api) as url:
-        with listening(url, "/v1/queue/events") as heard:
+        with listening(url, "/v1/queue/events") as stream:
             api.http.post("/v1/queue/pause")
             api.http.post("/v1/queue/resume")
-            assert [next(heard).data["kind"] for _ in range(2)] == ["paused", "resumed"]
-        with listening(url, "/v1/queue/events", last=0) as heard:
-            assert next(heard).data["kind"] == "accepted"
+            assert [next(stream).data["kind"] for _ in range(2)] == ["paused", "resumed"]
+        with listening(url, "/v1/queue/events", last=0) as stream:
+            assert next(stream).data["kind"] == "accepted"
 
 
 def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     id = api.submit()
     [claim] = api.store.lease(1, api.term())
-    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
-        tell(api, claim, 7)
-        progress = next(message for message in heard if message.name == "progress")
+    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
+        report_progress(api, claim, 7)
+        progress = next(message for message in stream if message.name == "progress")
     assert progress.id is None
     assert progress.data["run_id"] == claim.id
     assert progress.data["step"] == 7
     assert progress.data["eta_seconds"] == 5.0
     assert progress.data["measured"] == {"hole_diameter": pytest.approx(0.01007)}
-
-
-def test_progress__of_a_run_is_told_at_most_once_a_second(api: Api) -> None:
-    api.submit()
-    claims = api.store.lease(2, api.term())
-    now = [0.0]
-    pace, subject = FeedRate(clock=lambda: now[0]), of_queue(api.store)
-    told = []
-    for step in range(1, 41):
-        now[0] = step / 10
-        for claim in claims:
-            tell(api, claim, step)
-        moment = Moment(0, api.store.under_way())
-        told += [(now[0], one.run_id) for one in pace.news(subject, moment)]
-    for claim in claims:
-        times = [when for when, run in told if run == claim.id]
-        assert times == pytest.approx([0.1, 1.1, 2.1, 3.1])
-
-
-def test_progress__that_is_no_news_is_not_told(api: Api) -> None:
-    api.submit()
-    [claim] = api.store.lease(1, api.term())
-    now = [0.0]
-    pace, subject = FeedRate(clock=lambda: now[0]), of_queue(api.store)
-    tell(api, claim, 3)
-    moment = Moment(0, api.store.under_way())
-    assert len(list(pace.news(subject, moment))) == 1
-    now[0] = 100.0
-    assert not list(pace.news(subject, moment))
 
 
 # --- the same as pages ------------------------------------------------------------------------------
@@ -215,78 +170,50 @@ def test_history__has_the_same_events_in_pages(api: Api, kind: str) -> None:
     run = api.store.sweep_runs(sweep).items[0].run.id
     api.compute()
     here = f"/v1/{kind}/{sweep if kind == 'sweeps' else run}"
-    stream = told_at_once(api, f"{here}/events")
-    told: list[dict[str, Any]] = []
+    stream = whole_stream(api, f"{here}/events")
+    messages: list[dict[str, Any]] = []
     there: str | None = f"{here}/history?limit=2"
     while there is not None:
         answer = api.http.get(there)
-        told += answer.json()["items"]
+        messages += answer.json()["items"]
         there = answer.links.get("next", {}).get("url")
-    assert told == [message.data for message in stream if message.id is not None]
+    assert messages == [message.data for message in stream if message.id is not None]
 
 
 # --- what it costs ----------------------------------------------------------------------------------
 
 
-def test_listeners__read_what_happens_once_for_all_of_them(
-    api: Api, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    id, plain, asked = api.submit(), api.store.events, [0]
-
-    def events(*given: Any, **more: Any) -> Any:
-        asked[0] += 1
-        return plain(*given, **more)
-
-    monkeypatch.setattr(api.store, "events", events)
-    runs = [point.run.id for point in api.store.sweep_runs(id).items]
-    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
-        assert next(heard).data["kind"] == "accepted"
-        told = [next(heard).data["run_id"] for _ in range(12) if compute_a_step(api)]
-        assert (len(told), set(told) <= set(runs)) == (12, True)
-        few = asked[0]
-    assert few <= 6  # what there was, what happened before the first look, and when it was late
+def streams_of(api: Api) -> EventStreams:
+    return api.http.app.state.event_streams  # type: ignore[attr-defined]
 
 
-def compute_a_step(api: Api) -> bool:
-    """A run begins, or ends."""
-    term = api.term()
-    claimed = api.store.leases()
-    if not claimed:
-        return bool(api.store.lease(1, term))
-    return api.store.requeue(claimed[0], Cause.LOST, reason="gone") is not None
-
-
-def live_of(api: Api) -> Live:
-    return api.http.app.state.live  # type: ignore[attr-defined]
-
-
-def watchers() -> list[threading.Thread]:
-    return [thread for thread in threading.enumerate() if thread.name == "live"]
+def reading_threads() -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name == "event-streams"]
 
 
 def test_listener__that_goes_away_leaves_nothing_behind(api: Api) -> None:
     id = api.submit()
     with served(api) as url:
         for _ in range(3):
-            with listening(url, f"/v1/sweeps/{id}/events") as heard:
-                next(heard)
-                assert live_of(api).open == 1
-                assert len(watchers()) == 1
-            wait_until(lambda: live_of(api).open == 0)
-        wait_until(lambda: not watchers())
+            with listening(url, f"/v1/sweeps/{id}/events") as stream:
+                next(stream)
+                assert streams_of(api).open == 1
+                assert len(reading_threads()) == 1
+            wait_until(lambda: streams_of(api).open == 0)
+        wait_until(lambda: not reading_threads())
 
 
 def test_listeners__are_bounded(api: Api) -> None:
     id = api.submit()
-    live_of(api)._most = 2
+    streams_of(api)._most = 2
     with (
         served(api) as url,
-        listening(url, f"/v1/sweeps/{id}/events") as one,
+        listening(url, f"/v1/sweeps/{id}/events") as item,
         listening(url, "/v1/queue/events", last=0) as other,
     ):
-        next(one)
+        next(item)
         next(other)
-        assert len(watchers()) == 1
+        assert len(reading_threads()) == 1
         refused = httpx.get(f"{url}/v1/sweeps/{id}/events", timeout=TIMEOUT)
         assert refused.status_code == 503
         assert refused.json()["type"].endswith("busy")
@@ -295,12 +222,12 @@ def test_listeners__are_bounded(api: Api) -> None:
 
 def test_listeners__are_let_go_when_the_service_leaves(api: Api) -> None:
     id = api.submit()
-    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
-        next(heard)
-        live_of(api).close()
-        assert list(heard) == []
+    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
+        next(stream)
+        streams_of(api).close()
+        assert list(stream) == []
         assert httpx.get(f"{url}/v1/queue/events", timeout=TIMEOUT).status_code == 503
-    wait_until(lambda: not watchers())
+    wait_until(lambda: not reading_threads())
 
 
 def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -316,38 +243,13 @@ def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.M
         return plain()
 
     monkeypatch.setattr(api.store, "last_event", last_event)
-    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as heard:
-        next(heard)
+    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
+        next(stream)
         away.set()
         assert asked.wait(TIMEOUT)
         api.compute()
         away.clear()
-        assert list(heard)[-1].name == "end"
-
-
-def test_listener__that_cannot_be_answered_now_is_answered_later(
-    api: Api, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    id = api.submit()
-    api.compute()
-    whole = told_at_once(api, f"/v1/sweeps/{id}/events")
-    plain, failures = api.store.events, [0]
-
-    def events(*given: Any, **more: Any) -> Any:
-        failures[0] += 1
-        if failures[0] % 2:
-            raise StoreUnavailable("the database is locked")
-        return plain(*given, **more)
-
-    monkeypatch.setattr(api.store, "events", events)
-    assert told_at_once(api, f"/v1/sweeps/{id}/events") == whole
-
-
-def test_silence__is_filled_with_comments(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fastapi.routing._PING_INTERVAL", 0.1)
-    with served(api) as url, httpx.stream("GET", f"{url}/v1/queue/events", timeout=TIMEOUT) as got:
-        lines = got.iter_lines()
-        assert [next(line for line in lines if line.startswith(":")) for _ in range(3)]
+        assert list(stream)[-1].name == "end"
 
 
 @pytest.mark.parametrize(
@@ -355,7 +257,7 @@ def test_silence__is_filled_with_comments(api: Api, monkeypatch: pytest.MonkeyPa
 )
 def test_stream__of_nothing_is_a_404(api: Api, path: str) -> None:
     assert api.http.get(path.format("0" * 32)).status_code == 404
-    assert live_of(api).open == 0
+    assert streams_of(api).open == 0
 
 
 @pytest.mark.parametrize("kind", ["sweeps", "runs"])
@@ -364,18 +266,18 @@ def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, kin
     run = api.store.sweep_runs(sweep).items[0].run.id
     api.compute()
     path = f"/v1/{kind}/{sweep if kind == 'sweeps' else run}/events"
-    whole, last = told_at_once(api, path), api.store.last_event()
-    assert told_at_once(api, path, last=last) == whole[-1:]  # its end alone
+    whole, last = whole_stream(api, path), api.store.last_event()
+    assert whole_stream(api, path, last=last) == whole[-1:]  # its end alone
     for beyond in (last + 1, 10**17):  # it was seen before a backup was restored
-        assert told_at_once(api, path, last=beyond) == whole
+        assert whole_stream(api, path, last=beyond) == whole
 
 
 def test_queue__behind_an_event_that_is_not_there_yet_is_told_from_now_on(api: Api) -> None:
     api.submit()
     beyond = api.store.last_event() + 1000
-    with served(api) as url, listening(url, "/v1/queue/events", last=beyond) as heard:
+    with served(api) as url, listening(url, "/v1/queue/events", last=beyond) as stream:
         api.http.post("/v1/queue/pause")
-        assert next(heard).data["kind"] == "paused"
+        assert next(stream).data["kind"] == "paused"
 
 
 @pytest.mark.parametrize("last", ["x", "-1", "1" * 19, "²", "1.5"])

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import httpx
 import numpy as np
 import pytest
 import xarray as xr
@@ -20,7 +19,7 @@ from studies.cubes import cube
 from studies.reports.publish import outcome_from_json
 from studies.results import Measured, RunResult
 from studies.sweeps.sweep import Sweep
-from tests.service.support.api import FILES, SWEEP, Api, open_api, served
+from tests.service.support.api import FILES, SWEEP, Api, open_api
 
 FRESH = itertools.count(4000)  # m/s, speeds that no run has yet
 
@@ -103,10 +102,10 @@ def test_partial_cube__has_what_there_is_and_says_so(half: Half, tmp_path: Path)
     assert "partial" in response.headers["Content-Disposition"]
     (tmp_path / "partial.nc").write_bytes(response.content)
     with xr.open_dataset(tmp_path / "partial.nc") as opened:
-        words = opened.run_state.attrs["flag_meanings"].split()
-        states = [words[int(state)] for state in opened.run_state]
+        flags = opened.run_state.attrs["flag_meanings"].split()
+        states = [flags[int(state)] for state in opened.run_state]
         assert sorted(states) == ["running", "succeeded"]
-        done = opened.run_state.values == words.index("succeeded")
+        done = opened.run_state.values == flags.index("succeeded")
         assert np.isfinite(opened.hole_diameter.values).tolist() == done.tolist()
         assert opened.attrs["sweep_state"] == "running, 1 of 2 runs have a result"
         assert opened.attrs["comment"].startswith("Not complete")
@@ -154,13 +153,13 @@ def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id(half: Ha
 
 
 @pytest.mark.parametrize(
-    ("limit", "words"), [({"seconds": 0}, "0 s"), ({"memory": 1 << 26}, "log")]
+    ("limit", "message"), [({"seconds": 0}, "0 s"), ({"memory": 1 << 26}, "log")]
 )
 def test_partial_cube__beyond_a_limit_is_refused_and_leaves_no_file(
-    tmp_path: Path, limit: dict[str, int], words: str
+    tmp_path: Path, limit: dict[str, int], message: str
 ) -> None:
     cubes = PartialCubes(tmp_path / "cache", **limit)
-    with pytest.raises(PartialCubeFailed, match=words):
+    with pytest.raises(PartialCubeFailed, match=message):
         cubes.file(SWEEP, [], tmp_path, "running")
     assert not list((tmp_path / "cache").iterdir())
 
@@ -180,32 +179,3 @@ def test_partial_cubes__that_were_used_last_are_kept(half: Half) -> None:
 
 
 # --- from afar --------------------------------------------------------------------------------------
-
-
-def test_remote_cube__is_opened_over_range_without_a_download(api: Api, published: str) -> None:
-    import fsspec
-
-    with served(api) as url:
-        address = f"{url}{published}/cube.nc"
-        size = int(httpx.head(address).headers["Content-Length"])
-        with (
-            fsspec.open(address, cache_type="blockcache", block_size=2**15) as file,
-            xr.open_dataset(file, engine="h5netcdf") as opened,
-        ):
-            assert opened.hole_diameter.sel(speed=6e3).item() == hole_at(6000)
-            assert file.size == size
-
-
-def test_remote_cube__is_opened_with_a_key(api: Api, published: str) -> None:
-    import fsspec
-
-    from service.records.jobs import Scope
-
-    _, secret = api.store.create_key("anna", [Scope.READ])
-    headers = {"Authorization": f"Bearer {secret}"}
-    with (
-        served(api) as url,
-        fsspec.open(f"{url}{published}/cube.nc", headers=headers) as file,
-        xr.open_dataset(file, engine="h5netcdf") as opened,
-    ):
-        assert set(opened.hole_diameter.values) == {hole_at(3000), hole_at(6000)}

@@ -78,28 +78,15 @@ def test_sweep__that_succeeded_links_its_files(api: Api) -> None:
         assert api.http.get(sweep["links"][name]).content == FILES[name]
 
 
-def test_list__pages_through_every_sweep_youngest_first(api: Api) -> None:
-    ids = [api.submit(name=f"sweep-{number}") for number in range(5)]
-    seen: list[str] = []
-    cursor: dict[str, str] = {}
-    while True:
-        page = api.http.get("/v1/sweeps", params={"limit": 2, **cursor}).json()
-        seen += [sweep["id"] for sweep in page["items"]]
-        if page["next_cursor"] is None:
-            break
-        cursor = {"cursor": page["next_cursor"]}
-    assert seen == ids[::-1]
-
-
 def test_list__names_the_next_page_in_a_link(api: Api) -> None:
     ids = [api.submit(name=f"sweep-{number}") for number in range(5)]
-    seen: list[str] = []
+    received: list[str] = []
     there: str | None = "/v1/sweeps?limit=2&state=queued"
     while there is not None:
         answer = api.http.get(there)
-        seen += [sweep["id"] for sweep in answer.json()["items"]]
+        received += [sweep["id"] for sweep in answer.json()["items"]]
         there = answer.links.get("next", {}).get("url")
-    assert seen == ids[::-1]
+    assert received == ids[::-1]
 
 
 def test_runs__can_be_asked_by_state(api: Api) -> None:
@@ -108,14 +95,6 @@ def test_runs__can_be_asked_by_state(api: Api) -> None:
     failed = api.http.get(f"/v1/sweeps/{id}/runs?state=failed").json()["items"]
     assert [point["coordinates"] for point in failed] == [{"speed": 3000.0}]
     assert "particle 17" in failed[0]["run"]["reason"]
-
-
-def test_runs__page_in_the_order_of_the_sweep(api: Api) -> None:
-    id = api.submit(axes={"speed": {"start": "2 km/s", "stop": "6 km/s", "step": "1 km/s"}})
-    first = api.http.get(f"/v1/sweeps/{id}/runs?limit=3").json()
-    rest = api.http.get(f"/v1/sweeps/{id}/runs", params={"cursor": first["next_cursor"]}).json()
-    ordinals = [point["ordinal"] for point in first["items"] + rest["items"]]
-    assert ordinals == [0, 1, 2, 3, 4]
 
 
 def test_run__shows_its_whole_question_and_its_measurements(api: Api) -> None:
@@ -128,30 +107,7 @@ def test_run__shows_its_whole_question_and_its_measurements(api: Api) -> None:
     assert "path" not in run
 
 
-def test_run__says_null_for_what_is_not_a_number(api: Api) -> None:
-    id = api.submit()
-    api.compute()
-    run = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"][0]["run"]
-    assert run["summary"]["measurements"]["hole_diameter"]["uncertainty"] is None
-
-
 # --- order ------------------------------------------------------------------------------------------
-
-
-def test_cancel__ends_a_sweep_and_can_be_repeated(api: Api) -> None:
-    id = api.submit()
-    for _ in range(2):
-        response = api.http.post(f"/v1/sweeps/{id}/cancel")
-        assert response.status_code == 202
-    assert api.http.get(f"/v1/sweeps/{id}").json()["counts"]["cancelled"] == 2
-
-
-def test_retry__queues_what_an_accident_ended(api: Api) -> None:
-    id = api.submit()
-    api.compute(failures=1)
-    retried = api.http.post(f"/v1/sweeps/{id}/retry").json()
-    assert retried["counts"]["queued"] == 1
-    assert retried["counts"]["succeeded"] == 1
 
 
 def test_delete__is_refused_while_a_sweep_runs(api: Api) -> None:
@@ -160,13 +116,6 @@ def test_delete__is_refused_while_a_sweep_runs(api: Api) -> None:
     assert response.status_code == 409
     assert "cancel" in response.json()["detail"]
     assert api.http.get(f"/v1/sweeps/{id}").status_code == 200
-
-
-def test_delete__forgets_a_sweep_that_has_ended(api: Api) -> None:
-    id = api.submit()
-    api.compute()
-    assert api.http.delete(f"/v1/sweeps/{id}").status_code == 204
-    assert api.http.get(f"/v1/sweeps/{id}").status_code == 404
 
 
 def test_estimate__counts_and_stores_nothing(api: Api) -> None:
@@ -187,13 +136,6 @@ def test_estimate__shows_what_each_accuracy_would_cost(api: Api) -> None:
         asked = api.http.post("/v1/sweeps/estimate", json=at | {"accuracy": preset["name"]}).json()
         for word in ("runs", "core_seconds", "bytes"):
             assert preset[word] == pytest.approx(asked[word])
-
-
-def test_estimate__offers_no_preset_where_the_resolution_is_an_axis(api: Api) -> None:
-    axes = {**SWEEP["axes"], "cells_per_diameter": [8, 16]}
-    own = {**SWEEP, "axes": axes}
-    del own["resolution"]
-    assert api.http.post("/v1/sweeps/estimate", json=own).json()["presets"] == []
 
 
 def test_estimate__says_why_a_preset_is_not_offered(api: Api) -> None:
@@ -222,51 +164,10 @@ def test_submit__of_several_resolutions_and_offsets_plans_each_run(api: Api) -> 
 # --- files ------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def published(api: Api) -> str:
-    """The address of a sweep with files."""
-    id = api.submit(name="Ärger/../x")
+def test_report__runs_its_own_script_in_a_sandbox_without_network(api: Api) -> None:
+    id = api.submit()
     api.compute()
-    return f"/v1/sweeps/{id}"
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_file__has_a_strong_tag_and_is_not_sent_twice(api: Api, published: str, name: str) -> None:
-    first = api.http.get(f"{published}/{name}")
-    tag = first.headers["ETag"]
-    assert tag.startswith('"')
-    assert len(tag) == 64 + 2
-    for known in (tag, f'"other", {tag}', "*"):
-        again = api.http.get(f"{published}/{name}", headers={"If-None-Match": known})
-        assert (again.status_code, again.content) == (304, b"")
-        assert again.headers["ETag"] == tag
-    assert api.http.get(f"{published}/{name}", headers={"If-None-Match": '"x"'}).status_code == 200
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_file__head_answers_the_headers_alone(api: Api, published: str, name: str) -> None:
-    response = api.http.head(f"{published}/{name}")
-    assert response.status_code == 200
-    assert response.content == b""
-    assert int(response.headers["Content-Length"]) == len(FILES[name])
-
-
-def test_file__is_sent_in_part_where_the_copy_is_the_same(api: Api, published: str) -> None:
-    tag = api.http.head(f"{published}/cube.nc").headers["ETag"]
-    part = {"Range": "bytes=1-3", "If-Range": tag}
-    response = api.http.get(f"{published}/cube.nc", headers=part)
-    assert (response.status_code, response.content) == (206, b"HDF")
-    whole = api.http.get(f"{published}/cube.nc", headers=part | {"If-Range": '"old"'})
-    assert (whole.status_code, whole.content) == (200, FILES["cube.nc"])
-
-
-def test_file__is_offered_under_a_plain_name(api: Api, published: str) -> None:
-    disposition = api.http.get(f"{published}/cube.nc").headers["Content-Disposition"]
-    assert disposition == 'attachment; filename="rger-..-x-cube.nc"'
-
-
-def test_report__runs_its_own_script_in_a_sandbox_without_network(api: Api, published: str) -> None:
-    response = api.http.get(f"{published}/report.html")
+    response = api.http.get(f"/v1/sweeps/{id}/report.html")
     policy = response.headers["Content-Security-Policy"]
     assert "default-src 'none'" in policy
     assert "script-src 'unsafe-inline'" in policy
@@ -275,58 +176,15 @@ def test_report__runs_its_own_script_in_a_sandbox_without_network(api: Api, publ
     assert response.headers["X-Content-Type-Options"] == "nosniff"
 
 
-def test_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api: Api) -> None:
-    response = api.http.get(f"/v1/sweeps/{api.submit()}/cube.nc")
-    assert response.status_code == 409
-    assert response.json()["type"].endswith("not-ready")
-    assert "queued" in response.json()["detail"]
-
-
-def test_file__that_was_removed_by_hand_is_a_404(api: Api, published: str) -> None:
-    for file in api.settings.data.rglob("cube.nc"):
-        file.unlink()
-    assert api.http.get(f"{published}/cube.nc").status_code == 404
-
-
 # --- catalogue and health ---------------------------------------------------------------------------
 
 
 def test_scenarios__tell_unit_bounds_default_and_meaning(api: Api) -> None:
-    items = {one["name"]: one for one in api.http.get("/v1/scenarios").json()["items"]}
+    items = {item["name"]: item for item in api.http.get("/v1/scenarios").json()["items"]}
     assert {"thin_plate", "thick_plate"} <= set(items)
-    parameters = {one["name"]: one for one in items["thin_plate"]["parameters"]}
+    parameters = {item["name"]: item for item in items["thin_plate"]["parameters"]}
     assert parameters["speed"]["unit"] == "m s-1"
     assert parameters["speed"]["minimum"] > 0
     assert parameters["speed"]["required"]
     assert parameters["projectile_shape"]["default"] == "sphere"
-    assert all(one["meaning"] for one in parameters.values())
-
-
-def test_materials__carry_unit_source_and_confidence(api: Api) -> None:
-    items = {one["name"]: one for one in api.http.get("/v1/materials").json()["items"]}
-    assert {"value", "unit", "source", "confidence"} == set(items["copper-ofhc"]["density"])
-
-
-def test_accuracies__carry_resolutions_offsets_and_meaning(api: Api) -> None:
-    items = {one["name"]: one for one in api.http.get("/v1/accuracies").json()["items"]}
-    assert list(items) == list(ACCURACY)
-    assert items["fine"]["resolutions"] == list(ACCURACY["fine"].resolutions)
-    assert items["fine"]["offsets"] == ACCURACY["fine"].offsets
-    assert all(one["meaning"] for one in items.values())
-
-
-def test_recipes__say_what_they_fill_in(api: Api) -> None:
-    items = {one["name"]: one for one in api.http.get("/v1/recipes").json()["items"]}
-    assert {"whipple", "thesis"} <= set(items)
-    assert items["thesis"]["shape"] == "linear"
-
-
-def test_laws__carry_equation_source_and_range(api: Api) -> None:
-    for law in api.http.get("/v1/laws").json()["items"]:
-        assert law["equation"]
-        assert law["source"]
-        assert law["range"]
-
-
-def test_version__names_the_physics(api: Api) -> None:
-    assert api.http.get("/version").json()["physics_version"] >= 1
+    assert all(item["meaning"] for item in parameters.values())

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 from tests.service.support.api import SWEEP, Api, open_api, sweep_of
 
@@ -37,14 +36,6 @@ def test_key__sent_twice_is_one_sweep(api: Api) -> None:
     assert first.headers["Location"] == second.headers["Location"]
     assert first.json() == second.json()
     assert len(listed(api)) == 1
-
-
-def test_key__shows_the_sweep_as_it_is_by_now(api: Api) -> None:
-    first = submit(api, key=KEY).json()
-    api.compute()
-    second = submit(api, key=KEY).json()
-    assert (second["id"], second["state"]) == (first["id"], "succeeded")
-    assert [second[word] for word in ("planned", "reused", "new")] == [2, 0, 2]
 
 
 def test_key__of_many_at_once_is_one_sweep(api: Api) -> None:
@@ -86,24 +77,6 @@ def test_key__that_is_none_is_refused(api: Api, key: str) -> None:
     assert listed(api) == []
 
 
-def test_key__of_a_refused_sweep_is_free_again(api: Api) -> None:
-    assert submit(api, sweep_of(scenario="thin_plat"), key=KEY).status_code == 422
-    assert submit(api, key=KEY).status_code == 202
-
-
-def test_key__of_a_deleted_sweep_is_free_again(api: Api) -> None:
-    id = submit(api, key=KEY).json()["id"]
-    api.store.cancel_sweep(id)
-    api.store.delete_sweep(id)
-    assert submit(api, key=KEY).json()["id"] != id
-
-
-def test_without_a_key__each_submission_is_a_sweep(api: Api) -> None:
-    first, second = submit(api).json(), submit(api).json()
-    assert first["id"] != second["id"]
-    assert [second[word] for word in ("planned", "reused", "new")] == [2, 2, 0]
-
-
 # --- priority and retention -------------------------------------------------------------------------
 
 
@@ -118,14 +91,6 @@ def test_priority_and_keep__are_no_part_of_the_question(api: Api) -> None:
     document = api.http.get(f"/v1/sweeps/{id}/document").json()
     assert not {"priority", "keep"} & set(document)
     assert submit(api, document).json()["reused"] == 2
-
-
-def test_keep__of_a_shared_run_is_the_most_that_is_asked(api: Api) -> None:
-    first = submit(api, query="?keep=numbers").json()["id"]
-    submit(api, query="?keep=film")
-    submit(api, query="?keep=final")
-    runs = api.http.get(f"/v1/sweeps/{first}/runs").json()["items"]
-    assert [point["run"]["keep"] for point in runs] == ["film", "film"]
 
 
 @pytest.mark.parametrize(
@@ -145,17 +110,6 @@ def test_wrong_word__is_refused_and_stores_nothing(api: Api, query: str, field: 
     assert error["field"] == field
     assert all(error[word] for word in ("value", "limit", "cure"))
     assert listed(api) == []
-
-
-def test_yaml__is_submitted_in_the_same_way(api: Api) -> None:
-    headers = {"Content-Type": "application/yaml", "Idempotency-Key": KEY}
-    text = yaml.safe_dump(SWEEP)
-    ids = {
-        api.http.post("/v1/sweeps?priority=3", content=text, headers=headers).json()["id"]
-        for _ in range(2)
-    }
-    assert len(ids) == 1
-    assert listed(api)[0]["priority"] == 3
 
 
 # --- change -----------------------------------------------------------------------------------------
@@ -213,7 +167,3 @@ def test_change__of_a_sweep_that_has_ended_is_a_conflict(api: Api) -> None:
     refused = api.http.patch(f"/v1/sweeps/{id}", json={"priority": 1})
     assert refused.status_code == 409
     assert "succeeded" in refused.json()["detail"]
-
-
-def test_change__of_nothing_is_a_404(api: Api) -> None:
-    assert api.http.patch("/v1/sweeps/nope", json={"priority": 1}).status_code == 404

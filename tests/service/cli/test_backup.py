@@ -69,7 +69,7 @@ def test_restored__service_has_the_same_bits_and_goes_on(harness: Harness, tmp_p
     out = tmp_path / "out"
     rows, files = rows_of(harness.store), files_of(harness.store, harness.settings.data)
     done = back_up(harness.settings, out, harness.store)
-    assert (done.copied, done.known, done.removed, done.lost) == (len(files), 0, 0, ())
+    assert (done.copied, done.present, done.removed, done.lost) == (len(files), 0, 0, ())
     assert done.size == sum(map(len, files.values()))
     restored = tmp_path / "restored"
     shutil.copytree(out, restored)
@@ -93,7 +93,7 @@ def test_backup__again_copies_what_is_new_alone(harness: Harness, tmp_path: Path
     first = back_up(harness.settings, tmp_path / "out", harness.store)
     computed(harness, 1, first=7, name="later")
     second = back_up(harness.settings, tmp_path / "out", harness.store)
-    assert second.known == first.copied
+    assert second.present == first.copied
     assert second.copied > 0
     with closing(open_store(settings_in(tmp_path / "out"))) as store:
         assert files_of(store, tmp_path / "out") == files_of(harness.store, harness.settings.data)

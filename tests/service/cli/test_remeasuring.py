@@ -14,7 +14,7 @@ import xarray as xr
 
 from service.cli.local import start_engine
 from service.cli.offline import without_services
-from service.cli.remeasuring import plan_of, renew
+from service.cli.remeasuring import plan_of, remeasure_runs
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
 from service.records.jobs import State, Submission, SweepState
@@ -107,10 +107,10 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
     old = {id: solved.result(id) for id in solved.runs()}
     earlier = [solved.store.run_file(id, RESULT) for id in old]
     assert run("remeasure") == 0
-    said = capsys.readouterr().out
-    assert "changed: 2 results; unreadable: 0" in said
-    assert "published again by the next start of the service: 2 sweeps" in said
-    assert all(f"{row.id}  {row.name}" in said for row in solved.store.sweeps().items)
+    output = capsys.readouterr().out
+    assert "changed: 2 results; unreadable: 0" in output
+    assert "published again at the next start of the service: 2 sweeps" in output
+    assert all(f"{row.id}  {row.name}" in output for row in solved.store.sweeps().items)
     assert solved.states() == {SweepState.PUBLISHING}
     for id in solved.runs():
         result, row = solved.result(id), solved.store.run(id)
@@ -120,7 +120,9 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
         assert (row.attempt, row.state) == (1, State.SUCCEEDED)
         file = solved.store.run_file(id, RESULT)
         assert (row.path, row.size, row.sha256) == (file.path, file.size, file.sha256)
-        others = {name: one for name, one in result["measurements"].items() if name != MEASUREMENT}
+        others = {
+            name: item for name, item in result["measurements"].items() if name != MEASUREMENT
+        }
         assert others.items() <= old[id]["measurements"].items()
     assert solved.is_intact()
     assert all(solved.artifacts.is_intact(file) for file in earlier)  # nothing is written in place
@@ -144,8 +146,8 @@ def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     cube = xr.load_dataset(out / "cube.nc")
     assert (cube[MEASUREMENT] == VALUE).all()
     assert json.loads(cube.attrs["measurement_versions"])[MEASUREMENT] == [VERSION]
-    told = json.loads(cube.attrs["software"])["remeasured"][0]
-    assert f"{MEASUREMENT} {TODAY} to {VERSION}" in told
+    messages = json.loads(cube.attrs["software"])["remeasured"][0]
+    assert f"{MEASUREMENT} {TODAY} to {VERSION}" in messages
     rest = [name for name in before.data_vars if MEASUREMENT not in str(name)]
     assert all(cube[name].identical(before[name]) for name in rest if before[name].size)
 
@@ -161,24 +163,13 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(
     file = solved.artifacts.path(solved.store.run_file(damaged, STATE))
     file.write_bytes(b"x" * file.stat().st_size)
     assert run("remeasure") == 3
-    said = capsys.readouterr().out
-    assert "not kept: 0" in said
-    assert "changed: 1 results; unreadable: 1" in said
-    assert f"{damaged} stays as it is: Damaged: state.npz does not match its checksum" in said
+    output = capsys.readouterr().out
+    assert "without a state: 0" in output
+    assert "changed: 1 results; unreadable: 1" in output
+    assert f"{damaged} is unchanged: Damaged: state.npz does not match its checksum" in output
     assert solved.result(damaged) == before
     assert solved.result(fine)["measurements"][MEASUREMENT]["value"] == VALUE
     assert solved.store.sweep(other.id).state is SweepState.QUEUED  # no run was begun
-
-
-def test_result__of_another_physics_stays_as_it_is(
-    solved: Solved, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first, second = solved.runs()
-    question = solved.store.run_spec(second)  # by another version the same question has another id
-    monkeypatch.setattr(Store, "run_spec", lambda _store, _id: question)
-    [renewal] = renew(solved.settings, solved.store, [first])
-    assert renewal.reason is not None
-    assert "another version of the physics" in renewal.reason
 
 
 def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(
@@ -187,9 +178,9 @@ def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(
     for id in solved.runs():
         solved.store.forget_files(id, [STATE])
     assert run("remeasure") == 0
-    said = capsys.readouterr().out
-    assert "to read again: 0 results of 0 sweeps; not kept: 2" in said
-    assert all(f"{id} stays as it is: its final state was not kept" in said for id in solved.runs())
+    output = capsys.readouterr().out
+    assert "to measure again: 0 results of 0 sweeps; without a state: 2" in output
+    assert all(f"{id} is unchanged: its final state was not kept" in output for id in solved.runs())
 
 
 # --- what interrupts it ----------------------------------------------------------------------------
@@ -199,16 +190,18 @@ def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(
     solved: Solved, capsys: Capsys
 ) -> None:
     plan = plan_of(solved.store)
-    assert len(plan.read) == 2
-    [first] = islice(renew(solved.settings, solved.store, plan.read), 1)
+    assert len(plan.measurable) == 2
+    [first] = islice(remeasure_runs(solved.settings, solved.store, plan.measurable), 1)
     assert first.marked
     file = solved.store.run_file(first.run_id, RESULT)
     assert solved.is_intact()
     assert run("remeasure") == 0
-    assert capsys.readouterr().out.startswith("to read again: 1 results")
+    assert capsys.readouterr().out.startswith("to measure again: 1 results")
     assert solved.store.run_file(first.run_id, RESULT) == file
     assert run("remeasure") == 0
-    assert capsys.readouterr().out == "to read again: 0 results of 0 sweeps; not kept: 0\n"
+    assert (
+        capsys.readouterr().out == "to measure again: 0 results of 0 sweeps; without a state: 0\n"
+    )
 
 
 def test_child__that_dies_is_told_of_and_the_next_time_goes_on(
@@ -216,11 +209,11 @@ def test_child__that_dies_is_told_of_and_the_next_time_goes_on(
 ) -> None:
     monkeypatch.setenv(FAULT, str(solved.settings.data / "died"))
     assert run("remeasure") == 1
-    said = capsys.readouterr()
-    assert "a process that reads states died" in said.err
-    assert "changed: 0 results" in said.out
+    output = capsys.readouterr()
+    assert "a process that measures states died" in output.err
+    assert "changed: 0 results" in output.out
     assert run("remeasure") == 0
-    assert plan_of(solved.store).read == ()
+    assert plan_of(solved.store).measurable == ()
 
 
 # --- beside a service ------------------------------------------------------------------------------
@@ -232,7 +225,7 @@ def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) 
         assert run("remeasure") == 1
         assert "is used by process" in capsys.readouterr().err
         assert run("remeasure", "--dry-run") == 0
-    assert "to read again: 2 results of 2 sweeps" in capsys.readouterr().out
+    assert "to measure again: 2 results of 2 sweeps" in capsys.readouterr().out
     assert solved.store.files() == files
 
 
@@ -245,7 +238,7 @@ def test_command__refuses_where_a_service_leads_on_postgresql(
         assert leadership is not None
         with (
             closing(leadership),
-            pytest.raises(DataInUse, match="host:7 works on this database"),
+            pytest.raises(DataInUse, match="host:7 uses this database"),
             without_services(settings, store),
         ):
             pass

@@ -17,7 +17,6 @@ import pytest
 from fastapi import FastAPI, Request
 from fastapi.responses import StreamingResponse
 
-from service.api.event_streams import MOST_STREAMS
 from service.cli import serve
 from service.cli.serve import _listening, _Server
 from service.records.settings import Settings
@@ -29,27 +28,27 @@ ROOT = Path(__file__).parents[3]
 
 
 @dataclass
-class Watched:
-    """Stands in for the engine and for the event streams: remembers what it was told."""
+class Recorder:
+    """Stands in for the engine and for the event streams, and records the calls."""
 
-    told: list[str] = field(default_factory=list)
+    calls: list[str] = field(default_factory=list)
 
     def leave(self) -> None:
-        self.told.append("leave")
+        self.calls.append("leave")
 
     def close(self) -> None:
-        self.told.append("close")
+        self.calls.append("close")
 
 
 @pytest.fixture
-def watched() -> Watched:
-    return Watched()
+def recorder() -> Recorder:
+    return Recorder()
 
 
 @pytest.fixture
-def app(watched: Watched) -> FastAPI:
+def app(recorder: Recorder) -> FastAPI:
     made = FastAPI()
-    made.state.engine = made.state.live = watched
+    made.state.engine = made.state.event_streams = recorder
     return made
 
 
@@ -77,23 +76,23 @@ def once_started(server: _Server, act: Callable[[int], Any]) -> None:
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
 def test_signal__lets_runs_leave_while_connections_close(
-    app: FastAPI, watched: Watched, tmp_path: Path, number: signal.Signals
+    app: FastAPI, recorder: Recorder, tmp_path: Path, number: signal.Signals
 ) -> None:
     def soon(server: _Server) -> None:
         once_started(server, lambda _port: os.kill(os.getpid(), number))
 
     assert serve_until(app, tmp_path, soon) == number.name
-    assert watched.told == ["leave", "close"]
+    assert recorder.calls == ["leave", "close"]
 
 
 def test_signal__that_came_before_the_server_is_heeded_too(
-    app: FastAPI, watched: Watched, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    app: FastAPI, recorder: Recorder, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def at_once(_server: _Server) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
     assert serve_until(app, tmp_path, at_once) == "SIGTERM"
-    assert watched.told == ["close"]
+    assert recorder.calls == ["close"]
     assert "serves" not in capsys.readouterr().out
 
 
@@ -102,11 +101,11 @@ STUCK = (
     "from contextlib import contextmanager; from pathlib import Path\n"
     "from fastapi import FastAPI\n"
     "from service.cli import serve; from service.records.settings import Settings\n"
-    "from tests.service.cli.test_serve import Watched\n"
+    "from tests.service.cli.test_serve import Recorder\n"
     "@contextmanager\n"
     "def open_service(settings, start_engine):\n"
     "    app = FastAPI()\n"
-    "    app.state.engine = app.state.live = Watched()\n"
+    "    app.state.engine = app.state.event_streams = Recorder()\n"
     "    yield app\n"
     "serve.open_service = open_service\n"
     "ThreadPoolExecutor(1).submit(threading.Event().wait)\n"
@@ -127,7 +126,7 @@ def test_signal__ends_the_process_though_a_thread_goes_on(tmp_path: Path) -> Non
         begin = time.monotonic()
         process.terminate()
         assert process.wait(DEADLINE) == 0
-        assert time.monotonic() - begin < serve.GONE_SECONDS
+        assert time.monotonic() - begin < serve.EXIT_SECONDS
     finally:
         process.kill()
         process.communicate()
@@ -135,17 +134,17 @@ def test_signal__ends_the_process_though_a_thread_goes_on(tmp_path: Path) -> Non
 
 def ask_in(app: FastAPI, folder: Path, ask: Callable[[httpx.Client], Any]) -> Any:
     """What somebody finds who asks a server, which ends then."""
-    found: SimpleQueue[Any] = SimpleQueue()
+    result: SimpleQueue[Any] = SimpleQueue()
 
     def act(port: int) -> None:
         try:
             with httpx.Client(base_url=f"http://127.0.0.1:{port}", timeout=DEADLINE) as client:
-                found.put(ask(client))
+                result.put(ask(client))
         finally:
             os.kill(os.getpid(), signal.SIGTERM)
 
     serve_until(app, folder, lambda server: once_started(server, act))
-    return found.get(timeout=DEADLINE)
+    return result.get(timeout=DEADLINE)
 
 
 def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path) -> None:
@@ -155,8 +154,8 @@ def test_peer__is_who_is_connected_whatever_it_says(app: FastAPI, tmp_path: Path
         return request.client.host
 
     forged = {"X-Forwarded-For": "10.0.3.7", "X-Forwarded-Proto": "https"}
-    told = ask_in(app, tmp_path, lambda client: client.get("/peer", headers=forged).json())
-    assert told == "127.0.0.1"
+    peer_seen = ask_in(app, tmp_path, lambda client: client.get("/peer", headers=forged).json())
+    assert peer_seen == "127.0.0.1"
 
 
 def test_connections__beyond_the_limit_are_refused_and_streams_go_on(
@@ -166,12 +165,12 @@ def test_connections__beyond_the_limit_are_refused_and_streams_go_on(
 
     @app.get("/stream")
     def stream() -> StreamingResponse:
-        def words() -> Iterator[str]:
+        def texts() -> Iterator[str]:
             yield "first"
             assert over.wait(DEADLINE)
             yield "last"
 
-        return StreamingResponse(words())
+        return StreamingResponse(texts())
 
     def ask(client: httpx.Client) -> tuple[int, str, int]:
         with client.stream("GET", "/stream") as opened:
@@ -181,13 +180,6 @@ def test_connections__beyond_the_limit_are_refused_and_streams_go_on(
 
     monkeypatch.setattr(serve, "MOST_CONNECTIONS", 2)
     assert ask_in(app, tmp_path, ask) == (503, "firstlast", 404)
-
-
-def test_connections__leave_room_beside_the_event_streams(app: FastAPI, tmp_path: Path) -> None:
-    with heeding() as leaving:
-        config = _Server(app, Settings(data=tmp_path), leaving).config
-    assert config.limit_concurrency is not None
-    assert config.limit_concurrency > 2 * MOST_STREAMS
 
 
 def test_port__that_is_taken_is_refused_with_a_cure(tmp_path: Path) -> None:

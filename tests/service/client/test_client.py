@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from service.client.client import Client, ServiceError, StillRunning, SweepStatus, Unreachable
+from service.client.client import Client, ServiceError, StillRunning, Unreachable
 from studies import examples
 from studies.values.errors import InvalidInput
 from tests.service.support.api import FILES, SWEEP, Api, open_api, served, sweep_of
@@ -35,11 +35,6 @@ def test_client__without_an_address_asks_that_of_the_environment(
     assert Client().url == "http://127.0.0.1:8000"
 
 
-def test_submit__takes_a_document_and_hands_back_the_sweep(client: Client) -> None:
-    status = client.submit(SWEEP).status()
-    assert (status.name, status.planned) == ("two-speeds", 2)
-
-
 def test_submit__takes_a_file_with_the_observations_beside_it(
     client: Client, tmp_path: Path
 ) -> None:
@@ -58,24 +53,6 @@ def test_submit__refused__carries_every_finding(client: Client) -> None:
     [finding] = refused.value.findings
     assert finding.field == "scenario"
     assert "thin_plate" in finding.cure
-
-
-@pytest.mark.parametrize("value", [float("nan"), float("inf")])
-def test_submit__sends_even_what_json_cannot_say(client: Client, value: float) -> None:
-    with pytest.raises(InvalidInput, match="resolution"):
-        client.submit(sweep_of(resolution=value))
-
-
-def test_submit__of_a_missing_file_is_refused(client: Client, tmp_path: Path) -> None:
-    with pytest.raises(InvalidInput, match=r"nothing\.yaml"):
-        client.submit(tmp_path / "nothing.yaml")
-
-
-def test_wait__tells_progress_and_ends_with_the_sweep(api: Api, client: Client) -> None:
-    handle, seen = client.submit(sweep_of(name="waited for")), list[SweepStatus]()
-    api.compute()
-    assert handle.wait(timeout=20, on_progress=seen.append).state == "succeeded"
-    assert seen[-1].progress == 1
 
 
 def test_wait__past_its_deadline_says_where_the_sweep_stands(client: Client) -> None:
@@ -126,19 +103,6 @@ def test_cancel_retry_delete__move_a_sweep(api: Api, client: Client) -> None:
     with pytest.raises(ServiceError) as refused:
         handle.status()
     assert refused.value.status == 404
-
-
-def test_catalogue__is_at_hand(client: Client) -> None:
-    assert "thin_plate" in [one["name"] for one in client.scenarios()]
-    assert "copper-ofhc" in [one["name"] for one in client.materials()]
-    assert client.laws()
-    assert "fine" in [one["name"] for one in client.accuracies()]
-    assert client.estimate(SWEEP)["runs"] == 2
-
-
-def test_sweeps__are_listed(client: Client) -> None:
-    handle = client.submit(SWEEP)
-    assert handle.id in [status.id for status in client.sweeps()]
 
 
 def test_client__without_a_service_says_what_to_start() -> None:

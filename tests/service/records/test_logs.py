@@ -34,7 +34,7 @@ def api(tmp_path: Path) -> Iterator[Api]:
 
 
 def of_requests(lines: Lines) -> list[dict[str, Any]]:
-    return [line for line in lines() if line["logger"] == "service.api.request_log"]
+    return [line for line in lines() if line["logger"] == "service.api.middleware"]
 
 
 def test_line__has_time_level_logger_and_message(lines: Lines) -> None:

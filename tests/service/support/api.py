@@ -92,8 +92,8 @@ class Api:
                         self.store.publish(claim, self._files(claim.id), seconds=0.1)
                 elif failures > 0:
                     failures -= 1
-                    words = "density = 3e4 at particle 17 of 'target'"
-                    self.store.fail(claim, Cause.ERROR, failure="ValueError", reason=words)
+                    arguments = "density = 3e4 at particle 17 of 'target'"
+                    self.store.fail(claim, Cause.ERROR, failure="ValueError", reason=arguments)
                 else:
                     self.store.finish(claim, self.result(claim.id))
 
@@ -147,7 +147,7 @@ def served(api: Api) -> Iterator[str]:
         until(lambda: server.started, seconds=20)
         yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
     finally:
-        api.http.app.state.live.close()  # type: ignore[attr-defined]
+        api.http.app.state.event_streams.close()  # type: ignore[attr-defined]
         server.should_exit = True
         thread.join()
 

@@ -1,18 +1,18 @@
-"""What is asked of a service, over HTTP."""
+"""Requests to a service over HTTP."""
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.commands.options import (
-    FINE,
+    FAILURE,
     LOCAL,
     SOME_FAILED,
-    WRONG,
+    SUCCESS,
     KeyFile,
     Out,
     Overwrite,
@@ -29,30 +29,29 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-Watch = Annotated[bool, typer.Option("--watch", help="Tell what happens, until it has ended.")]
-# "-5" is a number here, not an option.
-NUMBERS = {"ignore_unknown_options": True}
-
 
 @app.command()
 def submit(
     file: SweepFile,
     priority: Annotated[
-        int, typer.Option(help="Smaller is sooner, -100 to 100; others of larger numbers wait.")
+        int, typer.Option(help="-100 to 100; sweeps of smaller numbers are computed first.")
     ] = 0,
     keep: Annotated[
-        str, typer.Option(help="Of each run: numbers, also the final state, also the film.")
+        str,
+        typer.Option(help="Files kept for each run: numbers, also the final state, also the film."),
     ] = "final",
     idempotency_key: Annotated[
         str | None,
-        typer.Option(help="Text of your own: the same key with the same sweep is accepted once."),
+        typer.Option(
+            help="A text of your choice; repeating the same submission with it has no effect."
+        ),
     ] = None,
-    wait: Annotated[bool, typer.Option("--wait", help="Stay until the sweep has ended.")] = False,
+    wait: Annotated[bool, typer.Option("--wait", help="Wait until the sweep has ended.")] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Give a sweep to a service, and print its id."""
-    from service.cli.console import print_sweep
+    """Submit a sweep to a service, and print its id."""
+    from service.cli.console import print_sweep, showing_progress
 
     with client_of(url, key_file) as client:
         handle = client.submit(file, priority=priority, keep=keep, idempotency_key=idempotency_key)
@@ -63,7 +62,10 @@ def submit(
             file=sys.stderr,
         )
         if wait:
-            raise typer.Exit(_wait(handle, accepted.name))
+            with showing_progress(accepted.name) as show:
+                ended = handle.wait(on_progress=show)
+            print_sweep(ended)
+            raise typer.Exit(_exit_status(ended))
         print(
             f"watch it with: whipple status {handle.id} --watch --url {client.url}", file=sys.stderr
         )
@@ -71,42 +73,51 @@ def submit(
 
 @app.command()
 def status(
-    id: Annotated[str | None, typer.Argument(metavar="[ID]", help="A sweep; else all.")] = None,
-    watch: Watch = False,
+    id: Annotated[
+        str | None, typer.Argument(metavar="[ID]", help="A sweep; by default all.")
+    ] = None,
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Print events until the sweep has ended.")
+    ] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Show how far a sweep is, or all sweeps. With --watch: what happens to it, as it happens."""
-    from service.cli.console import print_happening, print_sweep, print_sweep_line
+    """Show the status of a sweep, or of all sweeps. With --watch: its events as they happen."""
+    from service.cli.console import print_event, print_sweep, print_sweep_line
 
     with client_of(url, key_file) as client:
         if id is None:
-            for one in client.sweeps():
-                print_sweep_line(one)
+            for sweep in client.sweeps():
+                print_sweep_line(sweep)
             return
         handle = client.sweep(id)
         print_sweep(handle.status())
         if watch:
-            ended = handle.watch(print_happening)
+            for event in handle.events():
+                print_event(event)
+            ended = handle.status()
             print_sweep(ended)
-            raise typer.Exit(_status_of(ended))
+            raise typer.Exit(_exit_status(ended))
 
 
 @app.command()
 def runs(
     id: SweepId,
     state: Annotated[
-        str | None, typer.Option(help="Only these: queued, running, succeeded, failed, ...")
+        str | None,
+        typer.Option(help="Runs in this state only: queued, running, succeeded, failed, ..."),
     ] = None,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """List the runs of a sweep, each with its state and, where it failed, why."""
+    """List the runs of a sweep, each with its state and, if it failed, the reason."""
     from service.cli.console import print_point
+    from studies.sweeps.sweep import ACCEPTED, Sweep
 
     with client_of(url, key_file) as client:
         handle = client.sweep(id)
-        units = _units_of_axes(handle.document())
+        sweep = Sweep.parse(handle.document(), ACCEPTED)
+        units = {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)}
         for point in handle.runs(state):
             print_point(point, units)
 
@@ -122,17 +133,17 @@ def fetch(
     """Download cube and report of a sweep."""
     with client_of(url, key_file) as client:
         folder = client.sweep(id).fetch(folder_of(out), overwrite=overwrite)
-    print(f"look at {folder / 'report.html'}")
+    print(f"report: {folder / 'report.html'}")
 
 
 @app.command("fetch-run")
 def fetch_run(
     run: RunId,
-    out: Annotated[Path, typer.Option(help="Folder for what is kept of the run.")],
+    out: Annotated[Path, typer.Option(help="Folder for the files of the run.")],
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Download what is kept of a run: result, final state, film, log."""
+    """Download the stored files of a run: result, final state, film, log."""
     with client_of(url, key_file) as client:
         folder = client.fetch_run(run, folder_of(out))
     print(", ".join(sorted(str(file) for file in folder.iterdir())))
@@ -140,15 +151,15 @@ def fetch_run(
 
 @app.command()
 def log(run: RunId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
-    """Print what the solver said in the last attempt of a run; of a running one, until now."""
+    """Print the output of the solver in the last attempt of a run, up to now."""
     with client_of(url, key_file) as client:
         print(client.log(run), end="")
 
 
 @app.command()
 def cancel(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
-    """Stop a sweep. What was computed until now is published."""
-    with _told(id, url, key_file) as handle:
+    """Stop a sweep. The results so far are published."""
+    with _commanding(id, url, key_file) as handle:
         handle.cancel()
 
 
@@ -156,31 +167,35 @@ def cancel(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
 def retry(
     id: SweepId,
     verdicts: Annotated[
-        bool, typer.Option("--verdicts", help="Also what the solver gave up; it will again.")
+        bool,
+        typer.Option("--verdicts", help="Also runs that the solver rejected, which fail again."),
     ] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Compute again what an accident or a cancel ended, then publish again."""
-    with _told(id, url, key_file) as handle:
+    """Compute cancelled, failed and lost runs again, then publish again."""
+    with _commanding(id, url, key_file) as handle:
         handle.retry(verdicts=verdicts)
 
 
-@app.command(context_settings=NUMBERS)
+# "-5" is a number here, not an option.
+@app.command(context_settings={"ignore_unknown_options": True})
 def priority(
     id: SweepId,
-    number: Annotated[int, typer.Argument(metavar="N", help="Smaller is sooner, -100 to 100.")],
+    number: Annotated[
+        int, typer.Argument(metavar="N", help="-100 to 100; smaller numbers are computed first.")
+    ],
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Let a sweep come sooner or later; runs under way go on."""
-    with _told(id, url, key_file) as handle:
+    """Change the priority of a sweep; running runs continue."""
+    with _commanding(id, url, key_file) as handle:
         handle.prioritise(number)
 
 
 @app.command()
 def delete(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
-    """Forget a sweep that has ended, with cube and report; its runs stay for others."""
+    """Delete a sweep that has ended, with cube and report; other sweeps keep its runs."""
     with client_of(url, key_file) as client:
         client.sweep(id).delete()
     print(f"{id} is deleted")
@@ -188,7 +203,7 @@ def delete(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
 
 @app.command()
 def queue(url: Url = LOCAL, key_file: KeyFile = None) -> None:
-    """Show the queue as a whole: what is in it, who works through it, and what hinders."""
+    """Show the queue: its jobs by state, its leader, and what blocks it."""
     from service.cli.console import print_queue
 
     with client_of(url, key_file) as client:
@@ -197,7 +212,7 @@ def queue(url: Url = LOCAL, key_file: KeyFile = None) -> None:
 
 @app.command()
 def pause(url: Url = LOCAL, key_file: KeyFile = None) -> None:
-    """Begin no more runs. Those under way go on; sweeps are accepted and published."""
+    """Start no more runs. Running ones continue; sweeps are accepted and published."""
     from service.cli.console import print_queue
 
     with client_of(url, key_file) as client:
@@ -206,7 +221,7 @@ def pause(url: Url = LOCAL, key_file: KeyFile = None) -> None:
 
 @app.command()
 def resume(url: Url = LOCAL, key_file: KeyFile = None) -> None:
-    """Begin runs again."""
+    """Start runs again."""
     from service.cli.console import print_queue
 
     with client_of(url, key_file) as client:
@@ -214,8 +229,8 @@ def resume(url: Url = LOCAL, key_file: KeyFile = None) -> None:
 
 
 @contextmanager
-def _told(id: str, url: str, key_file: Path | None) -> "Iterator[SweepHandle]":
-    """A sweep for an order, and how it stands after that."""
+def _commanding(id: str, url: str, key_file: Path | None) -> "Iterator[SweepHandle]":
+    """A sweep that receives a command in the block; its status is printed afterwards."""
     from service.cli.console import print_sweep
 
     with client_of(url, key_file) as client:
@@ -224,25 +239,7 @@ def _told(id: str, url: str, key_file: Path | None) -> "Iterator[SweepHandle]":
         print_sweep(handle.status())
 
 
-def _units_of_axes(document: Mapping[str, Any]) -> dict[str, str | None]:
-    """The SI unit of each axis of an accepted sweep, and of what each point is refined by."""
-    from studies.sweeps.sweep import ACCEPTED, Sweep
-
-    sweep = Sweep.parse(document, ACCEPTED)
-    return {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)}
-
-
-def _wait(handle: "SweepHandle", name: str) -> int:
-    """Stay until a sweep has ended, say how, and return the exit status."""
-    from service.cli.console import print_sweep, watching
-
-    with watching(name) as tell:
-        ended = handle.wait(on_progress=tell)
-    print_sweep(ended)
-    return _status_of(ended)
-
-
-def _status_of(ended: "SweepStatus") -> int:
+def _exit_status(ended: "SweepStatus") -> int:
     if ended.state == "failed":
-        return WRONG
-    return FINE if ended.counts.get("succeeded") == ended.planned else SOME_FAILED
+        return FAILURE
+    return SUCCESS if ended.counts.get("succeeded") == ended.planned else SOME_FAILED

@@ -1,0 +1,157 @@
+"""Around each request: its id, its log line and its metrics; deadlines and a bound on the work of reading it.
+
+Half-sent requests cost their sender nothing, and the service one of its connections: five hundred of them
+turned every response into a 503. So a head and a body each have a deadline, and when all connections are
+taken, the one whose deadline is nearest makes room for a new one. The computing time for reading one request
+is bounded too, because it blocks the event loop.
+"""
+
+import asyncio
+import logging
+import re
+import secrets
+import time
+from typing import Any
+
+import h11
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from service.api.metrics import Metrics
+from service.records.logs import REQUEST_ID
+
+log = logging.getLogger(__name__)
+
+CALLERS_REQUEST_ID = re.compile(r"[A-Za-z0-9._-]{1,64}")
+METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
+PROBES = frozenset({"/livez", "/readyz", "/metrics"})  # monitors request them every few seconds
+UNKNOWN_ROUTE = "unknown"
+LONGEST_ID = 64  # characters of an id in the log; those of the service have 32
+ID_FIELDS = {"/v1/sweeps/": "sweep", "/v1/runs/": "run"}  # log field for the ``{id}`` of a route
+
+LONGEST_HEAD = 32 * 1024  # bytes of request line and headers; usual are a few hundred
+HEAD_SECONDS = 10.0  # for a head; on a kept connection, from the end of the last response
+BODY_SECONDS = 120.0  # for a body: 4 MiB at 35 kB/s
+CHUNK = 16 * 1024  # bytes parsed between two readings of the clock
+PARSING_SECONDS = 0.1  # computing time that a request may take beyond what its bytes may:
+PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte at 1e6 (2026-11)
+
+
+class RequestLog:
+    """The outermost middleware: gives each request an id, and records its outcome."""
+
+    def __init__(self, app: ASGIApp, metrics: Metrics):
+        self._app = app
+        self._metrics = metrics
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        callers_id = Headers(scope=scope).get("x-request-id", "")
+        is_plain = CALLERS_REQUEST_ID.fullmatch(callers_id)
+        request_id = callers_id if is_plain else secrets.token_hex(8)
+        scope.setdefault("state", {})["request_id"] = request_id
+        token = REQUEST_ID.set(request_id)
+        begin, status = time.perf_counter(), 500  # stays 500 if an exception escapes
+
+        async def send_with_id(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                MutableHeaders(scope=message)["X-Request-ID"] = request_id
+            await send(message)
+
+        try:
+            await self._app(scope, receive, send_with_id)
+        finally:
+            self._record(scope, status, time.perf_counter() - begin)
+            REQUEST_ID.reset(token)
+
+    def _record(self, scope: Scope, status: int, seconds: float) -> None:
+        method = scope["method"] if scope["method"] in METHODS else "other"
+        # The template of the route: what the caller wrote is never a label.
+        template = getattr(scope.get("route"), "path", None)
+        route = template or scope.get("root_path") or UNKNOWN_ROUTE
+        self._metrics.record_request(route=route, method=method, status=status, seconds=seconds)
+        id = scope.get("path_params", {}).get("id")
+        is_quiet = route in PROBES and status < 500
+        level = logging.WARNING if status >= 500 else logging.DEBUG if is_quiet else logging.INFO
+        fields = {
+            "method": method,
+            "route": route,
+            "status": status,
+            "seconds": round(seconds, 6),
+            "caller": scope["state"].get("caller") or None,
+        }
+        for prefix, field in ID_FIELDS.items():
+            if id is not None and route.startswith(prefix):
+                fields[field] = str(id)[:LONGEST_ID]
+        log.log(level, "%s %s %d", method, route, status, extra=fields)
+
+
+class DeadlineProtocol(H11Protocol):
+    """A connection that is closed when a request arrives too slowly, or is too expensive to parse."""
+
+    _deadline: asyncio.TimerHandle | None = None
+    _deadline_state: Any = None  # state of h11 that the deadline belongs to
+    _excess_seconds = 0.0  # computing time on this request, beyond what its bytes may take
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override] # as uvicorn's own
+        super().connection_made(transport)
+        self._set_deadline()
+        self._make_room()
+
+    def data_received(self, data: bytes) -> None:
+        for offset in range(0, len(data), CHUNK):
+            chunk = data[offset : offset + CHUNK]
+            begin = time.thread_time()
+            super().data_received(chunk)
+            self._set_deadline()
+            seconds = time.thread_time() - begin - len(chunk) / PARSING_RATE
+            self._excess_seconds = max(0.0, self._excess_seconds + seconds)
+            if self._excess_seconds > PARSING_SECONDS:
+                self.transport.close()
+            if self.transport.is_closing():
+                return
+
+    def on_response_complete(self) -> None:
+        super().on_response_complete()
+        self._set_deadline()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._clear_deadline()
+        super().connection_lost(exc)
+
+    def _set_deadline(self) -> None:
+        """Start the time for a head or a body; a complete request has no deadline."""
+        state = self.conn.their_state
+        if state is self._deadline_state or self.transport.is_closing():
+            return
+        self._clear_deadline()
+        self._deadline_state = state
+        if state is h11.IDLE:
+            self._excess_seconds = 0.0
+        seconds = {h11.IDLE: HEAD_SECONDS, h11.SEND_BODY: BODY_SECONDS}.get(state)
+        if seconds is not None:
+            self._deadline = self.loop.call_later(seconds, self.transport.close)
+
+    def _clear_deadline(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+    def _make_room(self) -> None:
+        """When all connections are taken, close the one whose deadline is nearest."""
+        if self.limit_concurrency is None or len(self.connections) < self.limit_concurrency:
+            return
+        deadlines = {
+            other: other._deadline.when()
+            for other in self.connections - {self}
+            if isinstance(other, DeadlineProtocol) and other._deadline is not None
+        }
+        if deadlines:
+            nearest = min(deadlines, key=deadlines.__getitem__)
+            nearest.transport.close()
+            self.connections.discard(nearest)

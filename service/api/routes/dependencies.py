@@ -1,0 +1,209 @@
+"""Dependencies of endpoints: parts of the app, request bodies, submissions, and the Link header of pages."""
+
+import hashlib
+import re
+from typing import Annotated
+
+from fastapi import Depends, Header, Path, Query, Request, Response
+from pydantic import ValidationError
+from starlette.requests import ClientDisconnect
+
+from service.api.access import Submitter
+from service.api.documents import read_json, read_yaml
+from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
+from service.api.event_streams import EventStreams
+from service.api.partial_cubes import PartialCubes
+from service.api.schemas import SweepChange
+from service.files.artifacts import Artifacts
+from service.queue import data_identity as identity
+from service.records.jobs import PRIORITIES, Keep, Submission
+from service.records.settings import Settings
+from service.store import Store
+from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.values.errors import Finding, InvalidInput
+from studies.values.nearest import shown
+
+LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
+LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number
+READERS = {
+    "application/json": read_json,
+    "application/yaml": read_yaml,
+    "application/x-yaml": read_yaml,
+    "text/yaml": read_yaml,
+}
+IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
+
+
+# --- parts of the app -----------------------------------------------------------------------------
+
+
+def _store(request: Request) -> Store:
+    return request.app.state.store
+
+
+def _settings(request: Request) -> Settings:
+    return request.app.state.settings
+
+
+def _artifacts(request: Request) -> Artifacts:
+    return Artifacts(request.app.state.settings.data)
+
+
+def _partial_cubes(request: Request) -> PartialCubes:
+    return request.app.state.partial_cubes
+
+
+def _event_streams(request: Request) -> EventStreams:
+    return request.app.state.event_streams
+
+
+AppStore = Annotated[Store, Depends(_store)]
+AppSettings = Annotated[Settings, Depends(_settings)]
+AppArtifacts = Annotated[Artifacts, Depends(_artifacts)]
+AppPartialCubes = Annotated[PartialCubes, Depends(_partial_cubes)]
+AppEventStreams = Annotated[EventStreams, Depends(_event_streams)]
+
+SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
+RunId = Annotated[str, Path(description="Run id from the list of a sweep's runs")]
+Cursor = Annotated[str | None, Query(description="`next_cursor` of the previous page")]
+Limit = Annotated[int, Query(ge=1, le=1000, description="Items per page")]
+
+
+def check_directory(settings: Settings, store: Store) -> None:
+    """Raise ServiceNotReady if the data directory does not belong to the database."""
+    try:
+        identity.check(settings, store)
+    except identity.WrongDirectory as error:
+        raise ServiceNotReady(error.what) from None
+
+
+def link_next(request: Request, response: Response, cursor: str | None) -> None:
+    """Name the next page, if there is one, in a Link header (RFC 8288)."""
+    if cursor is not None:
+        url = request.url.include_query_params(cursor=cursor)
+        response.headers["Link"] = f'<{url.path}?{url.query}>; rel="next"'
+
+
+# --- bodies ---------------------------------------------------------------------------------------
+
+
+async def _body(request: Request) -> bytes:
+    """The body, up to the size limit, which the framework would report in plain text."""
+    declared = request.headers.get("content-length", "")
+    body = bytearray()
+    if declared.isdigit() and int(declared[:18]) > LONGEST_BODY:
+        raise PayloadTooLarge(f"{declared[:18]} bytes; at most {LONGEST_BODY}")
+    try:
+        async for chunk in request.stream():
+            body += chunk
+            if len(body) > LONGEST_BODY:
+                raise PayloadTooLarge(f"more than {LONGEST_BODY} bytes")
+    except ClientDisconnect:
+        raise BadRequest("the body ended before its declared length") from None
+    return bytes(body)
+
+
+Body = Annotated[bytes, Depends(_body)]
+
+
+def _sweep(request: Request, body: Body, settings: AppSettings) -> Sweep:
+    """The sweep in the body, checked in full; raises InvalidInput with every finding."""
+    media_type = _media_type(request)
+    reader = READERS.get(media_type)
+    if reader is None:
+        raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(READERS)}")
+    request.state.document = document = reader(body)
+    return Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
+
+
+PostedSweep = Annotated[Sweep, Depends(_sweep)]
+
+
+def _change(request: Request, body: Body) -> SweepChange:
+    """The change of a sweep in the body; raises InvalidInput."""
+    if _media_type(request) not in ("application/json", "application/merge-patch+json"):
+        raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
+    if len(body) > LONGEST_CHANGE:
+        raise PayloadTooLarge(f"{len(body)} bytes; a change has at most {LONGEST_CHANGE}")
+    request.state.document = document = read_json(body)
+    try:
+        return SweepChange.model_validate(document)
+    except ValidationError as error:
+        limit = f"`priority` alone, an integer from {PRIORITIES[0]} to {PRIORITIES[-1]}"
+        raise InvalidInput(
+            Finding(
+                ".".join(map(str, item["loc"])) or "document",
+                shown(item["input"]),
+                limit,
+                'send for example {"priority": -10}',
+            )
+            for item in error.errors()
+        ) from None
+
+
+PatchedSweep = Annotated[SweepChange, Depends(_change)]
+
+
+def _media_type(request: Request) -> str:
+    return request.headers.get("content-type", "").partition(";")[0].strip().lower()
+
+
+# --- submission -----------------------------------------------------------------------------------
+
+Priority = Annotated[
+    int,
+    Query(
+        ge=PRIORITIES[0],
+        le=PRIORITIES[-1],
+        description="Sweeps of smaller numbers are computed first",
+    ),
+]
+Retention = Annotated[
+    Keep,
+    Query(
+        description="Files kept for each run: `numbers`, also the `final` state, or also the `film`"
+    ),
+]
+IdempotencyKey = Annotated[
+    str | None,
+    Header(
+        description="A text of your choice; repeating the same request with the same key returns "
+        "the sweep of the first one"
+    ),
+]
+
+
+def _submission(
+    request: Request,
+    caller: Submitter,
+    sweep: PostedSweep,
+    body: Body,
+    priority: Priority = 0,
+    keep: Retention = Keep.FINAL,
+    idempotency_key: IdempotencyKey = None,
+) -> Submission:
+    """A sweep with its owner, priority, retention and idempotency key.
+
+    Priority and retention are query parameters, because the document is the question alone: it is
+    hashed, stored in the cube and submitted again by others.
+    """
+    idempotency = None
+    if idempotency_key is not None:
+        prefix = f"{_media_type(request)}\n{priority}\n{keep}\n".encode()
+        digest = hashlib.sha256(prefix + body).hexdigest()
+        idempotency = (_unquoted_key(idempotency_key), digest)
+    return Submission(sweep, caller.name, priority, keep, idempotency)
+
+
+PostedSubmission = Annotated[Submission, Depends(_submission)]
+
+
+def _unquoted_key(key: str) -> str:
+    """An Idempotency-Key without the quotes of its draft standard; raises InvalidInput."""
+    text = key[1:-1] if len(key) > 1 and key[0] == key[-1] == '"' else key
+    if not IDEMPOTENCY_KEY.fullmatch(text):
+        limit = "1 to 200 visible ASCII characters without spaces"
+        raise InvalidInput(
+            [Finding("Idempotency-Key", shown(key), limit, "write for example a UUID")]
+        )
+    return text

@@ -1,0 +1,220 @@
+"""Maintenance of the database and the files of a service: keys, doctor, backup, adopt, forget-lost, remeasure."""
+
+import re
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from service.cli.commands.options import (
+    FAILURE,
+    SOME_FAILED,
+    SUCCESS,
+    Data,
+    DatabaseUrl,
+    settings_of,
+)
+from studies.values.errors import Finding, InvalidInput
+
+if TYPE_CHECKING:
+    from datetime import timedelta
+
+    from service.records.jobs import KeyRow
+
+app = typer.Typer()
+keys = typer.Typer(no_args_is_help=True)
+app.add_typer(keys, name="keys", help="API keys, which requests from other machines need.")
+
+DURATION = re.compile(r"([1-9]\d{0,5})([dhm])")
+UNITS = {"d": "days", "h": "hours", "m": "minutes"}
+
+
+# --- keys -----------------------------------------------------------------------------------------
+
+
+@keys.command("create")
+def create_key(
+    name: Annotated[str, typer.Argument(help="Owner of the sweeps submitted with the key.")],
+    scope: Annotated[
+        list[str] | None,
+        typer.Option(help="read, submit (default) or admin; each includes those before it."),
+    ] = None,
+    expires: Annotated[
+        str | None, typer.Option(help="Lifetime, such as 90d, 12h or 30m; by default unlimited.")
+    ] = None,
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Create a key, and print its secret once: it is not stored."""
+    from datetime import UTC, datetime
+
+    from service.cli.console import print_key
+    from service.cli.offline import open_store
+    from service.records.jobs import Scope
+
+    unknown = [word for word in scope or () if word not in list(Scope)]
+    if unknown:
+        limit = " or ".join(Scope)
+        raise InvalidInput([Finding("--scope", unknown[0], limit, "write one of these")])
+    if not name.strip() or not name.isprintable():
+        raise InvalidInput([Finding("NAME", repr(name), "a printable name", "write a name")])
+    scopes, lifetime = [Scope(word) for word in scope or ["submit"]], _lifetime(expires)
+    until = None if lifetime is None else datetime.now(UTC) + lifetime
+    with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
+        row, secret = store.create_key(name.strip(), scopes, until)
+    print(secret)
+    print_key(row, file=sys.stderr)
+    print("save the secret: it cannot be shown again", file=sys.stderr)
+
+
+@keys.command("list")
+def list_keys(data: Data = None, database_url: DatabaseUrl = None) -> None:
+    """List all keys, without their secrets."""
+    from service.cli.console import print_key
+    from service.cli.offline import open_store
+
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        rows = store.keys()
+    for row in rows:
+        print_key(row)
+
+
+@keys.command("revoke")
+def revoke_key(
+    key: Annotated[
+        str, typer.Argument(metavar="KEY", help="Id or prefix of a key, as `list` prints it.")
+    ],
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Revoke a key, from the next request on."""
+    from service.cli.console import print_key
+    from service.cli.offline import open_store
+
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        print_key(store.revoke_key(_matching(key, store.keys()).id))
+
+
+def _lifetime(text: str | None) -> "timedelta | None":
+    """The lifetime of a key; raises InvalidInput."""
+    from datetime import timedelta
+
+    if text is None:
+        return None
+    match = DURATION.fullmatch(text)
+    if match is None:
+        raise InvalidInput([Finding("--expires", text, "a duration", "write it like 90d or 12h")])
+    return timedelta(**{UNITS[match[2]]: int(match[1])})
+
+
+def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
+    """The one key of an id or prefix; raises InvalidInput."""
+    matching = [row for row in rows if text in (row.id, row.prefix)]
+    if len(matching) != 1:
+        limit = "the id, because several keys have this prefix" if matching else "the id of a key"
+        raise InvalidInput([Finding("KEY", text, limit, "see `whipple keys list`")])
+    return matching[0]
+
+
+# --- doctor and backup ----------------------------------------------------------------------------
+
+
+@app.command()
+def doctor(data: Data = None, database_url: DatabaseUrl = None) -> None:
+    """Check data directory, database and workers, and print cures. The exit status is 1 on an error."""
+    from service.cli.console import print_check
+    from service.cli.doctor import CheckStatus, examine
+
+    errors = 0
+    for check in examine(settings_of(data=data, database_url=database_url)):
+        print_check(check)
+        errors += check.status is CheckStatus.ERROR
+    raise typer.Exit(FAILURE if errors else SUCCESS)
+
+
+@app.command()
+def backup(
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="Folder; an earlier backup there is updated.")
+    ],
+    data: Data = None,
+) -> None:
+    """Copy database and files (SQLite) while the service runs. OUT then is a data directory."""
+    from service.cli.backup import back_up
+    from service.cli.console import print_backup
+    from service.cli.offline import open_store
+
+    settings = settings_of(data=data)
+    with open_store(settings) as store:
+        done = back_up(settings, out, store)
+    print_backup(done)
+    raise typer.Exit(FAILURE if done.lost else SUCCESS)
+
+
+# --- missing files --------------------------------------------------------------------------------
+
+
+@app.command()
+def adopt(data: Data = None, database_url: DatabaseUrl = None) -> None:
+    """Assign a data directory to a database after one of them was replaced: both get the same id."""
+    from service.cli.offline import open_store
+    from service.queue import data_identity as identity
+
+    settings = settings_of(data=data, database_url=database_url)
+    with open_store(settings) as store:
+        id = identity.adopt(settings, store)
+    print(f"{settings.data.absolute()} and its database have the id {id}")
+
+
+@app.command("forget-lost")
+def forget_lost(
+    count: Annotated[
+        int,
+        typer.Argument(metavar="COUNT", min=0, help="Number of results, as the service reports."),
+    ],
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Allow the service to compute COUNT lost results again, beyond its own limit; 0 withdraws that."""
+    from service.cli.offline import open_store
+
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        store.allow_forgetting(count)
+    print(f"{count} lost results may be computed again; the service starts them within a minute")
+
+
+# --- remeasure ------------------------------------------------------------------------------------
+
+
+@app.command()
+def remeasure(
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only list the outdated results.")
+    ] = False,
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Apply changed definitions of measurements to the stored final states; stop the service first."""
+    from service.cli.console import print_plan, print_remeasured, tracking
+    from service.cli.offline import open_store, without_services
+    from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
+
+    settings = settings_of(data=data, database_url=database_url)
+    done: list[Remeasured] = []
+    with (
+        open_store(settings) as store,
+        nullcontext() if dry_run else without_services(settings, store),
+    ):
+        plan = plan_of(store)
+        print_plan(plan)
+        if dry_run or not plan.measurable:
+            return
+        runs = remeasure_runs(settings, store, plan.measurable)
+        try:
+            done.extend(tracking(runs, len(plan.measurable)))
+        finally:
+            # Also after an interruption.
+            print_remeasured(done, plan.sweeps)
+    raise typer.Exit(SOME_FAILED if any(result.reason for result in done) else SUCCESS)
