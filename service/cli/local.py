@@ -32,6 +32,7 @@ from studies.sweeps.sweep import Sweep, SweepLimits
 
 if TYPE_CHECKING:
     from service.queue.dispatcher import Dispatcher
+    from service.workers.warm import WarmProcess
 
 __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_engine"]
 
@@ -70,13 +71,15 @@ def run_sweep(
     progress: Callable[[SweepStatus], None] = lambda status: None,
     settings: Settings | None = None,
     overwrite: bool = False,
+    ready: "list[WarmProcess] | None" = None,
 ) -> Finished:
     """Compute a sweep on this machine into the folder ``out``; repeated, it resumes.
 
     ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called repeatedly with the
-    status of the sweep. A folder that holds another sweep is refused, unless ``overwrite`` is set. Raises
-    InvalidInput, DataInUse, PublicationFailed. Ctrl-C and SIGTERM end it in order, as KeyboardInterrupt and
-    SystemExit; interrupted runs continue from their checkpoints next time.
+    status of the sweep. A folder that holds another sweep is refused, unless ``overwrite`` is set. ``ready``
+    are processes that were started before, for the first runs or the publication. Raises InvalidInput,
+    DataInUse, PublicationFailed. Ctrl-C and SIGTERM end it in order, as KeyboardInterrupt and SystemExit;
+    interrupted runs continue from their checkpoints next time.
     """
     folder = Path(out)
     settings = settings or Settings(data=folder / STORE_OF_FOLDER)
@@ -96,7 +99,7 @@ def run_sweep(
                     check_same(folder, store.sweep_document(last.id), sweep.document())
             id = _accept(store, sweep)
             leaving.obey()
-            with start_engine(settings, store) as dispatcher:
+            with start_engine(settings, store, ready=ready) as dispatcher:
                 status = _wait(store, dispatcher, id, progress, leaving)
             if status.state is SweepState.FAILED:
                 raise PublicationFailed(status.reason or "cube and report could not be made")
@@ -107,7 +110,10 @@ def run_sweep(
 
 @contextmanager
 def start_engine(
-    settings: Settings, store: Store, timings: Timings = DEFAULT
+    settings: Settings,
+    store: Store,
+    timings: Timings = DEFAULT,
+    ready: "list[WarmProcess] | None" = None,
 ) -> "Iterator[Dispatcher]":
     """Dispatcher and engine, working through the store's queue for the duration of a block; raises InvalidInput.
 
@@ -116,7 +122,9 @@ def start_engine(
     from service.execution import engine_of
     from service.queue.dispatcher import Dispatcher
 
-    dispatcher = Dispatcher(settings, store, open_engine=engine_of(settings), timings=timings)
+    dispatcher = Dispatcher(
+        settings, store, open_engine=engine_of(settings, ready), timings=timings
+    )
     dispatcher.start()
     try:
         yield dispatcher

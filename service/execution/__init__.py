@@ -14,16 +14,20 @@ from studies.values.errors import MissingExtra
 if TYPE_CHECKING:
     from service.execution.protocol import OpenEngine
     from service.records.settings import Settings
+    from service.workers.warm import WarmProcess
 
 CURE = "pip install 'whipple[cluster]', or leave the engine out: runs are then computed on this machine"
 
 
-def engine_of(settings: "Settings") -> "OpenEngine":
-    """The function that opens the engine of the settings; raises MissingExtra."""
+def engine_of(settings: "Settings", ready: "list[WarmProcess] | None" = None) -> "OpenEngine":
+    """The function that opens the engine of the settings; raises MissingExtra.
+
+    ``ready``: processes for the first attempts on this machine.
+    """
     if settings.engine is None:
         from service.execution.local import LocalEngine
 
-        return partial(LocalEngine, settings.workers)
+        return partial(LocalEngine, settings.workers, ready=ready)
     dask = _dask_for(settings)
     return partial(dask.DaskEngine, dask.Remote.of(settings))
 

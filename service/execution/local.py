@@ -11,7 +11,7 @@ from typing import Any
 from service.records.attempt import Attempt, Ended, Ending, Inbox, ProgressMessage
 from service.records.timings import DEFAULT, Timings
 from service.workers.supervisor import Supervisor
-from service.workers.warm import Slot
+from service.workers.warm import Slot, WarmProcess
 
 log = logging.getLogger(__name__)
 
@@ -19,8 +19,16 @@ log = logging.getLogger(__name__)
 class LocalEngine:
     """``protocol.Engine`` on this machine; its processes end with this one, however it ends."""
 
-    def __init__(self, workers: int, inbox: Inbox, timings: Timings = DEFAULT):
+    def __init__(
+        self,
+        workers: int,
+        inbox: Inbox,
+        timings: Timings = DEFAULT,
+        ready: list[WarmProcess] | None = None,
+    ):
+        """``ready``: processes that were started before, for the first attempts."""
         self._inbox = inbox
+        self._ready = ready
         self._timings = timings
         self._submitted: SimpleQueue[str | None] = SimpleQueue()  # keys; None ends a thread
         self._under_way: dict[str, Supervisor] = {}  # by key
@@ -80,7 +88,7 @@ class LocalEngine:
 
     def _work(self) -> None:
         """Compute attempt after attempt in one slot, until the engine closes."""
-        with closing(Slot(self._timings.kill_wait)) as slot:
+        with closing(Slot(self._timings.kill_wait, self._ready)) as slot:
             while (key := self._submitted.get()) is not None:
                 try:
                     ending = self._under_way[key].run(slot)

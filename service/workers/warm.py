@@ -12,8 +12,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -36,9 +36,11 @@ SINGLE_THREAD = dict.fromkeys(
 class WarmProcess:
     """The parent's side of a warm process."""
 
-    def __init__(self) -> None:
+    def __init__(self, preload: str | None = None) -> None:
+        """Start it; it imports the module ``preload`` while it waits for its first attempt."""
+        modules = [] if preload is None else [preload]
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "service.workers.warm_process"],
+            [sys.executable, "-P", "-m", "service.workers.warm_process", *modules],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd="/",
@@ -135,13 +137,19 @@ class Slot:
     Used by one thread: its processes end with the thread that started them.
     """
 
-    def __init__(self, kill_wait: float = DEFAULT.kill_wait) -> None:
+    def __init__(
+        self, kill_wait: float = DEFAULT.kill_wait, ready: list[WarmProcess] | None = None
+    ) -> None:
         self._kill_wait = kill_wait
+        self._ready = ready or []  # started before; shared by the slots of an engine
         self._idle: WarmProcess | None = None
 
     def acquire(self) -> WarmProcess:
         """The process that waits for an attempt, or a new one."""
         process, self._idle = self._idle, None
+        if process is None:
+            with suppress(IndexError):
+                process = self._ready.pop()
         if process is not None and not process.is_alive():
             process.end(self._kill_wait)
             process = None
@@ -159,6 +167,17 @@ class Slot:
         process, self._idle = self._idle, None
         if process is not None:
             process.end(self._kill_wait)
+
+
+@contextmanager
+def preloading(module: str) -> Iterator[list[WarmProcess]]:
+    """A process that imports ``module`` during the block, in a list from which an engine takes it."""
+    ready = [WarmProcess(module)]
+    try:
+        yield ready
+    finally:
+        for process in ready:
+            process.end(DEFAULT.kill_wait)
 
 
 def _environment() -> dict[str, str]:

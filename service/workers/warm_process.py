@@ -48,7 +48,7 @@ HOME = "/"  # where the process is between two attempts, so that folders can be 
 
 
 def main() -> None:
-    """Compute attempts until stdin ends."""
+    """Import the modules in the arguments, then compute attempts until stdin ends."""
     die_with_parent()
     for wish in (signal.SIGINT, signal.SIGTERM):  # the parent gets them too, and sends a message
         signal.signal(wish, signal.SIG_IGN)
@@ -56,6 +56,8 @@ def main() -> None:
     stdin, send = _take_pipes()
     listener = _Listener(stdin)
     listener.start()
+    for module in sys.argv[1:]:
+        import_module(module)
     while True:
         attempt = listener.attempts.get()
         send({"accepted": attempt["key"]})

@@ -26,6 +26,7 @@ from studies.values.errors import Finding, InvalidInput
 
 app = typer.Typer()
 
+PUBLICATION = "studies.reports.publish"
 DEMO = ("holes", "craters")
 KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
 
@@ -169,12 +170,17 @@ def _compute(
 ) -> int:
     """Compute a sweep into a folder, print the outcome, and return the exit status."""
     from service.cli.console import nonzero, showing_progress
-    from service.cli.local import STORE_OF_FOLDER, run_sweep
+    from service.workers.warm import preloading
 
     begin = time.perf_counter()
-    settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
-    with showing_progress(name) as show:
-        finished = run_sweep(sweep, folder, progress=show, settings=settings, overwrite=overwrite)
+    # The child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
+    with preloading(PUBLICATION) as ready, showing_progress(name) as show:
+        from service.cli.local import STORE_OF_FOLDER, run_sweep
+
+        settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
+        finished = run_sweep(
+            sweep, folder, progress=show, settings=settings, overwrite=overwrite, ready=ready
+        )
     seconds = time.perf_counter() - begin
     print(
         f"{name}: {nonzero(finished.counts)} in {seconds:.1f} s; report: {folder / 'report.html'}"

@@ -164,6 +164,7 @@ def computed(**counts: int) -> Callable[..., local.Finished]:
         progress: Callable[[SweepStatus], None],
         settings: Settings,
         overwrite: bool,
+        ready: object,
     ) -> local.Finished:
         print(f"threads: {settings.threads}")
         progress(replace(row, progress=0.5, eta_seconds=61.0))
