@@ -208,7 +208,7 @@ class DaskEngine:
         """Ask for the end of attempts; one that has not begun misses it, so ask again."""
         self._connection().call(dask_worker.stop, keys)
 
-    def known(self) -> set[str]:
+    def attempts(self) -> set[str]:
         """Attempts that the scheduler has, also ended ones until they are forgotten; raises OSError."""
         names = self._connection().kept_names()
         return {name.removeprefix(PUBLISHED) for name in names if name.startswith(PUBLISHED)}

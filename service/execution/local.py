@@ -59,7 +59,7 @@ class LocalEngine:
             if key in under_way:
                 under_way[key].stop()
 
-    def known(self) -> set[str]:
+    def attempts(self) -> set[str]:
         """Keys of the attempts under way; those of an earlier life ended with it."""
         return set(self._under_way.copy())
 

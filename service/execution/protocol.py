@@ -26,7 +26,7 @@ class Engine(Protocol):
         """Ask for the end of attempts, without a checkpoint; one that has not begun may miss it, so ask again."""
         ...
 
-    def known(self) -> set[str]:
+    def attempts(self) -> set[str]:
         """Keys of the attempts that the engine has, also of earlier lives of this service."""
         ...
 

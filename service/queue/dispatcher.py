@@ -167,7 +167,7 @@ class Dispatcher:
         self._receive(wait=0.0)
         with self._logged():
             self._leader.register_last(is_over=True)
-        self._leader.close()
+        self._leader.verification.close()
         if self._leadership is not None:
             self._leadership.close()
 

@@ -120,10 +120,6 @@ class Leader:
             self.blocked_reason = None
             self._store_blocked_reason()
 
-    def close(self) -> None:
-        """End the threads of the verification."""
-        self.verification.close()
-
     # --- rows and engine compared ----------------------------------------------------------------
 
     def _compare(self, leases: tuple[Lease, ...], term: int) -> None:
@@ -132,26 +128,26 @@ class Leader:
         While the engine is away its attempts are unknown, so none is marked as lost.
         """
         self.is_superseded = self._store.queue().term > term
-        known = self._known()
+        keys = self._engine_keys()
         for lease in leases:
             if lease.key in self.in_flight.leases:
                 continue
-            if lease.key in self.in_flight.submitted or lease.key in (known or ()):
+            if lease.key in self.in_flight.submitted or lease.key in (keys or ()):
                 self._adopt(lease, term)
-            elif known is not None:
+            elif keys is not None:
                 self.in_flight.add_lost(lease, "the service was gone")
         # Attempts of our earlier lives that no row counts on may hold a worker: follow them, so that they are stopped.
         wanted = self.in_flight.submitted | {lease.key for lease in leases}
-        for key in sorted((known or set()) - wanted):
+        for key in sorted((keys or set()) - wanted):
             if self._artifacts.has_attempt(key):
                 self._follow(key)
         self._compared, self.in_flight.is_back = time.monotonic(), False
 
-    def _known(self) -> set[str] | None:
+    def _engine_keys(self) -> set[str] | None:
         """Attempts that the engine has, also of earlier lives; None: it cannot be asked."""
         if self.in_flight.away is None:
             with suppress(OSError):
-                return self._engine.known()
+                return self._engine.attempts()
         return None
 
     def _adopt(self, lease: Lease, term: int) -> None:

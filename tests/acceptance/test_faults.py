@@ -14,7 +14,7 @@ import pytest
 
 from service.records.jobs import State
 from tests.acceptance.support.crash_test import CrashTest, Work
-from tests.acceptance.support.faults import Fault, Moment, ObservedAttempt, Victim
+from tests.acceptance.support.faults import Fault, KillMoment, ObservedAttempt, Victim
 from tests.acceptance.support.process_tree import MARK, process_tree
 from tests.service.support.fakes import is_gone
 
@@ -26,7 +26,7 @@ class FakeService:
     """Stands in for service, store and field: says what it was told, one answer after the other."""
 
     data: Path
-    found: list[list[ObservedAttempt]] = field(default_factory=list)
+    batches: list[list[ObservedAttempt]] = field(default_factory=list)
 
     def is_alive(self) -> bool:
         return True
@@ -38,23 +38,23 @@ class FakeService:
         return 1
 
     def queue(self) -> SimpleNamespace:
-        return SimpleNamespace(states={State.RUNNING: len(self.found)})
+        return SimpleNamespace(states={State.RUNNING: len(self.batches)})
 
-    def at(self, _moment: Moment) -> list[ObservedAttempt]:
-        return self.found.pop(0) if self.found else []
+    def at(self, _moment: KillMoment) -> list[ObservedAttempt]:
+        return self.batches.pop(0) if self.batches else []
 
 
 @pytest.fixture
 def here(tmp_path: Path) -> Iterator[CrashTest]:
-    told = cast(Any, FakeService(tmp_path))
+    fake = cast(Any, FakeService(tmp_path))
     with process_tree() as tree:
-        tested = CrashTest(Work(1, 1), tmp_path, told, tree, told, random.Random(0))
-        tested.attempts = told
+        tested = CrashTest(Work(1, 1), tmp_path, fake, tree, fake, random.Random(0))
+        tested.attempts = fake
         yield tested
 
 
 def target(id: str, pid: int) -> ObservedAttempt:
-    return ObservedAttempt(cast(Any, SimpleNamespace(id=id)), pid, frozenset(Moment))
+    return ObservedAttempt(cast(Any, SimpleNamespace(id=id)), pid, frozenset(KillMoment))
 
 
 def ended() -> int:
@@ -66,15 +66,15 @@ def ended() -> int:
 
 @pytest.mark.parametrize("victim", [Victim.RUN, Victim.WORKER])
 def test_blow__that_meets_nobody_is_not_counted(here: CrashTest, victim: Victim) -> None:
-    cast(Any, here.attempts).found = [[target("a", ended())]]
-    here.inject(Fault(0, victim, Moment.COMPUTING))
+    cast(Any, here.attempts).batches = [[target("a", ended())]]
+    here.inject(Fault(0, victim, KillMoment.COMPUTING))
     assert (here.injected, here.killed.total()) == ([], 0)
 
 
 def test_blow__that_meets_nobody_falls_on_another(here: CrashTest) -> None:
     with subprocess.Popen(SLEEP) as process:
-        cast(Any, here.attempts).found = [[target("a", ended())], [target("b", process.pid)], []]
-        here.inject(Fault(0, Victim.RUN, Moment.COMPUTING))
+        cast(Any, here.attempts).batches = [[target("a", ended())], [target("b", process.pid)], []]
+        here.inject(Fault(0, Victim.RUN, KillMoment.COMPUTING))
         assert is_gone(process.pid)
     assert len(here.injected) == 1
     assert (here.killed["a"], here.killed["b"]) == (0, 1)
@@ -82,12 +82,12 @@ def test_blow__that_meets_nobody_falls_on_another(here: CrashTest) -> None:
 
 def test_blow__spares_a_parent_that_is_no_worker(here: CrashTest) -> None:
     shell = ["sh", "-c", "sleep 600 & echo $!; read end; kill $!"]
-    others = {name: value for name, value in os.environ.items() if name != MARK}
+    environment = {name: value for name, value in os.environ.items() if name != MARK}
     with subprocess.Popen(
-        shell, env=others, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        shell, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as parent:
         assert parent.stdout is not None
-        cast(Any, here.attempts).found = [[target("a", int(parent.stdout.readline()))]]
-        here.inject(Fault(0, Victim.WORKER, Moment.COMPUTING))
+        cast(Any, here.attempts).batches = [[target("a", int(parent.stdout.readline()))]]
+        here.inject(Fault(0, Victim.WORKER, KillMoment.COMPUTING))
         assert not is_gone(parent.pid)
     assert here.injected == []

@@ -1,5 +1,6 @@
-"""What the drills look for afterwards is seen where it is."""
+"""The inspection after a crash test finds what is wrong, and nothing else."""
 
+import io
 import json
 from collections.abc import Iterator
 from contextlib import closing
@@ -23,7 +24,7 @@ ANSWERED = json.dumps({"state": "succeeded"}).encode()
 
 
 @dataclass(frozen=True)
-class Site:
+class InspectedStore:
     """A run with a result, and one that is under way."""
 
     store: Store
@@ -39,14 +40,14 @@ class Site:
 
 
 @pytest.fixture
-def site(tmp_path: Path) -> Iterator[Site]:
+def site(tmp_path: Path) -> Iterator[InspectedStore]:
     url = f"sqlite:///{tmp_path / 'whipple.db'}"
     with closing(Store.open(url, cost=lambda run: 1.0)) as store:
         store.create_sweep(Submission(sweep_of(2)))
-        found = Site(store, Artifacts(tmp_path), *lease_runs(store, 2))
-        file = write(found.folder(found.done) / RESULT, ANSWERED)
-        assert store.finish(found.done, replace(result(), files=(found.registered(file),)))
-        yield found
+        site = InspectedStore(store, Artifacts(tmp_path), *lease_runs(store, 2))
+        file = write(site.folder(site.done) / RESULT, ANSWERED)
+        assert store.finish(site.done, replace(result(), files=(site.registered(file),)))
+        yield site
 
 
 def write(file: Path, content: bytes) -> Path:
@@ -55,75 +56,58 @@ def write(file: Path, content: bytes) -> Path:
     return file
 
 
-def arrays(folder: Path) -> bytes:
-    """What a file of arrays holds."""
-    file = folder / "arrays.npz"
-    np.savez(file, density=np.arange(100.0))
-    content = file.read_bytes()
-    file.unlink()
-    return content
+def whole_arrays() -> bytes:
+    """The content of a file of arrays."""
+    content = io.BytesIO()
+    np.savez(content, density=np.arange(100.0))
+    return content.getvalue()
 
 
-def half(content: bytes) -> bytes:
-    return content[: len(content) // 2]
+ARRAYS = whole_arrays()
+HALF_ARRAYS, HALF_ANSWER = ARRAYS[: len(ARRAYS) // 2], ANSWERED[: len(ANSWERED) // 2]
 
 
-def test_half_files__are_none_where_all_are_whole(site: Site, tmp_path: Path) -> None:
-    write(site.artifacts.checkpoint(site.running.id), arrays(tmp_path))
-    write(site.folder(site.running) / "state.npz", arrays(tmp_path))
+def test_half_files__are_none_where_all_are_whole_or_of_an_attempt_without_answer(
+    site: InspectedStore,
+) -> None:
+    write(site.folder(site.running) / "state.npz", HALF_ARRAYS)
+    write(site.folder(site.running) / ".result.json.x.part", HALF_ANSWER)
+    assert half_files(site.store, site.artifacts) == []
+    (site.folder(site.running) / ".result.json.x.part").unlink()
+    write(site.artifacts.checkpoint(site.running.id), ARRAYS)
+    write(site.folder(site.running) / "state.npz", ARRAYS)
     write(site.folder(site.running) / RESULT, ANSWERED)
     write(site.folder(site.running) / "log.txt", b"step 1\nst")
     write(site.artifacts.root / CACHE / "7.json", ANSWERED)
     assert half_files(site.store, site.artifacts) == []
 
 
-def test_half_files__of_an_attempt_without_an_answer_are_its_own(
-    site: Site, tmp_path: Path
+@pytest.mark.parametrize(
+    ("place", "content"),
+    [
+        *(("{run}/checkpoint.npz", ARRAYS[:size]) for size in (0, 10, 200)),
+        ("{running}/result.json", HALF_ANSWER),
+        ("{answered}/state.npz", HALF_ARRAYS),  # beside a complete answer
+        ("{done}/film.npz", HALF_ARRAYS),  # beside a registered file
+        *((CACHE + "/7.nc", content) for content in (b"\x89HDF and no more", b'{"a": [1,', b"")),
+    ],
+)
+def test_half_file__that_could_be_used_or_shown_is_listed(
+    site: InspectedStore, place: str, content: bytes
 ) -> None:
-    write(site.folder(site.running) / "state.npz", half(arrays(tmp_path)))
-    write(site.folder(site.running) / ".result.json.x.part", half(ANSWERED))
-    assert half_files(site.store, site.artifacts) == []
-
-
-@pytest.mark.parametrize("share", [0, 10, 200])
-def test_checkpoint__that_cannot_be_read_is_a_half_file(
-    site: Site, tmp_path: Path, share: int
-) -> None:
-    file = write(site.artifacts.checkpoint(site.running.id), arrays(tmp_path)[:share])
+    running, done = site.folder(site.running), site.folder(site.done)
+    if "{answered}" in place:
+        write(running / RESULT, ANSWERED)
+    path = place.format(run=running.parent, running=running, answered=running, done=done)
+    file = write(site.artifacts.root / path, content)
     assert half_files(site.store, site.artifacts) == [str(file)]
 
 
-def test_answer__of_an_attempt_under_way_that_cannot_be_read_is_a_half_file(site: Site) -> None:
-    file = write(site.folder(site.running) / RESULT, half(ANSWERED))
-    assert half_files(site.store, site.artifacts) == [str(file)]
-
-
-def test_state__beside_a_complete_answer_that_cannot_be_read_is_a_half_file(
-    site: Site, tmp_path: Path
-) -> None:
-    write(site.folder(site.running) / RESULT, ANSWERED)
-    file = write(site.folder(site.running) / "state.npz", half(arrays(tmp_path)))
-    assert half_files(site.store, site.artifacts) == [str(file)]
-
-
-def test_file__beside_a_registered_one_that_cannot_be_read_is_a_half_file(
-    site: Site, tmp_path: Path
-) -> None:
-    file = write(site.folder(site.done) / "film.npz", half(arrays(tmp_path)))
-    assert half_files(site.store, site.artifacts) == [str(file)]
-
-
-def test_file__that_was_registered_before_it_was_whole_is_a_half_file(site: Site) -> None:
-    file = write(site.folder(site.running) / RESULT, half(ANSWERED))
+def test_file__that_was_registered_before_it_was_whole_is_a_half_file(site: InspectedStore) -> None:
+    file = write(site.folder(site.running) / RESULT, HALF_ANSWER)
     stored = site.registered(file)
     assert site.store.finish(site.running, replace(result(), files=(stored,)))
     assert damaged(site.store, site.artifacts) == []  # it is what its row says
-    assert half_files(site.store, site.artifacts) == [str(file)]
-
-
-@pytest.mark.parametrize("content", [b"\x89HDF and no more", b'{"a": [1,', b""])
-def test_part_of_a_cube__that_cannot_be_read_is_a_half_file(site: Site, content: bytes) -> None:
-    file = write(site.artifacts.root / CACHE / "7.nc", content)
     assert half_files(site.store, site.artifacts) == [str(file)]
 
 
@@ -138,8 +122,8 @@ def cube(file: Path, *, masses: list[float], reasons: list[str]) -> Path:
 
 
 def test_differences__of_a_part_are_those_of_all_its_variables_alone(tmp_path: Path) -> None:
-    one = cube(tmp_path / "1.nc", masses=[1.0, 2.0], reasons=["", ""])
-    other = cube(tmp_path / "2.nc", masses=[1.5, 2.0], reasons=["out of memory", ""])
-    assert list(differences(one, other)) == ["mass", "run_reason"]
-    assert list(differences(one, other, at={"speed": [1.0]})) == ["mass", "run_reason"]
-    assert list(differences(one, other, at={"speed": [2.0]})) == []
+    first = cube(tmp_path / "1.nc", masses=[1.0, 2.0], reasons=["", ""])
+    second = cube(tmp_path / "2.nc", masses=[1.5, 2.0], reasons=["out of memory", ""])
+    assert list(differences(first, second)) == ["mass", "run_reason"]
+    assert list(differences(first, second, at={"speed": [1.0]})) == ["mass", "run_reason"]
+    assert list(differences(first, second, at={"speed": [2.0]})) == []

@@ -59,13 +59,13 @@ def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_
     [sweep] = store.sweeps().items
     runs = inspection.runs(store, [sweep.id]).values()
     assert {run.state for run in runs} <= {State.QUEUED, State.SUCCEEDED}
-    said = (tmp_path / "stderr.log").read_text()
-    assert said.count("Traceback") == 1, said  # of the sweep itself; workers say nothing
+    log = (tmp_path / "stderr.log").read_text()
+    assert log.count("Traceback") == 1, log  # of the sweep itself; workers say nothing
 
     assert begin(tmp_path, gate).wait(PATIENCE) == 0
     ids = [row.id for row in store.sweeps().items]
     assert len(inspection.registered_once(store, ids)) == WORK.runs
     assert not inspection.damaged(store, artifacts)
     assert not inspection.half_files(store, artifacts)
-    assert {"cube.nc", "report.html", "report.json"} <= {one.name for one in tmp_path.iterdir()}
+    assert {"cube.nc", "report.html", "report.json"} <= {file.name for file in tmp_path.iterdir()}
     store.close()

@@ -37,10 +37,10 @@ def is_gone(process: psutil.Process) -> bool:
         return True
 
 
-def whipple(*words: object, **environment: str) -> "subprocess.CompletedProcess[str]":
+def whipple(*arguments: object, **environment: str) -> "subprocess.CompletedProcess[str]":
     """Run the command in a process of its own."""
     return subprocess.run(
-        [sys.executable, "-m", "service", *map(str, words)],
+        [sys.executable, "-m", "service", *map(str, arguments)],
         cwd=ROOT,
         env={**os.environ, **environment},
         capture_output=True,

@@ -137,12 +137,14 @@ def test_stop__ends_that_attempt_alone(user: EngineUser, tmp_path: Path) -> None
     assert is_gone(pid)
 
 
-def test_known__until_it_is_forgotten_and_lost_afterwards(user: EngineUser, tmp_path: Path) -> None:
+def test_attempts__until_it_is_forgotten_and_lost_afterwards(
+    user: EngineUser, tmp_path: Path
+) -> None:
     attempt = attempt_in(tmp_path, seconds=1.0)
     user.engine.submit(attempt)
-    assert attempt.key in user.engine.known()
+    assert attempt.key in user.engine.attempts()
     user.end_of(attempt)  # and forget it
-    assert attempt.key not in user.engine.known()
+    assert attempt.key not in user.engine.attempts()
     never = attempt_in(tmp_path, 2)
     user.engine.follow(never.key)
     ending = user.end_of(never)

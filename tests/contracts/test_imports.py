@@ -26,7 +26,9 @@ def test_import__of_a_package_is_cheap(module: str) -> None:
     "module",
     [
         "service.api.app",
+        "service.cli.local",
         "service.execution.local",
+        "service.queue.dispatcher",
         "service.cli.serve",
         "studies.laws",
         "studies.materials",

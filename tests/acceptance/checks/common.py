@@ -1,4 +1,4 @@
-"""What several claims of the queue do: sweeps that nobody disturbs, and rows about stores and cubes."""
+"""Checks share undisturbed sweeps, and rows about stores and cubes."""
 
 import functools
 import importlib
@@ -36,7 +36,7 @@ def rows_of_store(here: CrashTest, ids: list[str]) -> Iterator[Row]:
 
 
 def row_of_checkpoints(here: CrashTest, ids: list[str]) -> Row:
-    """Something was killed behind a checkpoint, and went on from it."""
+    """Some runs were killed after a checkpoint, and went on from it."""
     resumed = len(inspection.resumed(here.store, here.artifacts, ids))
     return Row("runs that went on from a checkpoint", "1 and more", resumed, resumed > 0)
 
@@ -44,10 +44,14 @@ def row_of_checkpoints(here: CrashTest, ids: list[str]) -> Row:
 def rows_of_cubes(expected: Sequence[Path], got: Sequence[Path]) -> Iterator[Row]:
     """Every variable has the bits that were expected, but for the wall clock."""
     pairs = list(zip(expected, got, strict=True))
-    odd = [name for one, other in pairs for name in inspection.differences(one, other)]
+    odd = [
+        name
+        for undisturbed_cube, cube in pairs
+        for name in inspection.differences(undisturbed_cube, cube)
+    ]
     compared = sum(map(inspection.count_variables, got))
-    said = ", ".join(sorted(set(odd))) or "none"
-    yield Row(f"of {compared} variables in {len(got)} cubes, other bits", "none", said, not odd)
+    names = ", ".join(sorted(set(odd))) or "none"
+    yield Row(f"of {compared} variables in {len(got)} cubes, other bits", "none", names, not odd)
 
 
 @functools.cache
@@ -71,7 +75,7 @@ def undisturbed(work: Work) -> tuple[Path, ...]:
 
 
 def fetch(here: CrashTest, ids: list[str], place: Path) -> tuple[Path, ...]:
-    """The cubes, as a person gets them: their digests are checked on the way."""
+    """Download the cubes, whose digests the client checks."""
     here.service.wait_until_listening()
     with here.service.client() as client:
         return tuple(client.sweep(id).fetch(place / id) / "cube.nc" for id in ids)
@@ -79,6 +83,6 @@ def fetch(here: CrashTest, ids: list[str], place: Path) -> tuple[Path, ...]:
 
 @contextmanager
 def folder() -> Iterator[Path]:
-    """Room for a drill."""
+    """A temporary folder."""
     with tempfile.TemporaryDirectory(prefix="whipple-crash-test-") as name:
         yield Path(name)

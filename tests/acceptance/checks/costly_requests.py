@@ -10,7 +10,7 @@ from pathlib import Path
 import httpx
 
 from tests.acceptance.support import slow_clients
-from tests.acceptance.support.costly_bodies import BODIES, Body
+from tests.acceptance.support.costly_bodies import BODIES, CostlyBody
 from tests.acceptance.support.liveness import LivenessProbe, probing
 from tests.acceptance.support.serving import Service
 from tests.rows import Row, at_most
@@ -31,7 +31,7 @@ GRACE_SECONDS = 2.0  # after a deadline
 
 
 @dataclass(frozen=True)
-class Limits:
+class AnswerLimits:
     """How long an answer may take, s."""
 
     refusal: float = 1.0
@@ -39,7 +39,7 @@ class Limits:
 
 
 # Beside other tests on two cores; without the cures, bodies took 5 to 80 s and heads all time there is.
-BUSY = Limits(refusal=4.0, live=3.0)
+BUSY = AnswerLimits(refusal=4.0, live=3.0)
 
 
 @contextmanager
@@ -57,7 +57,9 @@ def served(program: tuple[str, ...] = ("-m", "service")) -> Iterator[Service]:
             service.kill()
 
 
-def refused(service: Service, names: Iterable[str], limits: Limits = Limits()) -> Iterator[Row]:
+def refused(
+    service: Service, names: Iterable[str], limits: AnswerLimits = AnswerLimits()
+) -> Iterator[Row]:
     """Each body is sent wherever a document is taken."""
     with (
         httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client,
@@ -73,7 +75,7 @@ def closed(
     header: int,
     halves: Iterable[int],
     seconds: float,
-    limits: Limits = Limits(),
+    limits: AnswerLimits = AnswerLimits(),
 ) -> Iterator[Row]:
     """A header of so many bytes, then so many half-sent heads with a slow client among them."""
     with probing(service.port) as probe:
@@ -82,14 +84,14 @@ def closed(
     yield from _rows_of_others("a header without end", probe, limits)
     for count in halves:
         with probing(service.port) as probe, slow_clients.half_sent(service.port, count) as clients:
-            said = slow_clients.send_slowly(service.port, seconds / 2).decode()
+            text = slow_clients.send_slowly(service.port, seconds / 2).decode()
             left = slow_clients.still_open(clients, seconds / 2 + GRACE_SECONDS)
-        yield Row(f"a slow client among {count}", "HTTP/1.1 200 OK", said, said.endswith("200 OK"))
+        yield Row(f"a slow client among {count}", "HTTP/1.1 200 OK", text, text.endswith("200 OK"))
         yield Row(f"of {count} half-sent heads, open after {seconds:g} s", 0, left, left == 0)
         yield from _rows_of_others(f"{count} half-sent heads", probe, limits)
 
 
-def chunked(service: Service, limits: Limits = Limits()) -> Iterator[Row]:
+def chunked(service: Service, limits: AnswerLimits = AnswerLimits()) -> Iterator[Row]:
     """A body of chunks of one byte holds nobody up."""
     with probing(service.port) as probe:
         slow_clients.send_chunks(service.port, CHUNKS)
@@ -105,7 +107,7 @@ def dribbled(service: Service, seconds: float) -> Row:
 
 
 @dataclass(frozen=True)
-class Answer:
+class RequestCost:
     """What was answered to a body."""
 
     seconds: float
@@ -114,7 +116,7 @@ class Answer:
     findings: int  # that are told
     more: int  # that are counted alone
 
-    def is_cheap(self, limits: Limits) -> bool:
+    def is_cheap(self, limits: AnswerLimits) -> bool:
         return (
             self.status in REFUSALS
             and self.seconds <= limits.refusal
@@ -125,7 +127,7 @@ class Answer:
         )
 
 
-def _answers(client: httpx.Client, body: Body) -> Iterator[Answer]:
+def _answers(client: httpx.Client, body: CostlyBody) -> Iterator[RequestCost]:
     content = body.make()
     for method, path in ROUTES:
         begin = time.monotonic()
@@ -134,19 +136,19 @@ def _answers(client: httpx.Client, body: Body) -> Iterator[Answer]:
         seconds = time.monotonic() - begin
         problem = response.json()
         findings, more = len(problem.get("errors", ())), problem.get("more_errors", 0)
-        yield Answer(seconds, response.status_code, len(response.content), findings, more)
+        yield RequestCost(seconds, response.status_code, len(response.content), findings, more)
 
 
-def _row_of_answers(name: str, answers: list[Answer], limits: Limits) -> Row:
-    said = ", ".join(
-        f"{one.status} after {one.seconds:.2f} s ({one.bytes} B, {one.findings} + {one.more})"
-        for one in answers
+def _row_of_answers(name: str, answers: list[RequestCost], limits: AnswerLimits) -> Row:
+    text = ", ".join(
+        f"{cost.status} after {cost.seconds:.2f} s ({cost.bytes} B, {cost.findings} + {cost.more})"
+        for cost in answers
     )
     limit = f"each refused within {limits.refusal:g} s ({MOST_BYTES} B, {MOST_FINDINGS} findings)"
-    return Row(name, limit, said, all(one.is_cheap(limits) for one in answers))
+    return Row(name, limit, text, all(cost.is_cheap(limits) for cost in answers))
 
 
-def _rows_of_others(name: str, probe: LivenessProbe, limits: Limits) -> Iterator[Row]:
+def _rows_of_others(name: str, probe: LivenessProbe, limits: AnswerLimits) -> Iterator[Row]:
     asked = len(probe.statuses)
     yield at_most(
         f"{name}: slowest of {asked} other answers (s)", limit=limits.live, got=probe.slowest

@@ -36,14 +36,14 @@ PUBLISHED = {"cube.nc", "report.html", "report.json"}
 
 
 @dataclass
-class Seen:
+class Observed:
     """What was there when the last life ended."""
 
     sweeps: list[str] = field(default_factory=list)
     succeeded: int = 0
 
 
-class Site(Protocol):
+class FaultSite(Protocol):
     """Where something dies."""
 
     store: Store
@@ -58,9 +58,9 @@ def of_a_service(name: str, database_url: str | None) -> Iterator[Row]:
         yield from lives(name, here, functools.partial(_live_until, here))
         here.service.start()
         here.service.wait_until_listening()
-        known = [row.id for row in here.store.sweeps().items]
+        ids = [row.id for row in here.store.sweeps().items]
         again = _submit(here)
-        yield Row(f"{name}: sweeps in the end", known, [again], known == [again])
+        yield Row(f"{name}: sweeps in the end", ids, [again], ids == [again])
         here.wait_for_the_end([again])
         yield from rows_of_store(here, [again])
         yield from rows_of_cubes(expected, fetch(here, [again], place / "cubes"))
@@ -81,16 +81,16 @@ def in_short() -> Iterator[Row]:
         yield from _sound(here, "small: in the end")
 
 
-def lives(name: str, here: Site, live_until: Callable[[str], None]) -> Iterator[Row]:
+def lives(name: str, here: FaultSite, live_until: Callable[[str], None]) -> Iterator[Row]:
     """Lives that end at one point after the other, and what is there after each."""
-    seen = Seen()
+    before = Observed()
     for point in OF_A_SERVICE:
         live_until(point)
         state = EXPECTED[point]
-        got = state.look(here, seen)
+        got = state.look(here, before)
         yield Row(f"{name}, died at {point}: {state.says}", "yes", "yes" if got else "no", got)
         yield from _sound(here, f"{name}, died at {point}")
-        seen = _seen(here)
+        before = _observed(here)
 
 
 def _live_until(here: CrashTest, point: str) -> None:
@@ -133,9 +133,9 @@ def _submit(here: CrashTest) -> str:
     return str(answer.json()["id"])
 
 
-def _seen(here: Site) -> Seen:
+def _observed(here: FaultSite) -> Observed:
     sweeps = [row.id for row in here.store.sweeps().items]
-    return Seen(sweeps, _count(here, State.SUCCEEDED))
+    return Observed(sweeps, _count(here, State.SUCCEEDED))
 
 
 # --- what is expected at each point -----------------------------------------------------------------
@@ -146,50 +146,50 @@ class Expected:
     """What must be seen in store and files."""
 
     says: str
-    look: Callable[[Site, Seen], bool]
+    look: Callable[[FaultSite, Observed], bool]
 
 
-def _sweep(here: Site) -> SweepStatus:
+def _sweep(here: FaultSite) -> SweepStatus:
     [row] = here.store.sweeps().items
     return row
 
 
-def _count(here: Site, state: State) -> int:
+def _count(here: FaultSite, state: State) -> int:
     return sum(_sweep(here).counts[state] for _ in here.store.sweeps().items)
 
 
-def _is_accepted(here: Site, _seen: Seen) -> bool:
+def _is_accepted(here: FaultSite, _observed: Observed) -> bool:
     row = _sweep(here)
     return row.state is SweepState.QUEUED and row.counts[State.QUEUED] == WORK.runs
 
 
-def _is_claimed(here: Site, _seen: Seen) -> bool:
+def _is_claimed(here: FaultSite, _observed: Observed) -> bool:
     return len(here.store.leases()) > 0
 
 
-def _has_unregistered_answer(here: Site, seen: Seen) -> bool:
+def _has_unregistered_answer(here: FaultSite, before: Observed) -> bool:
     answers = [
         here.artifacts.attempt_directory(claim) / RESULT
         for claim in here.store.leases()
         if claim.kind is Kind.RUN
     ]
-    return any(map(Path.is_file, answers)) and _count(here, State.SUCCEEDED) == seen.succeeded
+    return any(map(Path.is_file, answers)) and _count(here, State.SUCCEEDED) == before.succeeded
 
 
-def _has_one_more(here: Site, seen: Seen) -> bool:
-    done = [run for run in inspection.runs(here.store, seen.sweeps).values() if run.path]
+def _has_another(here: FaultSite, before: Observed) -> bool:
+    done = [run for run in inspection.runs(here.store, before.sweeps).values() if run.path]
     kept = [run for run in done if here.artifacts.checkpoint(run.id).is_file()]
-    return len(done) > seen.succeeded and len(kept) > 0
+    return len(done) > before.succeeded and len(kept) > 0
 
 
-def _is_unpublished(here: Site, _seen: Seen) -> bool:
+def _is_unpublished(here: FaultSite, _observed: Observed) -> bool:
     row = _sweep(here)
     written = {file.name for file in here.artifacts.sweep_folder(row.id).glob("a*/*")}
     is_publishing = row.state is SweepState.PUBLISHING
     return is_publishing and written >= PUBLISHED and not here.store.artifacts(row.id)
 
 
-def _is_published(here: Site, _seen: Seen) -> bool:
+def _is_published(here: FaultSite, _observed: Observed) -> bool:
     row = _sweep(here)
     names = {file.name for file in here.store.artifacts(row.id)}
     return row.state is SweepState.SUCCEEDED and names >= PUBLISHED
@@ -207,14 +207,14 @@ EXPECTED: Mapping[str, Expected] = {
     "claim-after-submit": CLAIMED,
     "result-before-registration": UNREGISTERED,
     "result-before-commit": UNREGISTERED,
-    "result-after-commit": Expected("one more has its row, and still a checkpoint", _has_one_more),
+    "result-after-commit": Expected("one more has its row, and still a checkpoint", _has_another),
     "publication-before-registration": UNPUBLISHED,
     "publication-before-commit": UNPUBLISHED,
     "publication-after-commit": Expected("the sweep is published", _is_published),
 }
 
 
-def _sound(here: Site, where: str) -> Iterator[Row]:
+def _sound(here: FaultSite, where: str) -> Iterator[Row]:
     """The store in itself, and every file that it names."""
     wrong = [
         *inspection.contradictions(here.store),
@@ -235,18 +235,18 @@ def of_a_copy() -> Iterator[Row]:
     with folder() as out, process_tree() as tree:
         file = out / "sweep.yaml"
         file.write_text(yaml.safe_dump(document))
-        words = ["-c", SWEEP, str(file), str(out)]
-        status = _run(words, **{VARIABLE: COPY})
+        arguments = ["-c", SWEEP, str(file), str(out)]
+        status = _run(arguments, **{VARIABLE: COPY})
         yield Row(f"died at {COPY}", -SIGKILL, status, status == -SIGKILL)
-        there = {one.name for one in out.iterdir()} & PUBLISHED
-        parts = [one.name for one in out.glob(".*.part")]
+        there = {file.name for file in out.iterdir()} & PUBLISHED
+        parts = [file.name for file in out.glob(".*.part")]
         yield Row(
             "files copied out, half ones",
             "1, 0",
             f"{len(there)}, {len(parts)}",
             len(there) == 1 and not parts,
         )
-        status = _run(words)
+        status = _run(arguments)
         yield Row("the next one ends well", 0, status, status == 0)
         with closing(
             Store.open(f"sqlite:///{out / '.whipple' / 'whipple.db'}", migrate=False)
@@ -254,7 +254,7 @@ def of_a_copy() -> Iterator[Row]:
             row, *_ = store.sweeps().items  # the youngest; the one before had ended already
             begun = sum(run.attempt for run in inspection.runs(store, [row.id]).values())
             wanted = {
-                one.name: one.sha256 for one in store.artifacts(row.id) if one.name in PUBLISHED
+                file.name: file.sha256 for file in store.artifacts(row.id) if file.name in PUBLISHED
             }
         yield Row("runs computed again", 0, begun - WORK.runs, begun == WORK.runs)
         got = {name: digest(out / name) for name in wanted}
@@ -263,10 +263,10 @@ def of_a_copy() -> Iterator[Row]:
         yield Row("processes left", 0, len(left), not left)
 
 
-def _run(words: list[str], **more: str) -> int:
+def _run(arguments: list[str], **more: str) -> int:
     """Let Python do something; the status of the process."""
     return subprocess.run(
-        [sys.executable, *words],
+        [sys.executable, *arguments],
         cwd=ROOT,
         env={**os.environ, **WORK.environment(), **more},
         capture_output=True,

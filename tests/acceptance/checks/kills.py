@@ -24,7 +24,7 @@ SOLVER = "tests.acceptance.support.solving"
 
 
 @dataclass(frozen=True)
-class Plan:
+class KillPlan:
     """What is computed, and how much is killed meanwhile."""
 
     work: Work
@@ -39,13 +39,13 @@ def full(**victims: int) -> Mapping[Victim, int]:
 
 FULL_WORK = Work(speeds=10, sweeps=19, targets=SOLVER)
 SHORT_WORK = Work(speeds=5, sweeps=2)
-FULL = Plan(FULL_WORK, full(run=28, service=12))
-FULL_EXTERNAL = Plan(FULL_WORK, full(run=12, worker=10, scheduler=8, service=10), external=True)
-SHORT = Plan(SHORT_WORK, full(run=2, service=1))
-SHORT_EXTERNAL = Plan(SHORT_WORK, full(run=1, scheduler=1, service=1), external=True)
+FULL = KillPlan(FULL_WORK, full(run=28, service=12))
+FULL_EXTERNAL = KillPlan(FULL_WORK, full(run=12, worker=10, scheduler=8, service=10), external=True)
+SHORT = KillPlan(SHORT_WORK, full(run=2, service=1))
+SHORT_EXTERNAL = KillPlan(SHORT_WORK, full(run=1, scheduler=1, service=1), external=True)
 
 
-def crash_test_rows(plan: Plan, seed: int = SEED) -> Iterator[Row]:
+def crash_test_rows(plan: KillPlan, seed: int = SEED) -> Iterator[Row]:
     """A crash_test, and what is found afterwards."""
     print(f"seed {seed}", flush=True)
     begin = time.monotonic()
@@ -72,7 +72,7 @@ def crash_test_rows(plan: Plan, seed: int = SEED) -> Iterator[Row]:
 
 
 @contextmanager
-def site(plan: Plan, place: Path, seed: int) -> Iterator[CrashTest]:
+def site(plan: KillPlan, place: Path, seed: int) -> Iterator[CrashTest]:
     """The service of a plan."""
     with ExitStack() as ends:
         url = None

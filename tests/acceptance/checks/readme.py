@@ -89,8 +89,8 @@ class Reader:
             )
         self.sessions.append(process.pid)
         ended = process.wait(self.seconds)
-        said = "" if ended == 0 else f": {log.read_text(errors='replace')[-LAST:]}"
-        return Row(f"line {block.line}, exit status", 0, f"{ended}{said}", ended == 0)
+        output = "" if ended == 0 else f": {log.read_text(errors='replace')[-LAST:]}"
+        return Row(f"line {block.line}, exit status", 0, f"{ended}{output}", ended == 0)
 
     def _shell(self, block: Block) -> Row:
         return self.run(block, "sh", "-e", "-c", block.text)
@@ -137,12 +137,12 @@ def rows_in_short(place: Path) -> Iterator[Row]:
 
 def rows_of_failures(place: Path) -> Iterator[Row]:
     """The block over REST ends with an error, and says which, where something fails."""
-    block = next(one for one in blocks() if "curl " in one.text)
+    block = next(item for item in blocks() if "curl " in item.text)
     program = place / ".venv" / "bin" / "whipple"  # a service runs already
     program.parent.mkdir(parents=True)
     program.write_text("#!/bin/sh\n")
     program.chmod(0o755)
-    for name, (answers, words) in FAILURES.items():
+    for name, (answers, options) in FAILURES.items():
         with refusing(answers) as url:
             ended = subprocess.run(
                 ["sh", "-c", block.text],
@@ -153,9 +153,9 @@ def rows_of_failures(place: Path) -> Iterator[Row]:
                 timeout=SHORT_SECONDS,
                 check=False,
             )
-        said = f"{ended.returncode}: {ended.stdout}{ended.stderr}"
-        is_told = ended.returncode != 0 and words in said
-        yield Row(f"{name} ends the block", f"an error with {words!r}", said, is_told)
+        output = f"{ended.returncode}: {ended.stdout}{ended.stderr}"
+        is_reported = ended.returncode != 0 and options in output
+        yield Row(f"{name} ends the block", f"an error with {options!r}", output, is_reported)
     left = [file.name for file in place.glob("*/*") if file.name in ("cube.nc", "report.html")]
     yield Row("files that are no results", [], left, not left)
 
@@ -175,17 +175,17 @@ def rows_of_blocks(reader: Reader, *, short: bool = False) -> Iterator[Row]:
         end_programs(reader.sessions)
     yield Row("cubes of a block that a later one changed", set(), changed, not changed)
     for folder in FOLDERS:
-        found = sizes_of(reader.clone / folder / "cube.nc")
-        yield Row(f"{folder}, sizes of the cube", SIZES, found, found == SIZES)
+        result = sizes_of(reader.clone / folder / "cube.nc")
+        yield Row(f"{folder}, sizes of the cube", SIZES, result, result == SIZES)
 
 
 def row_of_curl() -> Row:
     """The text asks for nothing that curl 7.68 does not have."""
-    lines = "\n".join(one.text for one in blocks()).replace("\\\n", " ").splitlines()
+    lines = "\n".join(item.text for item in blocks()).replace("\\\n", " ").splitlines()
     calls = [line.partition("curl ")[2] for line in lines if "curl " in line]
-    words = [word for call in calls for word in re.findall(r"(?:^|\s)(--?[A-Za-z][\w-]*)", call)]
-    long = {word for word in words if word.startswith("--")}
-    short = {f"-{letter}" for word in words if word not in long for letter in word[1:]}
+    options = [word for call in calls for word in re.findall(r"(?:^|\s)(--?[A-Za-z][\w-]*)", call)]
+    long = {word for word in options if word.startswith("--")}
+    short = {f"-{letter}" for word in options if word not in long for letter in word[1:]}
     formats = {word for call in calls for word in re.findall(r"%(?:\w+)?\{.*?\}", call)}
     odd = sorted((long | short | formats) - CURL.keys())
     return Row(
@@ -197,8 +197,8 @@ def blocks() -> list[Block]:
     """Those of the text, in order."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     return [
-        Block(found[1], found[2], text.count("\n", 0, found.start()) + 1)
-        for found in FENCED.finditer(text)
+        Block(result[1], result[2], text.count("\n", 0, result.start()) + 1)
+        for result in FENCED.finditer(text)
     ]
 
 
@@ -225,8 +225,8 @@ def surroundings(port: int | None = None) -> dict[str, str]:
 
 def is_taken(port: int) -> bool:
     """Whether something listens there."""
-    with socket.socket() as one:
-        return one.connect_ex(("127.0.0.1", port)) == 0
+    with socket.socket() as item:
+        return item.connect_ex(("127.0.0.1", port)) == 0
 
 
 def end_programs(sessions: Sequence[int]) -> None:
@@ -238,12 +238,12 @@ def end_programs(sessions: Sequence[int]) -> None:
 
 def members(sessions: Sequence[int]) -> list[int]:
     """The processes of these sessions."""
-    found = []
+    result = []
     for pid in psutil.pids():
         with suppress(ProcessLookupError):
             if os.getsid(pid) in sessions and not is_gone(pid):
-                found.append(pid)
-    return found
+                result.append(pid)
+    return result
 
 
 def sizes_of(cube: Path) -> dict[str, Any] | str:

@@ -4,15 +4,14 @@ import os
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass, replace
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from service.records.jobs import State
-from service.store import Store
 from tests.acceptance.support import inspection
 from tests.acceptance.support.crash_test import Work
-from tests.acceptance.support.process_tree import process_tree
+from tests.acceptance.support.services import Services, sharing
 from tests.acceptance.support.serving import Service, http
 from tests.rows import Row, at_most
 from tests.service.support.fakes import wait_until
@@ -21,6 +20,7 @@ WORK = Work(
     speeds=2, sweeps=1, targets="tests.service.support.targets", run_seconds=0.0
 )  # four runs
 SLOW = replace(WORK, run_seconds=1.0)  # some are under way when the leader is frozen
+ONE_WORKER = {"WHIPPLE_WORKERS": "1"}
 NOT_THERE = "the data directory is not there"
 PATIENCE = 60.0  # s
 REPLACED_SECONDS = 15.0  # from the freeze to a run that another service has computed
@@ -28,53 +28,53 @@ REPLACED_SECONDS = 15.0  # from the freeze to a run that another service has com
 
 def directory_moved(place: Path, url: str) -> Iterator[Row]:
     """The check of disk-identity, in a folder and an empty database."""
-    with _services(place, url, WORK, 1) as here:
+    with sharing(place, url, WORK, 1, **ONE_WORKER) as here:
         service, away = here.services[0], place / "away"
-        ids = [here.submit(service, "first")]
+        ids = [_submit(service, "first")]
         here.wait_for_the_end(ids)
         service.wait_until_ready()
 
         service.data.rename(away)
-        ids += [here.submit(service, "while it is away")]
+        ids += [_submit(service, "while it is away")]
         gone = _not_ready(service)
         yield Row("renamed away while it runs: /readyz", NOT_THERE, gone, NOT_THERE in gone)
         wait_until(lambda: here.store.queue().leader is None)
-        yield from here.rows_of_absence(service.data)
+        yield from _rows_of_absence(service.data)
         away.rename(service.data)
         service.wait_until_ready()
         here.wait_for_the_end(ids)
-        yield from here.rows_of_results(ids)
+        yield from _rows_of_results(here, ids)
 
         service.leave()
         service.data.rename(away)
         service.start()
         status = _status_at_start(service)
         yield Row("renamed away before the start: exit status", 1, *_same(1, status))
-        said = service.log_tail()
-        yield Row("what it says", NOT_THERE, said, f"{service.data}: {NOT_THERE}" in said)
-        yield from here.rows_of_absence(service.data)
+        tail = service.log_tail()
+        yield Row("what it says", NOT_THERE, tail, f"{service.data}: {NOT_THERE}" in tail)
+        yield from _rows_of_absence(service.data)
         away.rename(service.data)
         service.start()
         service.wait_until_ready()
-        ids += [here.submit(service, "after the start")]
+        ids += [_submit(service, "after the start")]
         here.wait_for_the_end(ids)
-        yield from here.rows_of_results(ids)
+        yield from _rows_of_results(here, ids)
         service.leave()
 
 
 def frozen_leader(place: Path, url: str) -> Iterator[Row]:
     """The check of frozen-leader, in a folder and an empty database."""
-    with _services(place, url, SLOW, 2) as here:
+    with sharing(place, url, SLOW, 2, **ONE_WORKER) as here:
         first, second = here.services
         leading, other = (first, second) if here.leads(first) else (second, first)
         term = here.store.queue().term
-        ids = [here.submit(leading, "under way")]
+        ids = [_submit(leading, "under way")]
         wait_until(here.store.leases)
 
         with _frozen(leading):
             begin, last = time.monotonic(), here.store.last_event()
-            ids += [here.submit(other, "while it is frozen", resolution=5)]
-            wait_until(lambda: here.has_computed(last), seconds=10 * REPLACED_SECONDS)
+            ids += [_submit(other, "while it is frozen", resolution=5)]
+            wait_until(lambda: _has_computed(here, last), seconds=10 * REPLACED_SECONDS)
             seconds = time.monotonic() - begin
             yield at_most("until another has computed (s)", limit=REPLACED_SECONDS, got=seconds)
             here.wait_for_the_end(ids)
@@ -84,66 +84,40 @@ def frozen_leader(place: Path, url: str) -> Iterator[Row]:
         yield Row("terms since", 1, *_same(1, here.store.queue().term - term))
 
         other.leave()
-        ids += [here.submit(leading, "when it leads again", resolution=6)]
+        ids += [_submit(leading, "when it leads again", resolution=6)]
         here.wait_for_the_end(ids)
         yield Row("the first one leads again", True, *_same(True, here.leads(leading)))
         once = len(inspection.registered_once(here.store, ids))
         yield Row("runs registered exactly once", 3 * SLOW.runs, *_same(3 * SLOW.runs, once))
-        failed = sum("Traceback" in one.log.read_text() for one in here.services)
+        failed = sum("Traceback" in service.log.read_text() for service in here.services)
         yield Row("logs with a traceback", 0, *_same(0, failed))
         yield Row("exit status of the first", 0, *_same(0, leading.leave()))
 
 
-@dataclass
-class Services:
-    """Services that share a database and a folder, and what is seen of them."""
-
-    work: Work
-    services: list[Service]
-    store: Store
-
-    def submit(self, service: Service, name: str, **changes: float) -> str:
-        [document] = self.work.documents()
-        return service.submit({**document, "name": name.replace(" ", "-"), **changes})
-
-    def wait_for_the_end(self, ids: list[str], *, seconds: float = PATIENCE) -> None:
-        wait_until(lambda: all(self.store.sweep(id).is_terminal for id in ids), seconds=seconds)
-
-    def leads(self, service: Service) -> bool:
-        assert service.process is not None
-        return (self.store.queue().leader or "").endswith(f":{service.process.pid}")
-
-    def has_computed(self, after: int) -> bool:
-        """Whether a run has ended with a result since an event."""
-        return any(one.kind == "succeeded" for one in self.store.all_events(after=after, limit=100))
-
-    def rows_of_results(self, ids: list[str]) -> Iterator[Row]:
-        """Each run has the result of its first attempt."""
-        runs = inspection.runs(self.store, ids).values()
-        kept = sum(run.state is State.SUCCEEDED and run.path is not None for run in runs)
-        yield Row("results that are registered", self.work.runs, *_same(self.work.runs, kept))
-        begun = sum(run.attempt for run in runs)
-        yield Row("attempts begun", self.work.runs, *_same(self.work.runs, begun))
-        lost = sum(event.kind == "lost" for event in inspection.events(self.store))
-        yield Row("results that were forgotten", 0, *_same(0, lost))
-
-    def rows_of_absence(self, data: Path) -> Iterator[Row]:
-        yield Row("a directory made in its place", False, *_same(False, data.exists()))
+def _submit(service: Service, name: str, **changes: float) -> str:
+    [document] = WORK.documents()
+    return service.submit({**document, "name": name.replace(" ", "-"), **changes})
 
 
-@contextmanager
-def _services(place: Path, url: str, work: Work, count: int) -> Iterator[Services]:
-    """Services that listen."""
-    with ExitStack() as ends:
-        ends.enter_context(process_tree())
-        environment = {**work.environment(), "WHIPPLE_DATABASE_URL": url, "WHIPPLE_WORKERS": "1"}
-        services = [Service(place / "data", environment, name=f"{n}") for n in range(count)]
-        for one in services:
-            ends.callback(one.kill)
-            one.start()
-            one.wait_until_ready()
-        store = ends.enter_context(closing(Store.open(url, migrate=False)))
-        yield Services(work, services, store)
+def _has_computed(here: Services, after: int) -> bool:
+    """Whether a run has ended with a result since an event."""
+    events = here.store.all_events(after=after, limit=100)
+    return any(event.kind == "succeeded" for event in events)
+
+
+def _rows_of_results(here: Services, ids: list[str]) -> Iterator[Row]:
+    """Each run has the result of its first attempt."""
+    runs = inspection.runs(here.store, ids).values()
+    kept = sum(run.state is State.SUCCEEDED and run.path is not None for run in runs)
+    yield Row("results that are registered", WORK.runs, *_same(WORK.runs, kept))
+    begun = sum(run.attempt for run in runs)
+    yield Row("attempts begun", WORK.runs, *_same(WORK.runs, begun))
+    lost = sum(event.kind == "lost" for event in inspection.events(here.store))
+    yield Row("results that were forgotten", 0, *_same(0, lost))
+
+
+def _rows_of_absence(data: Path) -> Iterator[Row]:
+    yield Row("a directory made in its place", False, *_same(False, data.exists()))
 
 
 @contextmanager

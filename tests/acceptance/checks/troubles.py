@@ -24,7 +24,7 @@ from tests.acceptance.checks.common import (
 )
 from tests.acceptance.support import inspection, outage
 from tests.acceptance.support.crash_test import CrashTest, Work, crash_test
-from tests.acceptance.support.faults import Moment
+from tests.acceptance.support.faults import KillMoment
 from tests.rows import Row
 from tests.service.support.fakes import wait_until
 
@@ -53,8 +53,8 @@ def failing_runs() -> Iterator[Row]:
         for speed, cause in CAUSES.items():
             runs = [point.run for point in points if point.coordinates["speed"] == speed]
             got = {str(run.cause) for run in runs}
-            said = f"{speed:g} m/s: {', '.join(sorted({run.reason or '' for run in runs}))}"
-            yield Row(said, {str(cause)}, got, got == {str(cause)})
+            reason = f"{speed:g} m/s: {', '.join(sorted({run.reason or '' for run in runs}))}"
+            yield Row(reason, {str(cause)}, got, got == {str(cause)})
         fine = [point.run for point in points if point.coordinates["speed"] not in CAUSES]
         once = sum(run.attempt == 1 and run.crashes == 0 and run.cause is None for run in fine)
         yield Row("neighbours done at the first attempt", len(fine), once, once == len(fine))
@@ -67,7 +67,7 @@ def database_locked(**more: Any) -> Iterator[Row]:
     """The rows of it; ``more`` words for the service."""
     with folder() as place, crash_test(WORK, place, **more) as here:
         ids = here.submit()
-        wait_until(lambda: here.attempts.at(Moment.COMPUTING), seconds=PATIENCE)
+        wait_until(lambda: here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         with closing(sqlite3.connect(here.service.data / "whipple.db")) as other:
             other.execute("BEGIN IMMEDIATE")
             yield from _rows_of_refusals(here, can_read=True)
@@ -83,7 +83,7 @@ def database_away() -> Iterator[Row]:
         crash_test(WORK, place, database_url=database.url) as here,
     ):
         ids = here.submit()
-        wait_until(lambda: here.attempts.at(Moment.COMPUTING), seconds=PATIENCE)
+        wait_until(lambda: here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         database.stop()
         yield from _rows_of_refusals(here)
         yield _status("life meanwhile", 200, here.service.get("/livez"))
@@ -100,13 +100,13 @@ def disk_full(**more: Any) -> Iterator[Row]:
         crash_test(LONG, place, settings=settings, **more) as here,
     ):
         ids = here.submit()
-        wait_until(lambda: here.attempts.at(Moment.COMPUTING), seconds=PATIENCE)
+        wait_until(lambda: here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         filler = here.artifacts.root / "filler"
         before = here.store.last_event()
         _fill(filler)
         since = here.store.last_event()
         yield from _rows_of_refusals(here, can_read=True)
-        wait_until(lambda: not here.attempts.at(Moment.COMPUTING), seconds=PATIENCE)
+        wait_until(lambda: not here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         os.truncate(filler, filler.stat().st_size - RESERVE // 2)  # the store can be written to
         yield from _rows_of_want(here, before, since, filler)
         filler.unlink()
@@ -136,21 +136,21 @@ def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Ite
 def _wait_for_looks(here: CrashTest, filler: Path) -> None:
     """Until the dispatcher has looked so often: each time it says anew how much room there is."""
     for _ in range(LOOKS):
-        said = here.store.queue().blocked_reason
+        reason = here.store.queue().blocked_reason
         os.truncate(filler, filler.stat().st_size - STEP)
-        wait_until(partial(_says_something_else, here, said), seconds=PATIENCE)
+        wait_until(partial(_has_other_reason, here, reason), seconds=PATIENCE)
 
 
-def _says_something_else(here: CrashTest, said: str | None) -> bool:
-    return here.store.queue().blocked_reason != said
+def _has_other_reason(here: CrashTest, reason: str | None) -> bool:
+    return here.store.queue().blocked_reason != reason
 
 
-def _bodies(here: CrashTest, kind: str, seen: int) -> list[Mapping[str, Any]]:
+def _bodies(here: CrashTest, kind: str, last: int) -> list[Mapping[str, Any]]:
     """What events of a kind say that happened since."""
     return [
         event.body
         for event in inspection.events(here.store)
-        if event.kind == kind and event.number > seen
+        if event.kind == kind and event.number > last
     ]
 
 
@@ -163,7 +163,7 @@ def clock_set() -> Iterator[Row]:
         with crash_test(LONG, place, program=program) as here:
             ids = here.submit()
             for shift in (-DAY, DAY):
-                wait_until(lambda: here.attempts.at(Moment.COMPUTING), seconds=PATIENCE)
+                wait_until(lambda: here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
                 write_text(clock, str(shift))  # in one piece: somebody always reads it
                 _wait_for_news(here)
             here.wait_for_the_end(ids)
@@ -185,8 +185,8 @@ def another(work: Work) -> dict[str, object]:
 def _all_is_well(here: CrashTest, ids: list[str], place: Path) -> Iterator[Row]:
     """What was accepted is done, at the first attempt, and what was refused is not there."""
     here.wait_for_the_end(ids)
-    known = [row.id for row in here.store.sweeps().items]
-    yield Row("sweeps that were accepted", len(ids), len(known), sorted(known) == sorted(ids))
+    accepted = [row.id for row in here.store.sweeps().items]
+    yield Row("sweeps that were accepted", len(ids), len(accepted), sorted(accepted) == sorted(ids))
     runs = inspection.runs(here.store, ids).values()
     charged = sum(run.crashes for run in runs)
     yield Row("crashes that runs are charged with", 0, charged, charged == 0)
@@ -221,8 +221,8 @@ def _rows_of_neighbours(quiet: Path, got: Path) -> Iterator[Row]:
     yield Row("neighbours without a hole", 0, without, without == 0)
     odd = list(inspection.differences(quiet, got, at={"speed": speeds}))
     compared = inspection.count_variables(got)
-    said = ", ".join(odd) or "none"
-    yield Row(f"of {compared} variables of the neighbours, other bits", "none", said, not odd)
+    reason = ", ".join(odd) or "none"
+    yield Row(f"of {compared} variables of the neighbours, other bits", "none", reason, not odd)
 
 
 @contextmanager
@@ -242,8 +242,8 @@ def _small_disk(data: Path) -> Iterator[None]:
 
 def _wait_for_news(here: CrashTest) -> None:
     """Until something has happened."""
-    seen = here.store.last_event()
-    wait_until(lambda: here.store.last_event() > seen, seconds=PATIENCE)
+    last = here.store.last_event()
+    wait_until(lambda: here.store.last_event() > last, seconds=PATIENCE)
 
 
 def _fill(file: Path) -> None:

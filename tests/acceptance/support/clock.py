@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Self
 
 
-class Clock(datetime):
+class SettableClock(datetime):
     """The time of day, as somebody has set it."""
 
     @classmethod
@@ -25,7 +25,7 @@ def main() -> None:
     from service.cli import main as cli
     from service.store import statements
 
-    statements.datetime = Clock  # type: ignore[misc]
+    statements.datetime = SettableClock  # type: ignore[misc]
     cli.main()
 
 

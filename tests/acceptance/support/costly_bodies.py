@@ -13,7 +13,7 @@ MOST_MAPPINGS = 90_000  # that are still read
 
 
 @dataclass(frozen=True)
-class Body:
+class CostlyBody:
     """What is sent: its media type, and how its bytes are made."""
 
     media_type: str
@@ -151,8 +151,8 @@ IN_YAML: Mapping[str, Callable[[], bytes]] = {
     "documents": filled(b"", b"---\n", b""),
     "directives": filled(b"", b"%TAG !a! tag:b,2000:\n", b"---\na: 1"),
 }
-BODIES: Mapping[str, Body] = {
-    f"{word}: {name}": Body(media_type, make)
+BODIES: Mapping[str, CostlyBody] = {
+    f"{word}: {name}": CostlyBody(media_type, make)
     for word, media_type, bodies in (("JSON", JSON, IN_JSON), ("YAML", YAML, IN_YAML))
     for name, make in bodies.items()
 }

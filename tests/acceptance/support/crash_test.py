@@ -1,4 +1,4 @@
-"""The kill drill: sweeps are given to a service, processes are killed, and everything is looked at afterwards."""
+"""The crash test: sweeps are submitted to a service, and its processes are killed while they are computed."""
 
 import random
 from collections import Counter
@@ -11,7 +11,13 @@ from typing import Any
 from service.files.artifacts import Artifacts
 from service.records.jobs import StoreUnavailable
 from service.store import Store
-from tests.acceptance.support.faults import AttemptObserver, Fault, Moment, ObservedAttempt, Victim
+from tests.acceptance.support.faults import (
+    AttemptObserver,
+    Fault,
+    KillMoment,
+    ObservedAttempt,
+    Victim,
+)
 from tests.acceptance.support.process_tree import (
     ProcessTree,
     kill_and_wait,
@@ -42,14 +48,14 @@ class Work:
 
     @property
     def runs(self) -> int:
-        """Different ones."""
+        """The number of different runs."""
         return self.speeds * (self.sweeps + self.thicknesses - 1)
 
     def documents(self) -> list[dict[str, Any]]:
         return [self._document(number) for number in range(self.sweeps)]
 
     def environment(self) -> dict[str, str]:
-        """Of a service that computes it."""
+        """Environment of a service that computes it."""
         return {
             "WHIPPLE_TARGETS_MODULE": self.targets,
             "WHIPPLE_TEST_SECONDS": str(self.run_seconds),
@@ -77,7 +83,7 @@ class Work:
 
 @dataclass
 class CrashTest:
-    """A service, where it computes, and what was done to it."""
+    """A service under test, and the faults that were injected."""
 
     work: Work
     folder: Path
@@ -96,21 +102,21 @@ class CrashTest:
         self.attempts = AttemptObserver(self.store, self.artifacts)
 
     def submit(self) -> list[str]:
-        """Give every sweep to the service, the first ones more urgently."""
+        """Submit every sweep, the first ones with higher priority; their ids."""
         documents = enumerate(self.work.documents())
         return [self.service.submit(document, priority=number) for number, document in documents]
 
     def inject(self, fault: Fault) -> None:
-        """Wait for the moment, and kill; when the work ends before there was one, nothing is done."""
+        """Wait for the moment of a fault, and kill its victim, unless the work ends before."""
         self._wait(lambda: self.store.last_event() >= fault.due)
-        self._wait(lambda: self._falls(fault) or self._has_ended())
+        self._wait(lambda: self._is_injected(fault) or self._has_ended())
 
     def wait_for_the_end(self, ids: list[str]) -> None:
-        """Until every sweep is published."""
+        """Wait until every sweep is published."""
         self._wait(lambda: self._all_ended(ids), seconds=END_SECONDS)
 
     def leave(self) -> set[int]:
-        """Stop everything in order; the processes that are left all the same."""
+        """Stop everything in order; the processes that are left."""
         self.service.wait_until_listening()
         assert self.service.leave() == 0, self.service.log_tail()
         if self.cluster is not None:
@@ -120,7 +126,7 @@ class CrashTest:
     # --- inside ----------------------------------------------------------------------------------
 
     def _wait(self, condition: Callable[[], Any], *, seconds: float = MOMENT_SECONDS) -> Any:
-        """Wait, and meanwhile start again what is started again where people work."""
+        """Wait for a condition, and restart the parts of a cluster meanwhile."""
 
         def met() -> Any:
             self._restart_cluster()
@@ -134,17 +140,17 @@ class CrashTest:
             raise AssertionError(f"{error}; {states}; {self.service.log_tail()}") from error
 
     def _restart_cluster(self) -> None:
-        """What systemd does for a cluster. The service must not need it but after a kill."""
+        """Restart scheduler and workers, as systemd does; the service itself must be alive."""
         assert self.service.is_alive(), self.service.log_tail()
         if self.cluster is None:
             return
         if not _lives(self._scheduler()):
             self.cluster.start_scheduler()
-        if not any(_lives(one) for one in self._of("workers")):
+        if not any(_lives(item) for item in self._of("workers")):
             self.cluster.start_workers(WORKERS, **self.work.environment())
 
-    def _falls(self, fault: Fault) -> bool:
-        """Whether something was at the moment of a fault, and was killed by it."""
+    def _is_injected(self, fault: Fault) -> bool:
+        """Whether an attempt was at the moment of the fault, and its victim was killed."""
         needs_process = fault.victim in (Victim.RUN, Victim.WORKER)
         target = self._choose(fault.moment, needs_process=needs_process)
         fell = target is not None and self._kill(fault.victim, target)
@@ -168,12 +174,12 @@ class CrashTest:
         self.service.start()
         return True
 
-    def _choose(self, moment: Moment, *, needs_process: bool) -> ObservedAttempt | None:
+    def _choose(self, moment: KillMoment, *, needs_process: bool) -> ObservedAttempt | None:
         """An attempt at this moment; a run that was hit before is spared: its third death is a failure."""
-        found = self.attempts.at(moment)
+        attempts = self.attempts.at(moment)
         if needs_process:
-            found = [one for one in found if one.pid and not self.killed[one.claim.id]]
-        return self.chance.choice(found) if found else None
+            attempts = [item for item in attempts if item.pid and not self.killed[item.claim.id]]
+        return self.chance.choice(attempts) if attempts else None
 
     def _has_ended(self) -> bool:
         return not any(
@@ -185,7 +191,7 @@ class CrashTest:
 
     def _of(self, name: str) -> list[ShellProcess]:
         assert self.cluster is not None
-        return [one for one in self.cluster.processes if one.name.startswith(name)]
+        return [item for item in self.cluster.processes if item.name.startswith(name)]
 
     def _scheduler(self) -> ShellProcess:
         return self._of("scheduler")[-1]
@@ -210,9 +216,9 @@ def crash_test(
     settings: Mapping[str, str] | None = None,
     **more: Any,
 ) -> Iterator[CrashTest]:
-    """A service that can be drilled, on SQLite or a database, on this machine or with a cluster.
+    """A crash test on SQLite or another database, on this machine or with a cluster (``external``).
 
-    ``settings`` of the service, ``WHIPPLE_...``; ``more`` words for it: see ``serving.Service``.
+    ``settings`` are variables of the service (``WHIPPLE_...``), ``more`` fields of ``serving.Service``.
     """
     with ExitStack() as ends:
         tree = ends.enter_context(process_tree())

@@ -1,4 +1,4 @@
-"""What a crash_test kills, and at which moment."""
+"""The faults of a crash test: which process is killed, and at which moment."""
 
 import random
 from collections import Counter
@@ -13,14 +13,12 @@ from service.store import Store
 from studies.values.files import RESULT
 from tests.service.support.fakes import is_gone
 
-FIRST, LAST = (
-    0.05,
-    1.3,
-)  # begin and end of the kills, in events for each run: a run has two at least
+# Begin and end of the kills, in events for each run: a run has two at least.
+FIRST, LAST = 0.05, 1.3
 
 
 class Victim(StrEnum):
-    """A process of the four kinds that there are."""
+    """A kind of process."""
 
     RUN = "run"  # the warm process that computes it, or publishes
     WORKER = "worker"  # of a cluster
@@ -28,8 +26,8 @@ class Victim(StrEnum):
     SERVICE = "service"
 
 
-class Moment(StrEnum):
-    """What is seen from outside when the fault falls."""
+class KillMoment(StrEnum):
+    """The state of an attempt when its process is killed."""
 
     ANY = "at random"
     CLAIMED = "claimed"  # a row says running, and no process has begun
@@ -39,8 +37,13 @@ class Moment(StrEnum):
     PUBLISHING = "publishing"
 
 
-# Where a process of its own can be hit.
-OF_A_PROCESS = (Moment.CHECKPOINTED, Moment.COMPUTING, Moment.PUBLISHING, Moment.ANY)
+# With a process of its own.
+OF_A_PROCESS = (
+    KillMoment.CHECKPOINTED,
+    KillMoment.COMPUTING,
+    KillMoment.PUBLISHING,
+    KillMoment.ANY,
+)
 
 
 @dataclass(frozen=True)
@@ -49,22 +52,22 @@ class Fault:
 
     due: int  # number of the event in the store, not before it
     victim: Victim
-    moment: Moment
+    moment: KillMoment
 
 
 def draw_faults(seed: int, victims: Mapping[Victim, int], runs: int) -> list[Fault]:
-    """Kills in a random order at random events; every kind of moment has its turn."""
+    """Kills in a random order at random events, at every kind of moment."""
     chance = random.Random(seed)
     chosen = [victim for victim, count in victims.items() for _ in range(count)]
     chance.shuffle(chosen)
     dues = sorted(int(chance.uniform(FIRST, LAST) * runs) for _ in chosen)
     met: Counter[Victim] = Counter()
-    found = []
+    drawn = []
     for due, victim in zip(dues, chosen, strict=True):
-        moments = OF_A_PROCESS if victim in (Victim.RUN, Victim.WORKER) else tuple(Moment)
-        found.append(Fault(due, victim, moments[met[victim] % len(moments)]))
+        moments = OF_A_PROCESS if victim in (Victim.RUN, Victim.WORKER) else tuple(KillMoment)
+        drawn.append(Fault(due, victim, moments[met[victim] % len(moments)]))
         met[victim] += 1
-    return found
+    return drawn
 
 
 @dataclass(frozen=True)
@@ -73,33 +76,33 @@ class ObservedAttempt:
 
     claim: Lease
     pid: int | None
-    moments: frozenset[Moment]
+    moments: frozenset[KillMoment]
 
 
 class AttemptObserver:
-    """What the store and the files say of the attempts under way."""
+    """Reads store and files for the attempts under way."""
 
     def __init__(self, store: Store, artifacts: Artifacts):
         self._store = store
         self._artifacts = artifacts
 
-    def at(self, moment: Moment) -> list[ObservedAttempt]:
+    def at(self, moment: KillMoment) -> list[ObservedAttempt]:
         """Attempts at a moment."""
-        found = [self._target(claim) for claim in self._store.leases()]
-        return [one for one in found if moment in one.moments]
+        drawn = [self._target(claim) for claim in self._store.leases()]
+        return [attempt for attempt in drawn if moment in attempt.moments]
 
     def _target(self, claim: Lease) -> ObservedAttempt:
         folder = self._artifacts.attempt_directory(claim)
         pid = _pid(folder / "pid")
-        moments = {Moment.ANY}
+        moments = {KillMoment.ANY}
         if claim.state is State.RUNNING and claim.kind is Kind.PUBLISH:
-            moments.add(Moment.PUBLISHING)
+            moments.add(KillMoment.PUBLISHING)
         elif claim.state is State.RUNNING:
             has_answer = (folder / RESULT).is_file()
-            moments |= {Moment.WRITTEN} if has_answer else set()
-            moments |= {Moment.CLAIMED} if pid is None else {Moment.COMPUTING}
+            moments |= {KillMoment.WRITTEN} if has_answer else set()
+            moments |= {KillMoment.CLAIMED} if pid is None else {KillMoment.COMPUTING}
             if pid is not None and self._artifacts.checkpoint(claim.id).is_file():
-                moments.add(Moment.CHECKPOINTED)
+                moments.add(KillMoment.CHECKPOINTED)
         return ObservedAttempt(claim, pid, frozenset(moments))
 
 
@@ -113,6 +116,6 @@ def _pid(file: Path) -> int | None:
 
 
 def summary(done: Sequence[Fault]) -> str:
-    """How many of each kind."""
+    """The number of faults by victim."""
     victims = Counter(str(fault.victim) for fault in done)
     return ", ".join(f"{name} {count}" for name, count in sorted(victims.items()))

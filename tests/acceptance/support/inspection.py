@@ -1,4 +1,4 @@
-"""What is looked at after a drill: rows, files, and every variable of every cube."""
+"""Inspection after a crash test: rows, files, and every variable of every cube."""
 
 import json
 import zlib
@@ -19,7 +19,7 @@ from studies.values.files import RESULT
 from tests.service.store.test_races import check as nobody_waits_in_vain
 
 WALL_CLOCK = {"solver_seconds", "solver_threads"}  # what may differ between two times
-WORDS = "OSU"  # kinds of arrays of words; those of a part are as wide as the longest of the whole
+TEXT_KINDS = "OSU"  # of arrays; text in a part is as wide as the longest of the whole
 PAGE = 1000
 
 
@@ -35,7 +35,7 @@ def registrations(store: Store) -> Counter[str]:
 
 
 def events(store: Store) -> Iterator[Any]:
-    """All that happened."""
+    """All events of a store."""
     after = 0
     while page := store.all_events(after=after, limit=PAGE):
         yield from page
@@ -56,12 +56,12 @@ def registered_once(store: Store, sweeps: list[str]) -> list[str]:
 
 def files(store: Store) -> list[Stored]:
     """Every file that a row names."""
-    found: list[Stored] = []
+    listed: list[Stored] = []
     after = ("", "")
     while page := store.files(after=after, limit=PAGE):
-        found += [file for _, file in page]
+        listed += [file for _, file in page]
         after = page[-1][0], page[-1][1].name
-    return found
+    return listed
 
 
 def damaged(store: Store, artifacts: Artifacts) -> list[str]:
@@ -90,7 +90,7 @@ def half_files(store: Store, artifacts: Artifacts) -> list[str]:
     parts = [part for folder in counting for part in folder.glob(f".{PART}")]
     final = [file for folder in counting for file in folder.glob("*.*")]
     final += [*artifacts.root.glob(f"{RUNS}/*/*/{CHECKPOINT}.npz"), *_cached(artifacts)]
-    return [str(file) for file in [*parts, *(one for one in final if not is_whole(one))]]
+    return [str(file) for file in [*parts, *(file for file in final if not is_whole(file))]]
 
 
 def _folders_that_count(store: Store, artifacts: Artifacts) -> list[Path]:
@@ -139,15 +139,15 @@ def _reads_to_its_end(file: Path) -> bool:
 
 def contradictions(store: Store) -> list[str]:
     """What rows say against each other."""
-    found = _broken_file(store)
+    listed = _broken_file(store)
     try:
         nobody_waits_in_vain(store)
     except AssertionError as error:
-        found.append(f"somebody waits in vain: {error}")
+        listed.append(f"somebody waits in vain: {error}")
     for row in _sweeps(store):
         if sum(row.counts.values()) != row.planned or row.reused + row.new != row.planned:
-            found.append(f"{row.name}: points do not add up")
-    return found
+            listed.append(f"{row.name}: points do not add up")
+    return listed
 
 
 def _sweeps(store: Store) -> Sequence[SweepStatus]:
@@ -158,17 +158,17 @@ def _broken_file(store: Store) -> list[str]:
     """What SQLite finds in its own file."""
     if not store._database.is_sqlite:
         return []
-    found: list[str] = []
+    listed: list[str] = []
     with store._database.reading() as connection:
-        for words in ("PRAGMA integrity_check", "PRAGMA foreign_key_check"):
-            found += [str(row) for row in connection.exec_driver_sql(words) if row != ("ok",)]
-    return found
+        for check in ("PRAGMA integrity_check", "PRAGMA foreign_key_check"):
+            listed += [str(row) for row in connection.exec_driver_sql(check) if row != ("ok",)]
+    return listed
 
 
-def differences(one: Path, other: Path, *, at: Mapping[str, Any] | None = None) -> Iterator[str]:
+def differences(expected: Path, got: Path, *, at: Mapping[str, Any] | None = None) -> Iterator[str]:
     """Variables of two cubes, or of a part of both, that differ in a bit, or are in one only."""
-    with xr.open_dataset(one) as whole, xr.open_dataset(other) as same:
-        first, second = whole.sel(at or {}), same.sel(at or {})
+    with xr.open_dataset(expected) as whole, xr.open_dataset(got) as other:
+        first, second = whole.sel(at or {}), other.sel(at or {})
         for name in sorted({*map(str, first.variables), *map(str, second.variables)} - WALL_CLOCK):
             if name not in first.variables or name not in second.variables:
                 yield f"{name} is in one of them only"
@@ -177,17 +177,14 @@ def differences(one: Path, other: Path, *, at: Mapping[str, Any] | None = None) 
 
 
 def count_variables(file: Path) -> int:
-    """Those that are compared."""
+    """The number of variables that are compared."""
     with xr.open_dataset(file) as cube:
         return len({*map(str, cube.variables)} - WALL_CLOCK)
 
 
-def _same_bits(one: xr.DataArray, other: xr.DataArray) -> bool:
-    first, second = one.values, other.values
-    if one.dims != other.dims or first.shape != second.shape:
+def _same_bits(first: xr.DataArray, second: xr.DataArray) -> bool:
+    if first.dims != second.dims or first.shape != second.shape:
         return False
-    if first.dtype.kind == second.dtype.kind and first.dtype.kind in WORDS:
-        return bool(np.array_equal(first, second))
-    if first.dtype != second.dtype:
-        return False
-    return first.tobytes() == second.tobytes()
+    if first.dtype.kind == second.dtype.kind and first.dtype.kind in TEXT_KINDS:
+        return bool(np.array_equal(first.values, second.values))
+    return first.dtype == second.dtype and first.values.tobytes() == second.values.tobytes()

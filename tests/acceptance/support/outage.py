@@ -26,13 +26,13 @@ class Outage:
     folder: Path  # of its data
 
     def stop(self) -> None:
-        """At once, without a last word to anybody."""
+        """Stop at once, as in a crash."""
         pid = int((self.folder / "postmaster.pid").read_text().split()[0])
         os.kill(pid, signal.SIGQUIT)
         wait_until(lambda: is_gone(pid))
 
     def start(self) -> None:
-        """With the words of the last time."""
+        """Start with the options of the last time."""
         owner = self.folder.stat()
         command = shlex.split((self.folder / "postmaster.opts").read_text())
         environment = {name: value for name, value in os.environ.items() if name != MARK}
@@ -40,7 +40,7 @@ class Outage:
         subprocess.Popen(
             command,
             cwd="/",
-            env=environment,  # it is no part of a drill
+            env=environment,  # outside the process tree of a crash test
             user=owner.st_uid if is_other else None,
             group=owner.st_gid if is_other else None,
             extra_groups=[] if is_other else None,

@@ -1,4 +1,4 @@
-"""All processes that descend from what a block started, however they were orphaned, and no other."""
+"""The process tree of a block: all that descends from what it started, orphans included."""
 
 import os
 import signal
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tests.service.support.fakes import is_gone, wait_until
 
-MARK = "CRASH_TEST_OF"  # in the environment of every process that the block starts
+MARK = "CRASH_TEST_OF"  # in the environment of every process of the tree
 
 
 class ProcessTree:

@@ -54,12 +54,12 @@ class Service:
         """Begin a life; with ``fault`` it ends at that point."""
         self.lives += 1
         command = ["serve", "--port", str(self.port), "--data", str(self.data)]
-        given = {**os.environ, "PYTHONPATH": str(ROOT), **self.environment, **more}
+        variables = {**os.environ, "PYTHONPATH": str(ROOT), **self.environment, **more}
         with self.log.open("wb") as log:
             self.process = subprocess.Popen(
                 [sys.executable, *self.program, *command],
                 cwd=ROOT,
-                env={**given, VARIABLE: fault} if fault else given,
+                env={**variables, VARIABLE: fault} if fault else variables,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,

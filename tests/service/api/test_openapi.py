@@ -8,7 +8,7 @@ import copy
 import itertools
 import os
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -107,7 +107,13 @@ class SamePartialCube(PartialCubes):
 
 @pytest.fixture(scope="module")
 def described(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Described]:
-    folder = tmp_path_factory.mktemp("described")
+    with describing(tmp_path_factory.mktemp("described")) as opened:
+        yield opened
+
+
+@contextmanager
+def describing(folder: Path) -> Iterator[Described]:
+    """A service in a folder, with its description."""
     with closing(Store.open(Settings(data=folder).url)) as store:
         _, secret = store.create_key("anna", [Scope.ADMIN])
     with open_api(folder, host="0.0.0.0", allowed_hosts=(HOST, "testserver")) as api:

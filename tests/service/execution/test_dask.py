@@ -117,7 +117,7 @@ def test_nanny_killed__nothing_of_it_is_left(
     attempts = [attempt_in(tmp_path, number, "deaf") for number in range(WORKERS + 1)]
     pids = set(user.begin(*attempts))
     extra.kill_alone()
-    assert len(pids & extra.seen) == 1
+    assert len(pids & extra.descendants) == 1
     patiently(extra.is_gone)
     user.engine.stop([attempt.key for attempt in attempts])
     assert {user.end_of(attempt).cause for attempt in attempts} == {Cause.LOST}
@@ -147,7 +147,10 @@ def test_worker_frozen__a_message_reaches_the_others(user: EngineUser, tmp_path:
 def start_service(cluster: DaskCluster, attempts: list[Attempt]) -> "subprocess.Popen[bytes]":
     remote = cluster.remote()
     files = [str(file) for file in (remote.ca, remote.certificate, remote.key)]
-    job = {"remote": [remote.address, *files], "attempts": [asdict(one) for one in attempts]}
+    job = {
+        "remote": [remote.address, *files],
+        "attempts": [asdict(message) for message in attempts],
+    }
     return subprocess.Popen(
         [sys.executable, "-c", SERVICE, json.dumps(job)],
         cwd=ROOT,
@@ -169,7 +172,7 @@ def test_service_killed__the_next_one_follows_its_attempts(
             process.kill()
     with serving(cluster.remote()) as user:
         user.wait_for_slots(WORKERS)
-        assert {short.key, long.key} <= user.engine.known()
+        assert {short.key, long.key} <= user.engine.attempts()
         for attempt in (short, long, long):  # the second time has no effect
             user.engine.follow(attempt.key)
         assert {user.end_of(attempt).cause for attempt in (short, long)} == {None}
@@ -177,7 +180,7 @@ def test_service_killed__the_next_one_follows_its_attempts(
         assert user.progress_of(long)
         ended = [message.key for message in user.receive() if isinstance(message, Ended)]
         assert sorted(ended) == sorted([short.key, long.key])
-        assert not {short.key, long.key} & user.engine.known()
+        assert not {short.key, long.key} & user.engine.attempts()
 
 
 def test_service_that_stands_by__leaves_its_attempts_to_the_next(
@@ -209,10 +212,10 @@ def test_connection_cut__attempts_go_on_and_are_found_again(
             user.wait_for(Away)
             assert user.engine.slots() == 0
             with pytest.raises(OSError, match="away"):
-                user.engine.known()
+                user.engine.attempts()
             patiently((Path(short.directory) / "result.json").is_file)  # meanwhile
             line.mend()
-            patiently(lambda: any(isinstance(one, Back) for one in user.receive()[2:]))
+            patiently(lambda: any(isinstance(message, Back) for message in user.receive()[2:]))
             assert {user.end_of(attempt).cause for attempt in (short, long)} == {None}
     finally:
         line.close()
@@ -284,7 +287,7 @@ def test_no_worker_comes__attempts_that_wait_for_one_are_lost(tmp_path: Path) ->
         user.engine.submit(attempt)
         patiently(lambda: user.engine.slots() == 0 and isinstance(user.receive()[-1], Ended))
         assert user.end_of(attempt).cause is Cause.LOST
-        assert not user.engine.known()
+        assert not user.engine.attempts()
 
 
 # --- which workers get no work -------------------------------------------------------------------
@@ -325,7 +328,7 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     attempts = [attempt_in(tmp_path, number, seconds=0.5) for number in range(4)]
     assert {ending.cause for ending in user.compute(*attempts)} == {None}
     other.look()
-    assert not {pid_of(attempt) for attempt in attempts} & other.seen
+    assert not {pid_of(attempt) for attempt in attempts} & other.descendants
     other.kill()
     patiently(lambda: workers() == before)
 

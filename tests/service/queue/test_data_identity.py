@@ -139,9 +139,9 @@ def test_retry__forgets_no_final_state_while_the_directory_is_away(tmp_path: Pat
             result = api.result(claim.id)
             api.store.finish(claim, replace(result, files=(*result.files, state)))
         api.compute()
-        known = api.store.files()
+        files = api.store.files()
         api.settings.data.rename(tmp_path / "away")
         answer = api.http.post(f"/v1/sweeps/{id}/retry")
         assert (answer.status_code, "is not there" in answer.json()["detail"]) == (503, True)
-        assert api.store.files() == known
-        assert sum(file.name == STATE for _, file in known) == 2
+        assert api.store.files() == files
+        assert sum(file.name == STATE for _, file in files) == 2

@@ -10,7 +10,7 @@ from studies.measurements import Reading
 MEASUREMENT, VALUE = "hole_diameter", 0.0123
 TODAY = measurements.load(MEASUREMENT).version
 VERSION = TODAY + 1
-FAULT = "WHIPPLE_TEST_FAULT"  # name of a file: a process of ``raised_targets`` dies once
+FAULT = "WHIPPLE_TEST_FAULT"  # name of a file: a process of ``changed_targets`` dies once
 
 
 def raise_the_version() -> None:
@@ -18,12 +18,14 @@ def raise_the_version() -> None:
     plain = measurements.load
 
     def load(name: str) -> measurements.Measurement:
-        one = plain(name)
-        return replace(one, version=VERSION, read=_read) if name == MEASUREMENT else one
+        measurement = plain(name)
+        if name != MEASUREMENT:
+            return measurement
+        return replace(measurement, version=VERSION, read=_read)
 
     measurements.load = load
 
 
-def _read(seen: Any) -> Reading:
-    assert math.isfinite(seen.cell)
-    return Reading(VALUE, {"resolution": seen.cell})
+def _read(view: Any) -> Reading:
+    assert math.isfinite(view.cell)
+    return Reading(VALUE, {"resolution": view.cell})

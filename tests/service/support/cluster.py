@@ -33,16 +33,16 @@ EXAMPLE_HOST, EXAMPLE_PORT, EXAMPLE_COUNT = "scheduler.example.org", "8786", "--
 def documented(beginning: str, language: str = "sh") -> str:
     """The block of commands, or the program, of the document that has a line with this beginning."""
     blocks = re.findall(rf"```{language}\n(.*?)```", DOCUMENT.read_text(), re.DOTALL)
-    [found] = [block for block in blocks if re.search(f"^{re.escape(beginning)}", block, re.M)]
-    return str(found)
+    [pids] = [block for block in blocks if re.search(f"^{re.escape(beginning)}", block, re.M)]
+    return str(pids)
 
 
 def free_port() -> int:
     """Below those that the system gives to whoever asks for any: nobody gets it meanwhile."""
     while True:
         port = random.SystemRandom().randrange(10_000, 32_000)
-        with socket.socket() as one, suppress(OSError):  # it is taken
-            one.bind(("127.0.0.1", port))
+        with socket.socket() as candidate, suppress(OSError):  # it is taken
+            candidate.bind(("127.0.0.1", port))
             return port
 
 
@@ -60,10 +60,10 @@ def family(pid: int) -> list[int]:
             with suppress(OSError):  # it ended just now
                 fields = (entry / "stat").read_text().rpartition(")")[2].split()
                 parents[int(entry.name)] = int(fields[1])
-    found = [pid]
-    for one in found:
-        found += [child for child, parent in parents.items() if parent == one]
-    return found
+    pids = [pid]
+    for ancestor in pids:
+        pids += [child for child, parent in parents.items() if parent == ancestor]
+    return pids
 
 
 def parent_of(pid: int) -> int:
@@ -78,11 +78,11 @@ class ShellProcess:
     folder: Path
     name: str
     more: Mapping[str, str] = field(default_factory=dict)  # environment
-    seen: set[int] = field(default_factory=set)  # ids of all that descended from it
+    descendants: set[int] = field(default_factory=set)  # ids of all that descended from it
 
     def __post_init__(self) -> None:
-        self.said = self.folder / f"{self.name}.log"
-        with self.said.open("ab") as log:
+        self.log_file = self.folder / f"{self.name}.log"
+        with self.log_file.open("ab") as log:
             self.process = subprocess.Popen(
                 ["bash", "-c", self.command.rstrip().replace("\ndask ", "\nexec dask ")],
                 cwd=self.folder,
@@ -94,9 +94,9 @@ class ShellProcess:
 
     def look(self) -> list[int]:
         """It, and what descends from it now."""
-        found = family(self.process.pid)
-        self.seen |= set(found)
-        return found
+        pids = family(self.process.pid)
+        self.descendants |= set(pids)
+        return pids
 
     def kill(self) -> None:
         """Kill -9 all of it, as when a machine goes; what it had started must follow by itself."""
@@ -114,7 +114,7 @@ class ShellProcess:
 
     def is_gone(self) -> bool:
         """Whether nothing is left of it and of all that it was seen to have started."""
-        return all(is_gone(pid) for pid in self.seen | {self.process.pid})
+        return all(is_gone(pid) for pid in self.descendants | {self.process.pid})
 
 
 @dataclass
@@ -223,7 +223,7 @@ class EngineUser:
 
     def progress_of(self, attempt: Attempt) -> list[Mapping[str, object]]:
         """The progress of an attempt so far."""
-        messages = (one for one in self.receive() if isinstance(one, ProgressMessage))
+        messages = (message for message in self.receive() if isinstance(message, ProgressMessage))
         return [message.progress for message in messages if message.key == attempt.key]
 
     def wait_for(self, kind: type[Message]) -> None:

@@ -8,10 +8,10 @@ import pytest
 from service.cli import main as cli
 
 
-def run(*words: object) -> int:
+def run(*arguments: object) -> int:
     """Run the command; its exit status."""
     with (
-        patch.object(sys, "argv", ["whipple", *map(str, words)]),
+        patch.object(sys, "argv", ["whipple", *map(str, arguments)]),
         pytest.raises(SystemExit) as ended,
     ):
         cli.main()

@@ -34,9 +34,9 @@ class Postgresql:
             self._address, isolation_level="AUTOCOMMIT", pool_pre_ping=True
         )
         for durability in ("fsync", "full_page_writes"):  # a test does not outlive a power cut
-            self._say(f"ALTER SYSTEM SET {durability} = off")
-        self._say("SELECT pg_reload_conf()")
-        self._say(f"CREATE DATABASE {TEMPLATE}")
+            self._execute(f"ALTER SYSTEM SET {durability} = off")
+        self._execute("SELECT pg_reload_conf()")
+        self._execute(f"CREATE DATABASE {TEMPLATE}")
         template = Database(self._url(TEMPLATE))
         template.migrate()
         tables = sa.MetaData()
@@ -54,11 +54,11 @@ class Postgresql:
     def database(self, *, like: str = TEMPLATE) -> Iterator[str]:
         """The URL of a new database, empty but for its tables; with ``template0`` without them."""
         name = f"test_{uuid.uuid4().hex}"
-        self._say(f"CREATE DATABASE {name} TEMPLATE {like}")
+        self._execute(f"CREATE DATABASE {name} TEMPLATE {like}")
         try:
             yield self._url(name)
         finally:
-            self._say(f"DROP DATABASE {name} WITH (FORCE)")
+            self._execute(f"DROP DATABASE {name} WITH (FORCE)")
 
     @contextmanager
     def emptied(self) -> Iterator[str]:
@@ -73,7 +73,7 @@ class Postgresql:
     def _empty(self, url: str) -> None:
         """End every connection to a database, and bring its tables back to the rows of the template."""
         name = sa.make_url(url).database
-        self._say(
+        self._execute(
             f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{name}'"
         )
         engine = sa.create_engine(url, poolclass=sa.NullPool)
@@ -92,7 +92,7 @@ class Postgresql:
     def _url(self, name: str) -> str:
         return self._address.set(database=name).render_as_string(hide_password=False)
 
-    def _say(self, statement: str) -> None:
+    def _execute(self, statement: str) -> None:
         with self._engine.connect() as connection:
             connection.exec_driver_sql(statement)
 
@@ -107,7 +107,7 @@ def postgresql_server() -> Iterator[Postgresql]:
             server = _start(folder / "data")
         except Exception as error:
             if "CI" in os.environ or "PYTEST_CURRENT_TEST" not in os.environ:
-                raise  # of a claim or a benchmark it is the answer
+                raise  # claims and benchmarks need it
             pytest.skip(f"PostgreSQL cannot be started here: {error!r}")
         ends.callback(server.cleanup)
         ends.enter_context(_watched(server.get_pid()))
@@ -123,9 +123,9 @@ def _start(folder: Path) -> Any:
 
         command = postgres_server.pg_ctl
 
-        def patient(arguments: list[str], **words: Any) -> str:
-            given = {**words, "timeout": START_SECONDS}
-            return str(command(["-t", str(START_SECONDS), *arguments], **given))
+        def patient(arguments: list[str], **options: Any) -> str:
+            patient_options = {**options, "timeout": START_SECONDS}
+            return str(command(["-t", str(START_SECONDS), *arguments], **patient_options))
 
         with patch.object(postgres_server, "pg_ctl", patient):  # its own patience is 10 s
             return get_server(folder, cleanup_mode="delete")
@@ -133,7 +133,7 @@ def _start(folder: Path) -> Any:
 
 @contextmanager
 def _watched(pid: int) -> Iterator[None]:
-    """Stop a process when this one ends without a word; its end closes the watcher's input."""
+    """Stop a process when this one dies: its end closes the watcher's input."""
     stop = f"read word || kill -QUIT {pid}"
     watcher = subprocess.Popen(["sh", "-c", stop], stdin=subprocess.PIPE, start_new_session=True)
     try:

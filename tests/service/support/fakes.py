@@ -1,4 +1,4 @@
-"""Sweeps that cost nothing, an engine that does what a test says, and waiting with a deadline."""
+"""Sweeps that cost nothing, an engine that records, a store that fails, and waiting with a deadline."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -19,7 +19,7 @@ DEADLINE = 60.0  # s; a busy machine is slow, a hanging test is not waited for
 def wait_until(
     condition: Callable[[], Any], *, seconds: float = DEADLINE, pause: float = 0.05
 ) -> Any:
-    """What ``condition`` returns as soon as it is true, looked at after each pause; fails when that takes too long."""
+    """Poll ``condition`` until it is true, and return its value; fails after so many seconds."""
     end = time.monotonic() + seconds
     while not (answer := condition()):
         assert time.monotonic() < end, f"not within {seconds} s"
@@ -41,7 +41,7 @@ def run_id(number: int) -> str:
 
 
 def runs_of(*behaviours: str, first: int = 0, **parameters: Any) -> list[FakeRun]:
-    """Runs that behave as said, numbered from ``first``."""
+    """Runs that behave as named, numbered from ``first``."""
     return [
         FakeRun(run_id(first + place), {"behaviour": word, **parameters})
         for place, word in enumerate(behaviours)
@@ -49,7 +49,7 @@ def runs_of(*behaviours: str, first: int = 0, **parameters: Any) -> list[FakeRun
 
 
 @dataclass(frozen=True)
-class Point:
+class FakePoint:
     """A point of a sweep."""
 
     index: tuple[int, ...]
@@ -69,9 +69,10 @@ class FakeSweep:
     def document(self) -> dict[str, Any]:
         return {"name": self.name, "runs": [run.id for run in self.asked]}
 
-    def runs(self) -> list[Point]:
+    def runs(self) -> list[FakePoint]:
         return [
-            Point((place,), {"speed": 1000.0 * place}, run) for place, run in enumerate(self.asked)
+            FakePoint((place,), {"speed": 1000.0 * place}, run)
+            for place, run in enumerate(self.asked)
         ]
 
 
@@ -87,7 +88,7 @@ def open_store(settings: Settings) -> Store:
 
 
 def stored(name: str = "result.json", path: str = "runs/result.json") -> Stored:
-    """A file that is nowhere."""
+    """A file that exists in rows alone."""
     return Stored(name, path, 2, "00" * 32)
 
 
@@ -98,7 +99,7 @@ class RecordingEngine:
     free: int = 2
     submitted: list[Attempt] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
-    under_way: set[str] = field(default_factory=set)  # of earlier lives: what ``known`` tells
+    under_way: set[str] = field(default_factory=set)  # of earlier lives: what ``attempts`` returns
     followed: list[str] = field(default_factory=list)
     forgotten: list[str] = field(default_factory=list)
     closed: list[float | None] = field(default_factory=list)  # seconds to leave; None: abandoned
@@ -116,7 +117,7 @@ class RecordingEngine:
     def stop(self, keys: list[str]) -> None:
         self.stopped.extend(keys)
 
-    def known(self) -> set[str]:
+    def attempts(self) -> set[str]:
         return set(self.under_way)
 
     def follow(self, key: str) -> None:
@@ -165,6 +166,6 @@ class FakeLeadership(Leadership):
         return not self._flaky.has_lost_lead
 
 
-def settings_in(folder: Path, **given: Any) -> Settings:
+def settings_in(folder: Path, **options: Any) -> Settings:
     """Settings of a service that computes with ``tests.service.support.targets``."""
-    return Settings(data=folder, targets_module="tests.service.support.targets", **given)
+    return Settings(data=folder, targets_module="tests.service.support.targets", **options)

@@ -1,9 +1,8 @@
 """Stands in for ``studies.runs.execution`` and ``studies.reports.publish``: runs that behave as their parameters say.
 
-A run is ``fine`` unless told otherwise. It can also return a ``verdict``, ``abort`` the interpreter
-(the first ``crashes`` times),
-``raise`` (also because its disk is ``stale``), ``hang``, be ``busy`` (hear nothing for a second), ``deaf``
-(hang with the interpreter blocked), ``silent`` (return without a result), ``greedy`` (take memory
+A run is ``fine`` by default. It can also return a ``verdict``, ``abort`` the interpreter (the first ``crashes``
+times), ``raise`` (also because its disk is ``stale``), ``hang``, be ``busy`` (for a second, without reading
+messages), ``deaf`` (hang with the interpreter blocked), ``silent`` (return without a result), ``greedy`` (take memory
 without end, or so many ``mebibytes``) or ``starved`` (the same, in a library that aborts), ``litter``
 (start a process of its own, then hang), ``orphan`` (fork, then crash), print ``noise``, ``roar`` (print
 so many ``mebibytes``), or ``soil`` the process that computes it. Each leaves its process id in
@@ -77,7 +76,7 @@ def execute(
     seconds = float(run.parameters.get("seconds", os.environ.get("WHIPPLE_TEST_SECONDS", 0)))
     clock = _Clock(seconds, checkpoint, control)
     clock.begin()
-    _BEHAVIOURS.get(behaviour, _fine)(run, directory)
+    behave(behaviour, run, directory)
     clock.go_on()
     while _is_closed(RUN_GATE):
         clock.wait()
@@ -89,6 +88,12 @@ def execute(
     return result
 
 
+def behave(behaviour: str, run: FakeRun, directory: Path) -> None:
+    """Do what a behaviour does beside computing; nothing, if the run is fine."""
+    if behaviour in _BEHAVIOURS:
+        _BEHAVIOURS[behaviour](run, directory)
+
+
 def publish(
     document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]], directory: Path
 ) -> dict[str, str]:
@@ -97,9 +102,11 @@ def publish(
         raise RuntimeError("this sweep cannot be published")
     while _is_closed(SWEEP_GATE):
         time.sleep(PAUSE)
-    said = {id: {"state": one["state"], "reason": one["reason"]} for id, one in outcomes.items()}
+    outcomes_as_json = {
+        id: {"state": one["state"], "reason": one["reason"]} for id, one in outcomes.items()
+    }
     for name in ("cube.nc", "report.html", "report.json"):
-        write_text(directory / name, json.dumps(said, sort_keys=True))
+        write_text(directory / name, json.dumps(outcomes_as_json, sort_keys=True))
     return {}
 
 
@@ -180,10 +187,6 @@ def _surroundings() -> dict[str, str]:
 
 class SoilWarning(UserWarning):
     """Nobody has heard of it."""
-
-
-def _fine(run: FakeRun, directory: Path) -> None:
-    """Nothing special."""
 
 
 def _abort(run: FakeRun, directory: Path) -> None:

@@ -31,26 +31,23 @@ def _without(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(databases, "_start", nothing_starts)
 
 
-def test_missing_server__lets_a_test_be_skipped() -> None:
+def test_missing_server__skips_a_test_and_is_an_error_of_checks_and_claims(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     assert isinstance(why_not(), pytest.skip.Exception)
-
-
-def test_missing_server__is_an_error_in_the_checks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CI", "1")
-    assert isinstance(why_not(), OSError)
-
-
-def test_missing_server__is_an_error_of_a_claim(monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setenv("CI", "1")
+        assert isinstance(why_not(), OSError)
     monkeypatch.delenv("PYTEST_CURRENT_TEST")
     assert isinstance(why_not(), OSError)
 
 
 def test_checks__say_that_nothing_is_to_be_skipped(tmp_path: Path) -> None:
-    for name, words in {"make": 'echo "CI=$CI"', "chromium": "true"}.items():
-        (tmp_path / name).write_text(f"#!/bin/sh\n{words}\n")
+    for name, body in {"make": 'echo "CI=$CI"', "chromium": "true"}.items():
+        (tmp_path / name).write_text(f"#!/bin/sh\n{body}\n")
         (tmp_path / name).chmod(0o755)
     path = os.pathsep.join([str(tmp_path), os.environ["PATH"]])
-    said = subprocess.check_output(
+    output = subprocess.check_output(
         [ROOT / ".ci" / "run"], env={**os.environ, "PATH": path}, text=True
     )
-    assert said == "CI=1\n"
+    assert output == "CI=1\n"
