@@ -51,6 +51,7 @@ def bodies() -> Iterator[Row]:
 
 def _loaded(name: str, **environment: str) -> Any:
     """A module of tests of the API, which reads its numbers of examples as it is loaded."""
+    import_module("tests.conftest")  # the profile: the same examples every time, and no deadline
     with patch.dict(os.environ, environment):
         return import_module(f"tests.service.api.{name}")
 
