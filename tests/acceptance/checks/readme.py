@@ -130,7 +130,7 @@ def rows_in_short(place: Path) -> Iterator[Row]:
     (clone / ".venv").symlink_to(sys.prefix)
     chosen = {
         "PYTHONPATH": str(clone),
-        "WHIPPLE_TARGETS_MODULE": "tests.acceptance.support.published",
+        "WHIPPLE_TARGETS_MODULE": "tests.acceptance.checks.published",
     }
     yield from rows_of_blocks(Reader(clone, surroundings(port) | chosen, SHORT_SECONDS), short=True)
 
