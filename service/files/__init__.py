@@ -1,4 +1,4 @@
-"""Where files live: the data directory, artifacts and their checksums, room on the disk, output folders, lost results.
+"""The data directory and its lock, artifacts and their checksums, disk space, output folders, lost results.
 
-Imports the records alone.
+Imports the records alone; called by store, workers, queue, API and command line.
 """

@@ -9,7 +9,7 @@
 
 Each attempt writes into a folder of its own, so nothing is ever published in place: the row says
 which folder counts. Paths in rows are relative to DIR and made of ids that the service gave, never
-of words that a user wrote.
+of text from users.
 """
 
 import hashlib
@@ -24,11 +24,11 @@ from studies.values.files import FILM, RESULT, STATE, to_disk, write_atomically
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"
-OF_A_RUN = (RESULT, STATE, FILM, LOG)  # the answer is written last but for the log
+OF_A_RUN = (RESULT, STATE, FILM, LOG)  # the result is written last but for the log
 CHECKPOINT = "checkpoint"
-PART = "*.part"  # a file that is being written, or was when its process was killed
+PART = "*.part"  # a temporary file, of a running process or a killed one
 ID = re.compile("[0-9a-f]{32}")
-KEY = re.compile(rf"(?P<id>{ID.pattern})-(?P<attempt>\d+)-(?P<token>[0-9a-f]+)")  # of a claim
+KEY = re.compile(rf"(?P<id>{ID.pattern})-(?P<attempt>\d+)-(?P<token>[0-9a-f]+)")  # of an attempt
 _CHUNK = 1 << 20  # bytes read at once for a digest
 
 
@@ -38,16 +38,16 @@ class Artifacts:
     def __init__(self, root: Path):
         self.root = root.absolute()
 
-    def attempt_directory(self, claim: Lease) -> Path:
+    def attempt_directory(self, lease: Lease) -> Path:
         """The folder that one attempt of a job writes into."""
-        attempt = name_of_attempt(claim.attempt, claim.token)
-        if claim.kind is Kind.RUN:
-            return self.run_folder(claim.id) / attempt
-        assert claim.sweep_id is not None
-        return self.sweep_folder(claim.sweep_id) / attempt
+        attempt = name_of_attempt(lease.attempt, lease.token)
+        if lease.kind is Kind.RUN:
+            return self.run_folder(lease.id) / attempt
+        assert lease.sweep_id is not None
+        return self.sweep_folder(lease.sweep_id) / attempt
 
     def has_attempt(self, key: str) -> bool:
-        """Whether an attempt, by its key, is ours: a scheduler may serve others too."""
+        """Whether the attempt with this key is of this directory: a scheduler may serve other services too."""
         match = KEY.fullmatch(key)
         if match is None:
             return False
@@ -56,7 +56,7 @@ class Artifacts:
         return is_run or any(self.root.glob(f"{SWEEPS}/*/{name}"))
 
     def make_folder(self, folder: Path) -> None:
-        """Make a folder and those above it, but not the data directory: it is there, or its disk is away."""
+        """Make a folder and those above it, except the data directory: where that is missing, its disk is away."""
         for place in reversed((folder, *folder.parents)):
             if place.is_relative_to(self.root) and place != self.root:
                 place.mkdir(exist_ok=True)
@@ -70,34 +70,34 @@ class Artifacts:
         return self.root / SWEEPS / _checked(id)
 
     def log_of(self, run_id: str, attempt: int, token: str) -> Path:
-        """What an attempt of a run printed, registered or not."""
+        """The log of an attempt of a run, registered or not."""
         return self.run_folder(run_id) / name_of_attempt(attempt, token) / LOG
 
     def checkpoint(self, run_id: str) -> Path:
-        """Where the attempts of a run keep what the next one goes on from."""
+        """The checkpoint that the attempts of a run share."""
         return self.run_folder(run_id) / f"{CHECKPOINT}.npz"
 
     def discard_checkpoint(self, run_id: str) -> None:
-        """Remove what a run that has ended for good no longer needs, half-written ones too."""
+        """Remove the checkpoints of a run, and their temporary files."""
         folder = self.run_folder(run_id)
         for pattern in (f"{CHECKPOINT}*", f".{CHECKPOINT}*"):
             for file in folder.glob(pattern):
                 file.unlink(missing_ok=True)
 
-    def complete_files(self, claim: Lease) -> tuple[Stored, ...]:
-        """What an attempt of a run left, if it has an answer; else nothing."""
-        directory = self.attempt_directory(claim)
+    def complete_files(self, lease: Lease) -> tuple[Stored, ...]:
+        """The files of an attempt of a run, if there is a result; else none."""
+        directory = self.attempt_directory(lease)
         if not (directory / RESULT).is_file():
             return ()
-        found = (directory / name for name in OF_A_RUN)
-        return tuple(describe(file) for file in found if file.is_file())
+        files = (directory / name for name in OF_A_RUN)
+        return tuple(describe(file) for file in files if file.is_file())
 
     def relative(self, file: Path) -> str:
-        """A file's path as rows have it."""
+        """Path of a file relative to the data directory, as in rows."""
         return file.relative_to(self.root).as_posix()
 
     def path(self, stored: Stored) -> Path:
-        """Where a registered file is."""
+        """Path of a registered file; raises ValueError outside the data directory."""
         path = (self.root / stored.path).resolve()
         if not path.is_relative_to(self.root.resolve()):
             raise ValueError(f"{stored.path!r} leaves the data directory")
@@ -123,20 +123,20 @@ class Artifacts:
             to_disk(place)
 
     def read_json(self, stored: Stored) -> Any:
-        """What a registered JSON file says."""
+        """Content of a registered JSON file."""
         return json.loads(self.path(stored).read_bytes())
 
     def copy_out(self, stored: Stored, folder: Path) -> Path:
         """Copy a file into ``folder``, whole or not at all.
 
-        A copy, not a link: whoever edits it there must not change what is registered here.
+        A copy, not a link: edits of it leave the registered file as it is.
         """
         source = self.path(stored)
         return write_atomically(folder / stored.name, lambda part: shutil.copyfile(source, part))
 
 
 def describe(file: Path) -> Stored:
-    """A complete file: name, place (absolute), size and digest."""
+    """The record of a complete file, with its absolute path."""
     return Stored(file.name, str(file), file.stat().st_size, digest(file))
 
 

@@ -1,15 +1,15 @@
-"""The log of an attempt as its supervisor looks at it, while others may write to it."""
+"""The log of an attempt, which its process may write to meanwhile."""
 
 import os
 from contextlib import suppress
 from pathlib import Path
 
-LOG_BYTES = 16 << 20  # of a longer log, the first and the last quarter of it stay
+LOG_BYTES = 16 << 20  # of a longer log, the first and the last quarter of this stay
 CUT = b"\n... (here the log was too long)\n"
 
 
 def last_bytes(log: Path, count: int) -> bytes:
-    """Its end; nothing if it cannot be read."""
+    """The end of a log; empty if it cannot be read."""
     try:
         with log.open("rb") as opened:
             opened.seek(max(0, log.stat().st_size - count))
@@ -19,9 +19,9 @@ def last_bytes(log: Path, count: int) -> bytes:
 
 
 def cut(log: Path) -> None:
-    """Take the middle out, if it got too long."""
+    """Cut the middle out of a log that is too long."""
     quarter = LOG_BYTES // 4
-    with suppress(OSError):  # there is none, or the disk is ill
+    with suppress(OSError):  # no log, or a disk error
         if log.stat().st_size <= LOG_BYTES:
             return
         last = last_bytes(log, quarter)

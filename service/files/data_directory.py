@@ -1,4 +1,4 @@
-"""The data directory, and who works in it."""
+"""The data directory, and the lock of the one service that works in it."""
 
 import fcntl
 import os
@@ -14,15 +14,15 @@ LOCK = "whipple.lock"  # named as the database is
 
 
 class DataInUse(WhippleError):
-    """Another service, or sweep, works in this data directory, or on its database."""
+    """Another service or sweep works in this data directory, or on its database."""
 
 
 @contextmanager
 def holding(settings: Settings) -> Iterator[Path]:
-    """The data directory, ours until the end of the block; to be taken before its database is opened.
+    """Lock the data directory until the end of the block; to be done before its database is opened.
 
-    Raises DataInUse. Services that share a PostgreSQL database share the directory too: they agree
-    by way of the database who of them leads.
+    Raises DataInUse. Services that share a PostgreSQL database share the directory too: the
+    database gives one of them the right to lead.
     """
     with ExitStack() as held:
         for lock in [] if settings.has_replicas else _locks(settings):
@@ -40,10 +40,10 @@ def _locks(settings: Settings) -> list[Path]:
 
 
 def check_names(settings: Settings) -> None:
-    """Raises InvalidInput for an SQLite database with hard links; to be asked before it is opened.
+    """Raise InvalidInput for an SQLite database with hard links; to be called before it is opened.
 
-    By another of its names a service would have another lock, and SQLite another log, which damages
-    the file. (We cannot lock the file itself: closing it releases the locks that SQLite has on it.)
+    A service with another of its names would have another lock, and SQLite another log, which damages
+    the file. (The file itself cannot be locked: closing it releases the locks that SQLite has on it.)
     """
     if settings.has_replicas:
         return
@@ -62,7 +62,7 @@ def _database_of(settings: Settings) -> Path:
 
 @contextmanager
 def _locked(lock: Path) -> Iterator[None]:
-    """Hold a lock file; the kernel gives it back when the process ends, however it ends."""
+    """Hold a lock file; the kernel releases it when the process ends, however it ends."""
     lock.parent.mkdir(parents=True, exist_ok=True)
     with lock.open("a+", encoding="utf-8") as file:
         try:

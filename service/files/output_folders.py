@@ -16,12 +16,12 @@ from studies.values.nearest import shown
 
 Document = Mapping[str, Any]  # of a sweep, canonical
 
-ALIKE = ("scenario", "combine", "materials")  # words of a document that the same sweep has alike
+ALIKE = ("scenario", "combine", "materials")  # parts of a document that agree for the same sweep
 NAMED = 3  # differences that an error names
 
 
 def held_in(folder: Path) -> Document | None:
-    """The sweep whose report is in a folder; None: there is none that says so."""
+    """The sweep whose report is in a folder; None without such a report."""
     try:
         held = json.loads((folder / REPORT_JSON).read_bytes())["provenance"]["sweep"]
     except (OSError, ValueError, LookupError, TypeError):
@@ -30,7 +30,7 @@ def held_in(folder: Path) -> Document | None:
 
 
 def check_same(folder: Path, held: Document, asked: Document) -> None:
-    """The sweep that a folder holds is the one that is asked for; raises InvalidInput, naming both."""
+    """Raise InvalidInput, with both names, unless a folder holds the requested sweep."""
     there, here = _question(held), _question(asked)
     differing = [name for name in {**there, **here} if there.get(name) != here.get(name)]
     if differing:
@@ -43,7 +43,7 @@ def check_same(folder: Path, held: Document, asked: Document) -> None:
 
 
 def _question(document: Document) -> dict[str, Any]:
-    """What the same sweep has alike, by name."""
+    """The values that agree for the same sweep, by name."""
     question = {name: document[name] for name in ALIKE if name in document}
     question |= {f"fixed.{name}": value for name, value in document.get("fixed", {}).items()}
     axes = {*document.get("axes", {}), *(["offset"] if "offsets" in document else [])}
@@ -56,9 +56,9 @@ def _question(document: Document) -> dict[str, Any]:
 
 
 def _named(document: Document, question: Mapping[str, Any], differing: list[str]) -> str:
-    """A sweep by its name, and by what another one does not have alike."""
-    words = (f"{name}: {_plain(question.get(name))}" for name in differing[:NAMED])
-    return f"{document.get('name')!r} ({'; '.join(words)})"
+    """A sweep by its name, and by values that differ from the other one."""
+    differences = (f"{name}: {_plain(question.get(name))}" for name in differing[:NAMED])
+    return f"{document.get('name')!r} ({'; '.join(differences)})"
 
 
 def _plain(value: Any) -> str:

@@ -273,7 +273,7 @@ class Leader:
             return self.in_flight.away
         if time.monotonic() - self._refused < self._timings.engine_retry:
             return REFUSED
-        return NO_WORKER if self.slots == 0 else self._space.shortage()
+        return NO_WORKER if self.slots == 0 else self._space.blocked_reason()
 
     def _why_no_run_begins(self) -> str | None:
         """Why publications begin and runs do not: too many results are lost."""

@@ -4,7 +4,7 @@ import logging
 from dataclasses import replace
 
 from service.files.artifacts import LOG, Artifacts
-from service.files.disk_space import Space, is_want_of_space
+from service.files.disk_space import Space, is_full_disk
 from service.files.lost_results import TooManyLost
 from service.queue.backoff import Backoff
 from service.queue.verification import VerifiedEnding
@@ -123,8 +123,8 @@ class Registrar:
         If the disk was full at its end too, that says nothing about the run: it was lost. If there was space again,
         the run may be one that never fits, which counts as a crash.
         """
-        if not is_want_of_space(ending, self._space):
+        if not is_full_disk(ending, self._space):
             return ending
-        self._space.rest()
+        self._space.note_full_disk()
         cause = Cause.LOST if self._space.is_used_up(ending.free) else Cause.CRASH
         return replace(ending, cause=cause, reason=f"the disk was full: {ending.reason}")

@@ -7,20 +7,20 @@ from typing import Any, Self
 
 from service.records.jobs import Cause, Keep, Kind, Stored
 
-MOST_WORDS = 4000  # characters of a reason in a row
+LONGEST_REASON = 4000  # characters in a row
 
 
 def legible(text: str) -> str:
-    """Words as every database takes them: of some length, whole characters, none of them NUL.
+    """A text that every database stores: shortened, of whole characters, without NUL.
 
     >>> legible("cannot read 'caf\\udce9.toml'\\0")
     "cannot read 'caf\ufffd.toml'\ufffd"
     """
     text = text.replace("\0", "\ufffd")
     whole = text.encode("utf-16", "surrogatepass").decode("utf-16", "replace")
-    if len(whole) <= MOST_WORDS:
+    if len(whole) <= LONGEST_REASON:
         return whole
-    return f"{whole[: MOST_WORDS // 2]} ... {whole[-MOST_WORDS // 2 :]}"
+    return f"{whole[: LONGEST_REASON // 2]} ... {whole[-LONGEST_REASON // 2 :]}"
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,11 @@ class Ending:
     files: tuple[Stored, ...]  # absolute paths
     seconds: float  # wall clock
     checkpoint: int | None = None  # step of the last one that it wrote or went on from
-    free: int | None = None  # bytes on its disk at that moment; None: nobody looked
+    free: int | None = None  # bytes on its disk at that moment; None: unknown
 
     @classmethod
     def lost(cls, failure: str, reason: str) -> Self:
-        """The end of an attempt that went away with its engine or a part of it: no fault of the run."""
+        """The end of an attempt that went away with its engine or a part of it; the run is not charged."""
         return cls(Cause.LOST, failure, reason, (), 0.0)
 
 
@@ -76,7 +76,7 @@ class ProgressMessage:
 
 @dataclass(frozen=True)
 class Away:
-    """The scheduler cannot be reached; nobody knows what becomes of the attempts."""
+    """The scheduler cannot be reached; the state of the attempts is unknown."""
 
     reason: str
 

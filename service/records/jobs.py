@@ -1,7 +1,7 @@
 """States, allowed moves and records of the queue: pure, no database, no engine.
 
 A *job* is one row of the queue: a ``run`` (one simulation) or a ``publish`` (cube and report of one
-sweep). The row is the truth; whatever computes it may die at any moment.
+sweep). The row is the truth; the process that computes it may die at any moment.
 
 ::
 
@@ -14,7 +14,7 @@ sweep). The row is the truth; whatever computes it may die at any moment.
 ``waiting`` is a publication whose runs are not all done. A solver's verdict ("this state is
 unphysical") is a result: ``failed`` with cause ``verdict``, shared like a success. A run that has a
 result may be queued again, for a file that was not kept, or a verdict on request: the result stays
-until there is another, and is what the run goes back to if there is none.
+until it is replaced, and the run goes back to it if the new attempt fails.
 """
 
 from collections.abc import Mapping
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 
-PRIORITIES = range(-100, 101)  # that a sweep may have; smaller is sooner, as with nice
+PRIORITIES = range(-100, 101)  # of sweeps; smaller is sooner, as with nice
 
 
 class Kind(StrEnum):
@@ -69,12 +69,12 @@ class SweepState(StrEnum):
 class Cause(StrEnum):
     """Why an attempt did not succeed; each cause has its own budget."""
 
-    VERDICT = "verdict"  # the solver's own word: the answer, not an accident
-    CRASH = "crash"  # the process died, and we did not kill it
+    VERDICT = "verdict"  # the solver found the state unphysical: a result
+    CRASH = "crash"  # the process died, and the service had not killed it
     MEMORY_LIMIT = "memory_limit"  # it asked for more than the service allows
     TIME_LIMIT = "time_limit"  # the wall clock limit of the service
-    ERROR = "error"  # an exception that the solver does not know
-    LOST = "lost"  # service, scheduler or worker went away: no fault of the run
+    ERROR = "error"  # an unexpected exception
+    LOST = "lost"  # service, scheduler or worker went away; the run is not charged
 
 
 class Keep(StrEnum):
@@ -85,7 +85,7 @@ class Keep(StrEnum):
     FILM = "film"  # and the frames
 
 
-# Files of a run that only some sweeps keep: whoever asks for this or for more does.
+# Files of a run that only some sweeps keep, and the least retention that includes them.
 KEPT_BY = {STATE: Keep.FINAL, FILM: Keep.FILM}
 
 
@@ -148,7 +148,7 @@ def at_least(keep: Keep) -> frozenset[Keep]:
 
 
 class NotFound(WhippleError):
-    """There is no such sweep, run or file."""
+    """Unknown sweep, run or file."""
 
     def __init__(self, kind: str, id: str):
         super().__init__(f"no {kind} {id!r}")
@@ -157,15 +157,15 @@ class NotFound(WhippleError):
 
 
 class Conflict(WhippleError):
-    """The thing is there, but its state does not allow what was asked."""
+    """The state of a sweep or run does not allow the command."""
 
 
 class KeyReused(WhippleError):
-    """An Idempotency-Key came with another body than the first time."""
+    """An Idempotency-Key was used before, with another body."""
 
 
 class StoreUnavailable(WhippleError):
-    """The database is locked, away or full; nothing was changed, asking again may succeed."""
+    """The database is locked, away or full; nothing was changed, and a later try may succeed."""
 
 
 @dataclass(frozen=True)
@@ -173,12 +173,12 @@ class Page(Generic[Item]):
     """A page of a list."""
 
     items: tuple[Item, ...]
-    next_cursor: str | None  # give it back as ``cursor`` for the next page; None: this was the last
+    next_cursor: str | None  # ``cursor`` of the next page; None: this is the last
 
 
 @dataclass(frozen=True)
 class Submission:
-    """A sweep, and what its owner says about it; none of this is part of a run's identity."""
+    """A sweep with the wishes of its owner, which are no part of a run's identity."""
 
     sweep: "Sweep"
     owner: str = ""  # name of an API key; empty on the loopback
@@ -245,7 +245,7 @@ class SweepStatus:
 
 @dataclass(frozen=True)
 class RunRow:
-    """A run as its row tells it at one moment."""
+    """A run at one moment, read from its row."""
 
     id: str  # content id: 32 hex digits
     scenario: str
@@ -253,7 +253,7 @@ class RunRow:
     attempt: int  # attempts begun, lost ones included
     crashes: int  # attempts that died at the same checkpoint
     priority: int  # of the most urgent sweep that waits for it
-    keep: Keep  # the most that any sweep asked for
+    keep: Keep  # the most that a sweep demands
     checkpoint: int | None  # step of the last one
     fraction: float | None  # 0 to 1, of the running attempt
     progress: (
@@ -275,10 +275,10 @@ class RunRow:
 
 @dataclass(frozen=True)
 class PointRow:
-    """One point of a sweep: where it lies, and its run."""
+    """One point of a sweep, and its run."""
 
-    ordinal: int  # place in the sweep's own order
-    index: tuple[int, ...]  # place on each axis
+    ordinal: int  # position in the sweep's own order
+    index: tuple[int, ...]  # position on each axis
     coordinates: Mapping[str, float | str]  # SI
     state: State  # the run's, or ``cancelled`` if this sweep no longer waits for it
     run: RunRow
@@ -286,7 +286,7 @@ class PointRow:
 
 @dataclass(frozen=True)
 class PublishedRun:
-    """What a publication needs to know of a run."""
+    """A run as a publication needs it."""
 
     run_id: str
     state: State
@@ -295,7 +295,7 @@ class PublishedRun:
     sha256: str | None
 
     def as_json(self, root: Path) -> dict[str, Any]:
-        """The same for a child process; the path is absolute, and None while the run is queued again."""
+        """The record for a child process; the path is absolute, and None while the run is queued again."""
         has_result = self.path is not None and self.state in (State.SUCCEEDED, State.FAILED)
         path = str(root / self.path) if has_result and self.path else None
         return {**asdict(self), "path": path}
@@ -303,7 +303,7 @@ class PublishedRun:
 
 @dataclass(frozen=True)
 class Stored:
-    """A complete file: where, how big, and its digest."""
+    """A complete file: path, size and digest."""
 
     name: str  # "cube.nc", "result.json"
     path: str  # relative to the data directory
@@ -313,7 +313,7 @@ class Stored:
 
 @dataclass(frozen=True)
 class MeasuredRun:
-    """A run by what it measured, and by what that could be read off again."""
+    """A run with its measurements, and the final state that they can be read off again."""
 
     id: str
     scenario: str
@@ -324,7 +324,7 @@ class MeasuredRun:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened; never changed, never removed."""
+    """An event; never changed, never removed."""
 
     number: int  # grows; the ``id:`` of a server-sent event
     time: datetime
@@ -341,25 +341,25 @@ class Lease:
     id: str  # of the job
     kind: Kind
     attempt: int
-    term: int  # of the dispatcher that claimed it
+    term: int  # of leadership in which it was given
     token: str  # random, in the name of the attempt's directory
     crashes: int  # earlier attempts that died at ``crash_step``
-    crash_step: int | None  # step of the checkpoint that they had come to; None: of none
+    crash_step: int | None  # step of their last checkpoint; None: they wrote none
     priority: int
     keep: Keep
-    state: State  # running, or cancelling when somebody asked to stop it
+    state: State  # running, or cancelling after a request to stop it
     spec: Mapping[str, Any]  # a run as JSON
     sweep_id: str | None  # of a publication
 
     @property
     def key(self) -> str:
-        """Name of this attempt for the engine; it stays the same when the attempt is adopted."""
+        """Name of the attempt for the engine; an adopted attempt keeps it."""
         return f"{self.id}-{self.attempt}-{self.token}"
 
 
-def crashes_before(claim: Lease, step: int | None) -> int:
-    """Earlier crashes that count for one at the checkpoint of ``step``: none, if it is a later one."""
-    return claim.crashes if (step or 0) <= (claim.crash_step or 0) else 0
+def crashes_before(lease: Lease, step: int | None) -> int:
+    """Earlier crashes that count for a crash at the checkpoint of ``step``: none before a later checkpoint."""
+    return lease.crashes if (step or 0) <= (lease.crash_step or 0) else 0
 
 
 @dataclass(frozen=True)
@@ -393,11 +393,11 @@ class QueueRow:
     """The queue as a whole at one moment."""
 
     paused: datetime | None  # since when no run is begun
-    blocked_reason: str | None  # why nothing is begun although there is work, in the leader's words
+    blocked_reason: str | None  # why nothing is begun although there is work
     states: Mapping[State, int]  # jobs in each state, publications included
     oldest_queued: datetime | None  # since when the run that waits longest is in the queue
-    term: int  # of the youngest reign; 0: there was none
-    leader: str | None  # who reigns; None: nobody
+    term: int  # the youngest term of leadership; 0: there was none
+    leader: str | None  # owner of the term; None: no service leads
 
 
 @dataclass(frozen=True)
@@ -416,7 +416,7 @@ class KeyRow:
 
 @dataclass(frozen=True)
 class JobTally:
-    """How many jobs there are of one kind, state and duration."""
+    """Number of jobs of one kind, state and duration."""
 
     kind: Kind
     state: State

@@ -1,8 +1,8 @@
-"""What the service says of itself: one JSON object a line, on stderr.
+"""Log of the service: one JSON object a line, on stderr.
 
 ``{"time": ..., "level": ..., "logger": ..., "message": ..., "request_id": ..., "run": ...}``. A line that
 is written while a request is answered carries its id, from whatever depth; what else a line is about is
-given as ``log.info("...", extra=about(claim))``. Only the names of ``FIELDS`` are taken.
+given as ``log.info("...", extra=about(lease))``. Only the names of ``FIELDS`` are taken.
 """
 
 import json
@@ -26,39 +26,39 @@ FIELDS = (
     "attempt",  # its number
     "worker",
 )
-OURS = "service"  # the begin of our loggers' names
+OURS = "service"  # the beginning of the names of the service's loggers
 REQUEST_ID: ContextVar[str | None] = ContextVar("request_id", default=None)
 
 
 class JsonLines(logging.Formatter):
-    """A record as one line, whatever its text holds."""
+    """A log record as one line, whatever characters its text has."""
 
     def format(self, record: logging.LogRecord) -> str:
-        words: dict[str, Any] = {
+        line: dict[str, Any] = {
             "time": datetime.fromtimestamp(record.created, UTC).isoformat(timespec="milliseconds"),
             "level": record.levelname.lower(),
             "logger": record.name,
             "message": record.getMessage(),
             "request_id": REQUEST_ID.get(),
         }
-        words |= {name: getattr(record, name) for name in FIELDS if hasattr(record, name)}
+        line |= {name: getattr(record, name) for name in FIELDS if hasattr(record, name)}
         if record.exc_info:
-            words["trace"] = self.formatException(record.exc_info)
+            line["trace"] = self.formatException(record.exc_info)
         return json.dumps(
-            {key: value for key, value in words.items() if value is not None}, default=str
+            {key: value for key, value in line.items() if value is not None}, default=str
         )
 
 
-def about(claim: Lease) -> dict[str, Any]:
-    """What a line is about that tells of an attempt: its run, or the sweep of a publication."""
-    subject = {"run": claim.id} if claim.kind is Kind.RUN else {"sweep": claim.sweep_id}
-    return {**subject, "attempt": claim.attempt}
+def about(lease: Lease) -> dict[str, Any]:
+    """Fields of a line about an attempt: its run, or the sweep of a publication."""
+    subject = {"run": lease.id} if lease.kind is Kind.RUN else {"sweep": lease.sweep_id}
+    return {**subject, "attempt": lease.attempt}
 
 
 def configure(stream: TextIO | None = None) -> None:
     """Let every logger of this process, and Python's warnings, write JSON lines.
 
-    Other libraries are heard from ``WARNING`` on, whatever they set their own loggers to.
+    Other libraries log from ``WARNING`` on, whatever level they set for their own loggers.
     """
     handler = logging.StreamHandler(stream or sys.stderr)
     handler.setFormatter(JsonLines())

@@ -1,4 +1,4 @@
-"""Everything that can be set, in one frozen record: read once, passed down."""
+"""Settings, in one frozen record that is read once and passed down."""
 
 import json
 import os
@@ -37,7 +37,7 @@ def _available_memory() -> int:
 
 
 def _refused(limit: str) -> PydanticCustomError:
-    """What would be allowed; the words as they are, for people."""
+    """The error of a refused setting, with the allowed values."""
     return PydanticCustomError("setting", "{limit}", {"limit": limit})
 
 
@@ -114,10 +114,10 @@ class Settings(BaseSettings):
 
     @field_validator("trusted_proxy", mode="before")
     @classmethod
-    def _is_list_of_addresses(cls, given: Any) -> tuple[Network, ...]:
-        """A request counts as checked by whom it comes from, so that has to be said."""
+    def _is_list_of_addresses(cls, value: Any) -> tuple[Network, ...]:
+        """Proxies are trusted by their addresses."""
         try:
-            places = json.loads(given) if isinstance(given, str) else given
+            places = json.loads(value) if isinstance(value, str) else value
             return tuple(ip_network(str(place)) for place in places)
         except (TypeError, ValueError):
             raise _refused(
@@ -127,12 +127,12 @@ class Settings(BaseSettings):
 
     @field_validator("threads", mode="before")
     @classmethod
-    def _is_number_or_auto(cls, given: Any) -> Any:
-        if given == AUTO:
+    def _is_number_or_auto(cls, value: Any) -> Any:
+        if value == AUTO:
             return None
-        if isinstance(given, str) and not (given.isascii() and given.isdigit() and int(given)):
+        if isinstance(value, str) and not (value.isascii() and value.isdigit() and int(value)):
             raise _refused("a number of 1 or more, or auto")
-        return given
+        return value
 
     @field_validator("database_url")
     @classmethod
@@ -144,7 +144,7 @@ class Settings(BaseSettings):
     @field_validator("engine")
     @classmethod
     def _is_encrypted(cls, address: str | None) -> str | None:
-        """A scheduler runs whatever it is sent, so nobody may talk to it unseen."""
+        """A scheduler runs any code that it is sent, so the connection has to be encrypted."""
         if address is None:
             return None
         scheme, _, place = address.partition("://")
@@ -155,8 +155,8 @@ class Settings(BaseSettings):
 
     @field_validator("tls_ca", "tls_cert", "tls_key")
     @classmethod
-    def _is_there_for_the_engine(cls, file: Path | None, known: ValidationInfo) -> Path | None:
-        engine = known.data.get("engine")
+    def _is_there_for_the_engine(cls, file: Path | None, context: ValidationInfo) -> Path | None:
+        engine = context.data.get("engine")
         if engine is not None and file is None:
             raise _refused(f"a file: the engine at {engine} talks to nobody without one")
         if file is not None and not file.is_file():
@@ -166,10 +166,10 @@ class Settings(BaseSettings):
     @field_validator("memory_limit")
     @classmethod
     def _is_there_for_the_engine_too(
-        cls, limit: ByteSize | None, known: ValidationInfo
+        cls, limit: ByteSize | None, context: ValidationInfo
     ) -> ByteSize | None:
         """The memory of other machines is not known here, and without a limit a run takes all of it."""
-        if limit is None and known.data.get("engine") is not None:
+        if limit is None and context.data.get("engine") is not None:
             raise _refused(
                 "the memory that one run may use on a worker of the engine, such as 4GiB"
             )

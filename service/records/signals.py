@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as a wish that a loop obeys.
+"""Ctrl-C and SIGTERM as requests that a loop obeys.
 
 Python's own way, an exception out of nowhere, can be lost: raised while a finalizer or a callback of
 the garbage collector runs, it is printed and forgotten, and the program goes on. (A client of Dask has
@@ -74,8 +74,8 @@ class Leaving:
 def heeding(*, gone_within: float | None = None) -> Iterator[Leaving]:
     """Turn Ctrl-C and SIGTERM into wishes within the block.
 
-    A signal that is ignored (``nohup``, a job in the background) stays so. Only the main thread can
-    hear: in another one nobody asks, and its program stops it as it always did. With ``gone_within``
+    A signal that is ignored (``nohup``, a job in the background) stays so. Only the main thread receives
+    signals; in other threads nothing changes. With ``gone_within``
     the process ends so many seconds after the first wish, with status 0, if it is still there, in
     the block or after it: for programs that may be killed at any moment, as the service may.
     """
@@ -83,18 +83,18 @@ def heeding(*, gone_within: float | None = None) -> Iterator[Leaving]:
     if threading.current_thread() is not threading.main_thread():
         yield leaving
         return
-    before = {one: signal.getsignal(one) for one in ASKS}
-    heard = [one for one in ASKS if before[one] not in (signal.SIG_IGN, None)]
+    before = {number: signal.getsignal(number) for number in ASKS}
+    handled = [number for number in ASKS if before[number] not in (signal.SIG_IGN, None)]
     if gone_within is not None:
         watch = threading.Thread(target=_see_to_it, args=(leaving.alarm, gone_within), daemon=True)
         watch.start()
-    for one in heard:
-        signal.signal(one, leaving.ask)
+    for number in handled:
+        signal.signal(number, leaving.ask)
     try:
         yield leaving
     finally:
-        for one in heard:
-            signal.signal(one, before[one])
+        for number in handled:
+            signal.signal(number, before[number])
         if leaving.asked() is None:
             leaving.alarm.put(False)
 
@@ -105,8 +105,8 @@ def _see_to_it(alarm: "SimpleQueue[bool]", seconds: float) -> None:
         return
     time.sleep(seconds)
     try:
-        if select.select([], [2], [], 0.0)[1]:  # else nobody reads it, and a word waits for ever
-            os.write(2, b"not all was closed in time; the rest is found at the next start\n")
+        if select.select([], [2], [], 0.0)[1]:  # else a write could block for ever
+            os.write(2, b"closing took too long; the next start cleans up\n")
     finally:
         os._exit(0)
 

@@ -1,4 +1,4 @@
-"""Which whipple this is."""
+"""The version of the installed distribution."""
 
 from importlib import metadata
 

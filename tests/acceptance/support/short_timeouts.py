@@ -9,7 +9,7 @@ from service.files import disk_space as space
 from service.store import connection
 
 BUSY_MILLISECONDS = 2000
-REST_SECONDS = 5.0
+PAUSE_SECONDS = 5.0
 HEAD_SECONDS = 2.0
 BODY_SECONDS = 2.0
 
@@ -17,7 +17,7 @@ BODY_SECONDS = 2.0
 def main() -> None:
     """Shorten the times, then start the command."""
     connection.BUSY_MILLISECONDS = BUSY_MILLISECONDS
-    space.REST_SECONDS = REST_SECONDS
+    space.PAUSE_SECONDS = PAUSE_SECONDS
     middleware.HEAD_SECONDS = HEAD_SECONDS
     middleware.BODY_SECONDS = BODY_SECONDS
     cli.main()

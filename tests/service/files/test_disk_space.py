@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from service.files import disk_space as space
-from service.files.disk_space import Space, is_want_of_space
+from service.files.disk_space import Space, is_full_disk
 from service.records.attempt import Ending
 from service.records.jobs import Cause, Kind, State, StoreUnavailable, Submission
 from tests.service.support.fakes import sweep_of
@@ -38,7 +38,7 @@ def disk(monkeypatch: pytest.MonkeyPatch) -> Disk:
 
 @pytest.fixture
 def harness(tmp_path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch) -> Iterator[Harness]:
-    monkeypatch.setattr(space, "REST_SECONDS", 0.0)
+    monkeypatch.setattr(space, "PAUSE_SECONDS", 0.0)
     with open_harness(tmp_path, disk_reserve=RESERVE) as opened:
         yield opened
 
@@ -104,7 +104,7 @@ def test_full_disk__a_run_that_leaves_room_behind_has_crashed(
 def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) -> None:
     disk.free = 0
     assert Space(tmp_path, 0).is_used_up()
-    assert Space(tmp_path, 0).shortage() is None
+    assert Space(tmp_path, 0).blocked_reason() is None
 
 
 def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk: Disk) -> None:
@@ -161,11 +161,11 @@ def test_full_disk__after_it_nothing_is_begun_for_a_while(
 ) -> None:
     harness.store.create_sweep(Submission(sweep_of(1)))
     [ticket] = harness.tick()
-    monkeypatch.setattr(space, "REST_SECONDS", 3600.0)
+    monkeypatch.setattr(space, "PAUSE_SECONDS", 3600.0)
     harness.end(ticket, full())
     assert harness.tick() == []
     assert "full disk" in str(harness.dispatcher.blocked_reason())
-    monkeypatch.setattr(space, "REST_SECONDS", 0.0)
+    monkeypatch.setattr(space, "PAUSE_SECONDS", 0.0)
     assert len(harness.tick()) == 1
 
 
@@ -174,11 +174,11 @@ def test_want_of_space__explains_only_errors_and_crashes(
     tmp_path: Path, disk: Disk, cause: Cause | None
 ) -> None:
     disk.free = 0
-    assert not is_want_of_space(Ending(cause, "", "", (), 1.0), Space(tmp_path, RESERVE))
+    assert not is_full_disk(Ending(cause, "", "", (), 1.0), Space(tmp_path, RESERVE))
 
 
 def test_want_of_space__an_error_with_room_on_the_disk_is_an_error(
     tmp_path: Path, disk: Disk
 ) -> None:
     ending = Ending(Cause.ERROR, "RuntimeError", "something else", (), 1.0)
-    assert not is_want_of_space(ending, Space(tmp_path, RESERVE))
+    assert not is_full_disk(ending, Space(tmp_path, RESERVE))

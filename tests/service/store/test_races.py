@@ -106,8 +106,8 @@ def test_claims__two_dispatchers_never_get_the_same_job(replicas: list[Store]) -
 
     def take(store: Store) -> Callable[[], object]:
         def work() -> None:
-            while claims := store.lease(3, TERM):
-                taken.extend(claim.id for claim in claims)
+            while leases := store.lease(3, TERM):
+                taken.extend(lease.id for lease in leases)
 
         return work
 
@@ -120,16 +120,16 @@ def test_finish__a_sweep_that_joins_meanwhile_is_published(replicas: list[Store]
     for number in range(ROUNDS):
         runs = runs_of("fine", first=100 * number)
         dispatcher.create_sweep(Submission(sweep_of(runs)))
-        [claim] = [one for one in dispatcher.lease(9, TERM) if one.kind is Kind.RUN]
-        at_once(finishing(dispatcher, claim), submitting(people, runs))
+        [lease] = [one for one in dispatcher.lease(9, TERM) if one.kind is Kind.RUN]
+        at_once(finishing(dispatcher, lease), submitting(people, runs))
         check(dispatcher)
         finish_all(dispatcher)
     assert {row.state for row in dispatcher.sweeps().items} == {SweepState.SUCCEEDED}
     assert set(attempts(dispatcher).values()) == {1}
 
 
-def finishing(store: Store, claim: Lease) -> Callable[[], object]:
-    return lambda: store.finish(claim, result())
+def finishing(store: Store, lease: Lease) -> Callable[[], object]:
+    return lambda: store.finish(lease, result())
 
 
 def submitting(store: Store, runs: Sequence[FakeRun]) -> Callable[[], object]:
@@ -156,13 +156,13 @@ def test_cancel__while_another_sweep_joins_leaves_the_run_to_it(replicas: list[S
     for number in range(ROUNDS):
         runs = runs_of("fine", "fine", first=100 * number)
         mine = people.create_sweep(Submission(sweep_of(runs)))
-        [claim] = dispatcher.lease(1, TERM)
+        [lease] = dispatcher.lease(1, TERM)
         at_once(cancelling(people, mine.id), submitting(others, runs))
         check(dispatcher)
-        if dispatcher.run(claim.id).state is State.CANCELLING:
-            assert dispatcher.requeue(claim, Cause.LOST, reason="stopped")
+        if dispatcher.run(lease.id).state is State.CANCELLING:
+            assert dispatcher.requeue(lease, Cause.LOST, reason="stopped")
         else:
-            assert dispatcher.finish(claim, result())
+            assert dispatcher.finish(lease, result())
         finish_all(dispatcher)
     done = [row.state for row in dispatcher.sweeps().items]
     assert done.count(SweepState.SUCCEEDED) == ROUNDS
@@ -172,12 +172,12 @@ def test_cancel__while_another_sweep_joins_leaves_the_run_to_it(replicas: list[S
 def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> None:
     people, others, dispatcher, second = replicas
 
-    def submit_and_cancel(store: Store, turn: int) -> Callable[[], object]:
+    def submit_and_cancel(store: Store, share: int) -> Callable[[], object]:
         def work() -> None:
             for number in range(12):
-                first = (number * 3 + turn) % 10
+                first = (number * 3 + share) % 10
                 row = store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * 4, first=first))))
-                if number % 3 == turn:
+                if number % 3 == share:
                     store.cancel_sweep(row.id)
                 with suppress(Conflict):  # it may have ended
                     store.set_priority(row.id, number)
@@ -187,8 +187,8 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
     def compute(store: Store) -> Callable[[], object]:
         def work() -> None:
             for number in range(40):
-                for claim in store.lease(2, TERM):
-                    end(store, claim, number)
+                for lease in store.lease(2, TERM):
+                    end(store, lease, number)
 
         return work
 
@@ -199,21 +199,21 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
         compute(second),
     )
     check(dispatcher)
-    for claim in dispatcher.leases():
-        dispatcher.requeue(claim, Cause.LOST, reason="stopped")
+    for lease in dispatcher.leases():
+        dispatcher.requeue(lease, Cause.LOST, reason="stopped")
     finish_all(dispatcher)
     for row in dispatcher.sweeps(limit=1000).items:
         assert row.is_terminal
         assert sum(row.counts.values()) == row.planned
 
 
-def end(store: Store, claim: Lease, number: int) -> None:
-    if claim.kind is Kind.PUBLISH:
-        store.publish(claim, [stored("cube.nc")], seconds=1.0)
+def end(store: Store, lease: Lease, number: int) -> None:
+    if lease.kind is Kind.PUBLISH:
+        store.publish(lease, [stored("cube.nc")], seconds=1.0)
     elif number % 4 == 0:
-        store.requeue(claim, Cause.LOST, reason="worker lost")
+        store.requeue(lease, Cause.LOST, reason="worker lost")
     else:
-        store.finish(claim, result(succeeded=number % 3 > 0))
+        store.finish(lease, result(succeeded=number % 3 > 0))
 
 
 def test_events__become_visible_in_the_order_of_their_numbers(replicas: list[Store]) -> None:

@@ -1,4 +1,4 @@
-"""The store under any order of events: what must hold at every moment.
+"""The store under any order of events: invariants that hold at every moment.
 
 Sweeps share runs out of a small pool; attempts end in every way, some of them late; dispatchers take
 over from each other. Whatever happens, an attempt counts once, nobody waits in vain, nothing is
@@ -37,7 +37,6 @@ from service.records.jobs import (
     Submission,
 )
 from service.store.fair_queueing import LAST
-from service.store.statements import PUBLISH_PRIORITY
 from service.store.tables import JOBS, POINTS, SWEEPS
 from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
 from tests.service.support.rows import finish_all, result
@@ -61,7 +60,7 @@ class Rules(RuleBasedStateMachine):
     """A store, people and dispatchers, in any order."""
 
     sweeps: "Bundle[str]" = Bundle("sweeps")
-    claims: "Bundle[Lease]" = Bundle("claims")  # also those that count no longer
+    leases: "Bundle[Lease]" = Bundle("leases")  # also those that count no longer
 
     def __init__(self) -> None:
         super().__init__()
@@ -149,89 +148,89 @@ class Rules(RuleBasedStateMachine):
 
     # --- dispatchers
 
-    @rule(target=claims, limit=st.integers(1, 3))
-    def claim(self, limit: int) -> MultipleResults[Lease]:
-        claims = self.store.lease(limit, self.term)
-        assert not self.paused or {claim.kind for claim in claims} <= {Kind.PUBLISH}
-        for claim in claims:
-            assert claim.id not in {held.id for held in self.held.values()}
-            self.held[claim.key] = claim
-        return multiple(*claims)
+    @rule(target=leases, limit=st.integers(1, 3))
+    def lease(self, limit: int) -> MultipleResults[Lease]:
+        leases = self.store.lease(limit, self.term)
+        assert not self.paused or {lease.kind for lease in leases} <= {Kind.PUBLISH}
+        for lease in leases:
+            assert lease.id not in {held.id for held in self.held.values()}
+            self.held[lease.key] = lease
+        return multiple(*leases)
 
-    @rule(target=claims, adopts=st.booleans())
+    @rule(target=leases, adopts=st.booleans())
     def take_over(self, adopts: bool) -> MultipleResults[Lease]:
-        """Another reign: it adopts what is under way, or leaves it as it is."""
+        """Another term: it adopts what is under way, or leaves it as it is."""
         earlier, self.term = self.term, self.store.begin_term("next")
         assert self.store.lease(9, earlier) == ()
         if not adopts:
             return multiple()
-        for claim in self.store.leases():
-            assert self.store.adopt(claim, earlier) is None
-            adopted = self.store.adopt(claim, self.term)
+        for lease in self.store.leases():
+            assert self.store.adopt(lease, earlier) is None
+            adopted = self.store.adopt(lease, self.term)
             assert adopted is not None
             assert adopted.key in self.held
             self.held[adopted.key] = adopted
         return multiple(*self.held.values())
 
-    def counts(self, claim: Lease) -> bool:
-        """Whether the next word about this claim is heard; no later one is."""
-        held = self.held.get(claim.key)
-        if held is None or held.term != claim.term:
+    def counts(self, lease: Lease) -> bool:
+        """Whether the next word about this lease is heard; no later one is."""
+        held = self.held.get(lease.key)
+        if held is None or held.term != lease.term:
             return False
-        del self.held[claim.key]
+        del self.held[lease.key]
         return True
 
-    @rule(claim=claims, succeeded=st.booleans())
-    def finish(self, claim: Lease, succeeded: bool) -> None:
-        counts = self.counts(claim)
-        if claim.kind is Kind.PUBLISH:
-            assert self.store.publish(claim, [stored("cube.nc")], seconds=1.0) == counts
+    @rule(lease=leases, succeeded=st.booleans())
+    def finish(self, lease: Lease, succeeded: bool) -> None:
+        counts = self.counts(lease)
+        if lease.kind is Kind.PUBLISH:
+            assert self.store.publish(lease, [stored("cube.nc")], seconds=1.0) == counts
             return
-        assert self.store.finish(claim, result(succeeded=succeeded)) == counts
+        assert self.store.finish(lease, result(succeeded=succeeded)) == counts
         if counts:
-            self.known.add(claim.id)
+            self.known.add(lease.id)
 
-    @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.MEMORY_LIMIT]), step=STEP)
-    def fail(self, claim: Lease, cause: Cause, step: int | None) -> None:
-        counts = self.counts(claim)
-        assert self.store.fail(claim, cause, failure="", reason="", crash_step=step) == counts
+    @rule(lease=leases, cause=st.sampled_from([Cause.CRASH, Cause.MEMORY_LIMIT]), step=STEP)
+    def fail(self, lease: Lease, cause: Cause, step: int | None) -> None:
+        counts = self.counts(lease)
+        assert self.store.fail(lease, cause, failure="", reason="", crash_step=step) == counts
 
-    @rule(claim=claims, cause=st.sampled_from([Cause.CRASH, Cause.LOST]), step=STEP)
-    def requeue(self, claim: Lease, cause: Cause, step: int | None) -> None:
-        counts = self.counts(claim)
-        state = self.store.requeue(claim, cause, reason="", crash_step=step)
+    @rule(lease=leases, cause=st.sampled_from([Cause.CRASH, Cause.LOST]), step=STEP)
+    def requeue(self, lease: Lease, cause: Cause, step: int | None) -> None:
+        counts = self.counts(lease)
+        state = self.store.requeue(lease, cause, reason="", crash_step=step)
         assert (state is not None) == counts
 
-    @rule(claim=claims, number=st.integers(1, POOL))
-    def lose_results(self, claim: Lease, number: int) -> None:
+    @rule(lease=leases, number=st.integers(1, POOL))
+    def lose_results(self, lease: Lease, number: int) -> None:
         """A publication finds some of the results lost that it was made for."""
-        if claim.kind is not Kind.PUBLISH or claim.sweep_id in self.deleted:
+        if lease.kind is not Kind.PUBLISH or lease.sweep_id in self.deleted:
             return
-        assert claim.sweep_id is not None
-        _, outcomes = self.store.publication_inputs(claim.sweep_id)
+        assert lease.sweep_id is not None
+        _, outcomes = self.store.publication_inputs(lease.sweep_id)
         found = {one.run_id: one.sha256 for one in outcomes if one.path is not None}
         losses = [Loss(id, "", sha256 or "") for id, sha256 in found.items()][:number]
         if not losses:
             return
-        counts = self.counts(claim)
+        counts = self.counts(lease)
         self.store.allow_forgetting(len(losses))
-        assert self.store.lose_results(claim, losses) == counts
+        assert self.store.lose_results(lease, losses) == counts
         if counts:
-            _, outcomes = self.store.publication_inputs(claim.sweep_id)
+            _, outcomes = self.store.publication_inputs(lease.sweep_id)
             self.known -= {one.run_id for one in outcomes if one.path is None}
 
-    @rule(claim=claims, step=st.integers(1, 300))
-    def checkpoint(self, claim: Lease, step: int) -> None:
-        held = self.held.get(claim.key)
-        counts = held is not None and held.term == claim.term
-        before = self.checkpoint_of(claim.id)
-        self.store.record_checkpoints([(claim, step)])
-        assert self.checkpoint_of(claim.id) == (step if counts else before)
+    @rule(lease=leases, step=st.integers(1, 300))
+    def checkpoint(self, lease: Lease, step: int) -> None:
+        held = self.held.get(lease.key)
+        counts = held is not None and held.term == lease.term
+        before = self.checkpoint_of(lease.id)
+        self.store.record_checkpoints([(lease, step)])
+        assert self.checkpoint_of(lease.id) == (step if counts else before)
 
     # --- what must hold
 
     @invariant()
-    def nobody_waits_in_vain(self) -> None:
+    def publications_wait_for_unfinished_runs(self) -> None:
         """A waiting publication waits for a run that is under way."""
         for sweep in self.living():
             if self.publication(sweep) is State.WAITING:
@@ -246,7 +245,7 @@ class Rules(RuleBasedStateMachine):
     @invariant()
     def only_what_is_held_is_under_way(self) -> None:
         """The rows that are running are the attempts that count."""
-        assert {claim.key for claim in self.store.leases()} == set(self.held)
+        assert {lease.key for lease in self.store.leases()} == set(self.held)
 
     @invariant()
     def nothing_is_computed_for_nobody_and_urgent_runs_come_first(self) -> None:
@@ -280,18 +279,12 @@ class Rules(RuleBasedStateMachine):
                     is_result = state is State.SUCCEEDED or cause is Cause.VERDICT
                     assert is_result == (id in self.known)
 
-    @invariant()
-    def publications_come_first(self) -> None:
-        query = sa.select(JOBS.c.priority).where(JOBS.c.kind == Kind.PUBLISH).distinct()
-        with self.store._database.reading() as reading:
-            assert set(reading.execute(query).scalars()) <= {PUBLISH_PRIORITY}
-
     def everything_ends(self) -> None:
         """Once the queue is worked through, every sweep has ended, and every point has its result."""
         self.store.resume()
         term = self.store.begin_term("last")
-        for claim in self.store.leases():
-            assert self.store.requeue(claim, Cause.LOST, reason="the service was gone")
+        for lease in self.store.leases():
+            assert self.store.requeue(lease, Cause.LOST, reason="the service was gone")
         finish_all(self.store, term=term)
         for row in self.store.sweeps(limit=1000).items:
             assert row.is_terminal
