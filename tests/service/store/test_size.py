@@ -199,7 +199,7 @@ def statements_for(filled: Filled, page: str, folder: Path, *, with_key: bool) -
     _write_files(filled, Artifacts(folder))
     app = build_app(Settings(data=folder), store, FakeDispatcher())
     headers = {"Authorization": f"Bearer {filled.secret}"} if with_key else {}
-    with closing(app.state.live), statements(store) as sent:
+    with closing(app.state.event_streams), statements(store) as sent:
         response = TestClient(app, base_url=ADDRESS, headers=headers).get(PAGES[page](filled))
     assert response.status_code == 200, response.text
     return len([text for text in sent if not text.startswith("BEGIN")])
