@@ -1,7 +1,7 @@
 """Queries about runs, and the events of runs and sweeps."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import sqlalchemy as sa
@@ -103,18 +103,6 @@ class RunQueries(Part):
         """Every event, oldest first."""
         return self._events(sa.true(), after, limit)
 
-    def events_with_sweeps(self, *, after: int, limit: int) -> tuple[tuple[Event, Set[str]], ...]:
-        """Every event, oldest first, each with the sweeps that have its run."""
-        using = sa.select(POINTS.c.run_id, POINTS.c.sweep_id).distinct()
-        sweeps = defaultdict(set)
-        with self._database.reading() as connection:
-            events = _read_events(connection, sa.true(), after, limit)
-            jobs = {event.job_id for event in events if event.job_id is not None}
-            for batch in batches(sorted(jobs)):
-                for row in connection.execute(using.where(POINTS.c.run_id.in_(batch))):
-                    sweeps[row.run_id].add(row.sweep_id)
-        return tuple((event, sweeps.get(event.job_id or "", frozenset())) for event in events)
-
     def last_event(self) -> int:
         """Number of the youngest event; 0: nothing has happened yet."""
         query = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0))
@@ -122,13 +110,7 @@ class RunQueries(Part):
             return connection.execute(query).scalar_one()
 
     def _events(self, which: sa.ColumnElement[bool], after: int, limit: int) -> tuple[Event, ...]:
+        query = sa.select(EVENTS).where(EVENTS.c.number > after, which)
         with self._database.reading() as connection:
-            return _read_events(connection, which, after, limit)
-
-
-def _read_events(
-    connection: sa.Connection, which: sa.ColumnElement[bool], after: int, limit: int
-) -> tuple[Event, ...]:
-    query = sa.select(EVENTS).where(EVENTS.c.number > after, which)
-    rows = connection.execute(query.order_by(EVENTS.c.number).limit(limit))
-    return tuple(Event(**row._mapping) for row in rows)
+            rows = connection.execute(query.order_by(EVENTS.c.number).limit(limit))
+            return tuple(Event(**row._mapping) for row in rows)

@@ -152,7 +152,6 @@ QUERIES: dict[str, Query] = {
     "events": lambda f: f.store.events(f.part),
     "events of a run": lambda f: f.store.run_events(run_id(7)),
     "all events": lambda f: f.store.all_events(),
-    "events with sweeps": lambda f: f.store.events_with_sweeps(after=LARGE // 10, limit=100),
     "last event": lambda f: f.store.last_event(),
     "runs under way": lambda f: f.store.under_way(),
     "queue": lambda f: f.store.queue(),
