@@ -93,7 +93,9 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     cluster: DaskCluster, user: EngineUser, tmp_path: Path
 ) -> None:
     """SIGTERM, as Slurm sends it when the time of a job is over."""
-    assert [type(message) for message in user.receive()] == [Away, Back]
+    *before, last = [type(message) for message in user.receive()]
+    assert set(before) == {Away}  # one more for each connection that a busy scheduler refuses
+    assert last is Back
     extra = cluster.start_workers(1)
     user.wait_for_slots(WORKERS + 1)
     attempts = [attempt_in(tmp_path, number, seconds=5.0) for number in range(WORKERS + 1)]
