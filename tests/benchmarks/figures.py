@@ -42,6 +42,14 @@ SETTLED = 0.005  # of the final value: a run has settled once it stays this near
 DEMO = ("holes", "craters")
 STAGED = ("axisymmetric_default_12k", "3d_linear_117k", "3d_spline_117k")
 CRATER_SPEED = 6e3  # m/s
+# Short names of the figures that versions are compared by.
+HEADLINES = {
+    "axisymmetric_default_ns": "axisymmetric_default_12k_ns",
+    "3d_spline_ns": "3d_spline_117k_ns",
+    "two_threads_117k": "3d_linear_two_threads_117k",
+    "first_step_s": "axisymmetric_default_first_step_s",
+    "bytes_per_particle": "3d_linear_1m_bytes_per_particle",
+}
 SMALLEST = {"cells_per_diameter": 2.0, "particles_per_cell": 1}  # a step of it is Python and calls
 
 
