@@ -1,4 +1,4 @@
-"""What is accounted for: mass, momentum, energy on the grid and in the ledger of what left it or was retired.
+"""Balances of mass, momentum and energy, on the grid and in the ledger of particles that left it or were retired.
 
 E = kinetic + internal + ledger + removed. Every face stands still, so boundaries do no work; what they give is the
 impulse. Damping, contact, absorbing surfaces and walls that stop a pulled node remove energy, which they accumulate
@@ -18,7 +18,7 @@ HOTTEST_SHARE = 1e-3  # of the mass: the particles whose share of internal energ
 
 @dataclass(frozen=True)
 class Ledger:
-    """What left the grid through free faces, or was retired on its way there (per radian in axisymmetry)."""
+    """Sums over particles that left through free faces or were retired (per radian in axisymmetry)."""
 
     mass: float = 0.0  # kg
     momentum: np.ndarray = field(default_factory=lambda: np.zeros(3))  # kg m/s

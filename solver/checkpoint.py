@@ -36,7 +36,7 @@ def _never() -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Checkpointing:
-    """Where a run keeps its checkpoint, how often, and what the caller has to do with it.
+    """The place and the interval of the checkpoint of a run, and the functions of the caller.
 
     The file is the caller's: it outlives the run, so that a result which could not be kept is soon there again.
     """
@@ -53,7 +53,7 @@ class Checkpointing:
 
 @dataclass(frozen=True)
 class Carried:
-    """What a simulation carries from one step to the next."""
+    """The state that a simulation carries from one step to the next."""
 
     numbers: Mapping[str, Any]  # plain objects
     arrays: Mapping[str, np.ndarray]
@@ -116,7 +116,7 @@ def read_checkpoint(path: Path, mark: Fingerprint) -> Carried:
         found = header["fingerprint"]
         changed = [name for name in sorted({*mark, *found}) if mark.get(name) != found.get(name)]
         if changed:
-            raise Refused("not of this run and machine: another " + ", ".join(changed))
+            raise Refused("of another run or machine: different " + ", ".join(changed))
         arrays = {}
         for name, kind, shape in header["arrays"]:
             arrays[name] = np.empty(shape, kind)

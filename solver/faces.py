@@ -1,4 +1,4 @@
-"""What the faces of the grid do: to the nodes at them, and to particles that cross them.
+"""The action of the faces of the grid: on the nodes at them, and on particles that cross them.
 
 Behind a closed face lies the mirrored body: odd in the velocity components that the face holds, even in the others. The
 shares that particles have in the ghost nodes outside the face are therefore folded onto the nodes as far inside, and
@@ -289,7 +289,7 @@ def _hold_mapped(closed, k, state):
     """Zero what a face holds in the momentum mapped back; returns the energy that stopping a pulled node removed, J.
 
     Such a node has a force and a velocity that its particles do not see: their kinetic energy changes with the
-    velocities before the wall, their internal energy with those after it. The difference is booked.
+    velocities before the wall, their internal energy with those after it. The difference is recorded.
     """
     if closed.closed[k] == OPEN:
         return 0.0

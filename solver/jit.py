@@ -1,4 +1,4 @@
-"""How physics becomes machine code; numba is imported here and in ``vectors/`` alone, with the first kernel.
+"""Compilation of the physics to machine code; numba is imported here and in ``vectors/`` alone, with the first kernel.
 
 ``device``      a function of scalars and small arrays, callable from kernels and from plain Python alike
 ``generic``     a device function chosen by the *type* of its first argument, a parameter record

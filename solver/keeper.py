@@ -1,4 +1,4 @@
-"""A run that can be left and gone on with: it writes its checkpoints, and takes a simulation back to the last one."""
+"""Interruptible runs: checkpoints are written during the run, and a simulation is restored from the last one."""
 
 from dataclasses import asdict, dataclass, field
 from time import monotonic
@@ -18,7 +18,7 @@ from solver.problem import Problem
 
 
 class Stepping(Protocol):
-    """What is written to a checkpoint and taken back: a ``simulation.Simulation``."""
+    """The state that a checkpoint stores and restores: a ``simulation.Simulation``."""
 
     problem: Problem
     shares: int
@@ -26,7 +26,7 @@ class Stepping(Protocol):
     step: int
 
     def carried(self) -> Carried:
-        """What goes from this step to the next."""
+        """The state that passes from this step to the next."""
 
     def take_over(self, carried: Carried) -> None:
         """Go on from what a simulation of the same problem carried."""
@@ -34,7 +34,7 @@ class Stepping(Protocol):
 
 @dataclass
 class Observing:
-    """What an observed run keeps besides its simulation."""
+    """The state of an observed run besides its simulation."""
 
     history: list[Audit] = field(default_factory=list)
     due: float = 0.0  # time of the next observation, s
@@ -58,7 +58,7 @@ class Keeper:
         self.written = monotonic()
 
     def restore(self) -> None:
-        """Go on from the file, or say why not."""
+        """Continue from the checkpoint file, or report the reason why it cannot be used."""
         try:
             carried = read_checkpoint(self.checkpoint.path, self.mark)
         except FileNotFoundError:
@@ -77,7 +77,7 @@ class Keeper:
         )
 
     def after_step(self) -> None:
-        """Write when it is time; leave when asked to, by Interrupted."""
+        """Write a checkpoint when one is due; raise Interrupted when the caller asks the run to stop."""
         leave = self.checkpoint.leave()
         if leave or monotonic() - self.written >= self.checkpoint.seconds_between:
             self._write()

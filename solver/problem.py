@@ -21,7 +21,7 @@ from solver.units import (
 
 
 class Face(IntEnum):
-    """What a face of the grid does to the nodes on it."""
+    """The action of a face of the grid on its nodes."""
 
     FREE = 0  # nothing; particles that pass it are booked in the outflow ledger
     FIXED = 1  # holds all components, within the problem's clamp
@@ -50,14 +50,14 @@ class Scheme(IntEnum):
 
 
 class StepRule(IntEnum):
-    """What the Courant number limits: how far a signal gets in a step."""
+    """The signal whose path in a step the Courant number limits."""
 
     ACOUSTIC = 0  # through the matter; how far matter itself moves is limited apart, by ``travel``
     CONVECTIVE = 1  # through the grid, the particle's own speed on top
 
 
 class Matter(NamedTuple):
-    """What a body is made of: one record for each law."""
+    """The matter of a body: one record for each law."""
 
     eos: Any
     strength: Any

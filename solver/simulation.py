@@ -59,7 +59,7 @@ Observer = Callable[[Snapshot], str | None]
 
 @dataclass
 class Counters:
-    """How often a safeguard acted on a state, over all steps and particles: no clamp goes uncounted.
+    """Counts of the safeguards that acted on a state, over all steps and particles; every clamp is counted.
 
     Limits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
     their strain rate below the reference rate, the shear modulus of expanded matter, and in Steinberg and Guinan's
@@ -151,7 +151,7 @@ class Simulation:
         )
 
     def carried(self) -> Carried:
-        """What goes from this step to the next, and into a checkpoint."""
+        """The state that passes from this step to the next, and into a checkpoint."""
         ledger, first = asdict(self.ledger), asdict(self.start)
         arrays = {
             "table": self.table,

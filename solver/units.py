@@ -1,7 +1,7 @@
 """Annotations of the numbers in a record: unit, meaning, bounds, and where a number comes from.
 
 Inside the solver and the studies every quantity is a plain float in SI; an annotation is data that the
-door (unit parsing), the cube (``units`` attribute), the API schema and the tests read.
+input (unit parsing), the cube (``units`` attribute), the API schema and the tests read.
 """
 
 from dataclasses import dataclass

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-# Flags of a value whose error nobody knows: no law is compared with it.
+# Flags of a value with an unknown error: no law is compared with it.
 TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
 CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
 NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)
@@ -30,7 +30,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is."""
+    """The progress of a run."""
 
     time: float  # simulated, s
     end_time: float  # cap, s

@@ -26,7 +26,7 @@ def runs(figures: Figures) -> Iterator[Figures]:
 
 
 def failures(figures: Figures) -> list[str]:
-    """Why a variant is out: runs that failed, drifted or ran away."""
+    """The reasons to exclude a variant: runs that failed, drifted or ran away."""
     found = []
     for one in (*runs(figures), *figures["shocks"].values()):
         if one["state"] != "succeeded":
@@ -78,7 +78,7 @@ def scatter(figures: Figures) -> float:
 
 
 def candidates(scanned: Results) -> list[str]:
-    """What each shape and number of particles sends, where a viscosity of it is eligible: the cheapest first."""
+    """The candidate of each shape and number of particles with an eligible viscosity, the cheapest first."""
 
     def price(name: str) -> float:
         return float(scanned[name]["coarse_hole"].get("seconds", math.inf))

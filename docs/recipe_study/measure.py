@@ -1,4 +1,4 @@
-"""What is measured of each variant: problems with known answers, the hole, the crater, and the cost of each."""
+"""Measurements of each variant: problems with exact solutions, the hole, the crater, and the cost of each."""
 
 import math
 import tempfile

@@ -1,4 +1,4 @@
-"""What is varied: each variant is a base with one choice changed."""
+"""Variants of the recipe: each is a base with one changed choice."""
 
 import itertools
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Who may send a request: binding, Host and origin checks, API keys as bearer tokens (RFC 6750), scopes, ownership.
+"""Access control of requests: binding, Host and origin checks, API keys as bearer tokens (RFC 6750), scopes, owners.
 
 A browser on the same machine could be abused in two ways: through a foreign name that resolves to this
 machine (DNS rebinding; visible in ``Host``), and by a page of another site that sends a write (visible in
@@ -69,7 +69,7 @@ def check_binding(settings: Settings, *, has_keys: bool) -> None:
         "authenticates requests, set WHIPPLE_TRUSTED_PROXY to its addresses and WHIPPLE_ALLOWED_HOSTS "
         "to the names under which it is reached, each as a JSON list"
     )
-    limit = "a loopback address while there is no API key"
+    limit = "a loopback address, because the service has no API key"
     raise InvalidInput([Finding("host", settings.host, limit, cure)])
 
 
@@ -238,7 +238,7 @@ def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | 
     if _is_from_trusted_proxy(request.scope, settings) or _is_local(request.scope, settings):
         return WITHOUT_KEY
     raise Unauthorized(
-        "send `Authorization: Bearer KEY`; whoever runs the service makes a key with "
+        "send `Authorization: Bearer KEY`; the operator of the service makes a key with "
         "`whipple keys create`",
         key_was_sent=False,
     )

@@ -70,7 +70,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     """The HTTP interface to a store and to the engine that computes its queue."""
     app = FastAPI(
         title="whipple",
-        summary="Hypervelocity impact: sweeps in, cubes and law reports out.",
+        summary="Compute sweeps of hypervelocity impacts, and compare the results with published laws.",
         version=version(),
         docs_url=None,  # FastAPI's own page loads a script from a content network
         redoc_url=None,

@@ -62,7 +62,9 @@ def send_file(request: Request, download: Download) -> Response:
     }
     # Strong comparison, RFC 9110 section 13.1.1.
     if not {"*", tag} & _tags(request.headers.get("if-match", "*")):
-        raise PreconditionFailed("the file differs from the one in If-Match; repeat without it")
+        raise PreconditionFailed(
+            "the file differs from the one in If-Match; repeat the request without If-Match"
+        )
     # Weak comparison, section 13.1.2.
     if {"*", tag} & {
         other.removeprefix("W/") for other in _tags(request.headers.get("if-none-match", ""))

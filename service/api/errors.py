@@ -55,7 +55,7 @@ class PreconditionFailed(WhippleError):
 
 
 class Busy(WhippleError):
-    """As many clients use this resource as are allowed at once."""
+    """The maximum number of clients is using a resource."""
 
 
 class PartialCubeFailed(WhippleError):
@@ -116,7 +116,7 @@ PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
     InvalidInput: ProblemDetails(
         422,
         "Invalid input",
-        "The input is refused, and nothing was stored. `errors` lists each finding.",
+        "The input is refused, and nothing was stored. `errors` lists each error.",
     ),
     NotFound: ProblemDetails(404, "Not found", "There is no sweep, run or file of this name."),
     NotReady: ProblemDetails(
@@ -146,7 +146,7 @@ PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
     Busy: ProblemDetails(
         503,
         "Service busy",
-        "As many clients use this resource as are allowed at once.",
+        "The maximum number of clients is using this resource.",
         retry_after=5,
     ),
     UnsupportedMediaType: ProblemDetails(
@@ -179,7 +179,7 @@ PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
 INTERNAL_ERROR = ProblemDetails(
     500,
     "Internal error",
-    "An unexpected error occurred; the log of the service has it under `request_id`.",
+    "An unexpected error occurred; the log of the service has the error under `request_id`.",
 )
 
 
@@ -263,12 +263,12 @@ def _summary(error: InvalidInput) -> str:
     first, *others = error.findings
     if not others:
         return str(_shortened(first))
-    stopped = "; the rest was not read" if len(error.findings) == MOST_FINDINGS else ""
+    stopped = "; the rest of the input was not read" if len(error.findings) == MOST_FINDINGS else ""
     return f"{_shortened(first)} (and {len(others)} more, see errors{stopped})"
 
 
 def _errors(request: Request, error: InvalidInput) -> dict[str, Any]:
-    """The first findings, each with its JSON pointer, and the number of those left out."""
+    """The first errors, each with its JSON pointer, and the number of errors left out."""
     document = getattr(request.state, "document", None)
     errors: list[dict[str, str]] = []
     size = 0

@@ -157,7 +157,7 @@ class EventStreams:
 
 @dataclass(frozen=True)
 class Subject:
-    """What a stream is about."""
+    """The subject of a stream: a sweep, a run or the queue."""
 
     events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
     includes: Callable[

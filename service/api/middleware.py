@@ -1,6 +1,6 @@
 """Around each request: its id, its log line and its metrics; deadlines and a bound on the work of reading it.
 
-Half-sent requests cost their sender nothing, and the service one of its connections: five hundred of them
+Every half-sent request occupies a connection of the service at no cost to its sender: five hundred of them
 turned every response into a 503. So a head and a body each have a deadline, and when all connections are
 taken, the one whose deadline is nearest makes room for a new one. The computing time for reading one request
 is bounded too, because it blocks the event loop.

@@ -82,7 +82,7 @@ class PartialCubes:
                 timeout=self._seconds,
             )
         except subprocess.TimeoutExpired:
-            raise PartialCubeFailed(f"it took more than {self._seconds} s") from None
+            raise PartialCubeFailed(f"the partial cube took more than {self._seconds} s") from None
         except subprocess.CalledProcessError as error:
             log.error("a partial cube failed (status %d)\n%s", error.returncode, error.stderr)
             raise PartialCubeFailed(
@@ -112,7 +112,10 @@ def _outcome(run: Mapping[str, Any]) -> Mapping[str, Any]:
         return {"state": CUBE_STATES.get(state, state.value), "reason": run["reason"]}
     file = Path(run["path"])
     if not file.is_file() or digest(file) != run["sha256"]:
-        return {"state": "failed", "reason": f"its result is lost or damaged: {file.name}"}
+        return {
+            "state": "failed",
+            "reason": f"the result of the run is lost or damaged: {file.name}",
+        }
     return json.loads(file.read_bytes())
 
 

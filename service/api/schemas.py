@@ -60,7 +60,7 @@ class PageOf(Items[Item], Generic[Item]):
 
 
 class ErrorItem(Answer):
-    """A finding about an input."""
+    """An error in an input."""
 
     field: str = Field(description="Dotted path in the document", examples=["axes.speed[2]"])
     value: str = Field(description="The refused value, shortened")
@@ -80,11 +80,9 @@ class ProblemDocument(Answer):
     detail: str
     instance: str = Field(description="Path of the request")
     request_id: str | None = Field(description="Id of the request in the log of the service")
-    errors: list[ErrorItem] | None = Field(
-        None, description="The first findings about a refused input"
-    )
+    errors: list[ErrorItem] | None = Field(None, description="First errors of a refused input")
     more_errors: int | None = Field(
-        None, description="Number of findings left out of `errors`; checking stops at 200 in all"
+        None, description="Number of errors left out of `errors`; checking stops after 200 errors"
     )
 
 
@@ -130,14 +128,16 @@ class SweepChange(BaseModel):
 
 
 class PresetModel(Answer):
-    """The same sweep with `accuracy: name` in place of `resolution`."""
+    """The sweep with `accuracy: name` in place of `resolution`, and its cost."""
 
     name: str
     meaning: str
     resolutions: tuple[float, ...] = Field(description="Cells across the projectile's diameter")
     offsets: int = Field(description="Sub-cell positions of the grid at each resolution")
     runs: int = Field(description="Points of the sweep, each at every resolution and offset")
-    core_seconds: float | None = Field(description="Of all runs; null: see `reason`")
+    core_seconds: float | None = Field(
+        description="Estimated core seconds of all runs; null: see `reason`"
+    )
     bytes: int | None = Field(description="Size of all results")
     reason: str = Field(description="Why this sweep cannot use the preset; empty if it can")
 
@@ -158,11 +158,13 @@ class EstimateModel(Answer):
 
     runs: int = Field(description="Points of the sweep, each at every resolution and offset")
     reused: int = Field(description="Distinct runs that are computed or under way already")
-    core_seconds: float = Field(description="Of the runs that remain")
-    seconds: float = Field(description="The same, divided among the workers of this service")
+    core_seconds: float = Field(description="Estimated core seconds of the runs that remain")
+    seconds: float = Field(
+        description="Core seconds divided by the number of workers of this service"
+    )
     bytes: int = Field(description="Size of the results")
     is_measured: bool = Field(description="Whether the times are measured here for this scenario")
-    presets: list[PresetModel] = Field(description="The same at each `accuracy`")
+    presets: list[PresetModel] = Field(description="Cost of the sweep at each `accuracy`")
 
 
 # --- runs -----------------------------------------------------------------------------------------
@@ -181,9 +183,11 @@ class RunModel(Answer):
     checkpoint: int | None = Field(
         description="Step of the last checkpoint; the next attempt starts there"
     )
-    fraction: float | None = Field(description="0 to 1, of the running attempt")
+    fraction: float | None = Field(description="Completed part of the running attempt, 0 to 1")
     progress: dict[str, Any] | None = Field(description="Simulated time, step, values so far")
-    cause: str | None = Field(description="Why it failed: `verdict` of the solver, or an accident")
+    cause: str | None = Field(
+        description="Cause of the failure: `verdict` of the solver, or an accident"
+    )
     failure: str | None = Field(description="Kind of the failure")
     reason: str | None = Field(description="Description of the failure")
     summary: dict[str, Any] | None = Field(description="Measurements, flags and audit")
@@ -216,7 +220,7 @@ class PointModel(Answer):
     index: tuple[int, ...] = Field(
         description="Position on each axis, and among the resolutions and offsets if several"
     )
-    coordinates: dict[str, float | str] = Field(description="Value on each of these, SI")
+    coordinates: dict[str, float | str] = Field(description="Value on each of these axes, SI")
     state: State = Field(
         description="State of the run; `cancelled` if this sweep no longer waits for it"
     )
@@ -247,13 +251,13 @@ class FileModel(Answer):
 
 
 class EventModel(Answer):
-    """Something that happened; events never change."""
+    """A change of state; events are permanent."""
 
     number: int = Field(description="Increasing; the `id` in an event stream")
     time: datetime
     kind: str = Field(description="accepted, started, requeued, succeeded, failed, published ...")
     sweep_id: str | None
-    run_id: str | None = Field(description="Of a run, or of the publication of the sweep")
+    run_id: str | None = Field(description="Id of a run, or of the publication of the sweep")
     body: dict[str, Any] = Field(description="Details: cause, reason, attempt")
 
     @classmethod
@@ -299,7 +303,7 @@ class QueueModel(Answer):
     blocked_reason: str | None = Field(description="Why no run starts although runs are queued")
     counts: dict[str, int] = Field(description="Runs and publications by state")
     oldest_queued: datetime | None = Field(description="When the longest waiting run was queued")
-    leader: str | None = Field(description="Process that assigns the work; null: none")
+    leader: str | None = Field(description="Process that assigns the work; null: no process leads")
     links: dict[str, str]
 
     @classmethod
@@ -370,7 +374,9 @@ class VersionModel(Answer):
     """Versions of the service."""
 
     version: str
-    physics_version: int = Field(description="Results of different physics are never mixed")
+    physics_version: int = Field(
+        description="Version of the physics; results of different versions stay separate"
+    )
     python: str
 
 

@@ -129,5 +129,5 @@ def _check(settings: Settings, out: Path) -> None:
         if not os.access(out, os.W_OK):
             raise PermissionError(None, "not writable")
     except OSError as error:
-        cure = f"choose another one: {error.strerror}"
+        cure = f"choose another folder: {error.strerror}"
         raise InvalidInput([Finding("OUT", str(out), "a writable folder", cure)]) from None

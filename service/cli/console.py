@@ -1,4 +1,4 @@
-"""Output of the command line: findings, sweeps, runs, events, and the progress of a sweep."""
+"""Output of the command line: errors, sweeps, runs, events, and the progress of a sweep."""
 
 import math
 import sys
@@ -23,7 +23,7 @@ COMPUTED = ("succeeded", "failed")  # states of a computed point
 
 
 def print_findings(error: InvalidInput) -> None:
-    """Every finding with its value, limit and cure."""
+    """Print every error with its value, limit and cure."""
     print("whipple: invalid input", file=sys.stderr)
     for finding in error.findings:
         print(f"  {finding.field}", file=sys.stderr)
@@ -154,10 +154,10 @@ def print_check(check: "Check") -> None:
 
 
 def print_plan(plan: "RemeasurePlan") -> None:
-    """Which results are outdated, and whether they can be measured again."""
+    """Print the number of outdated results and the results that cannot be measured again."""
     count, lost = len(plan.measurable), len(plan.without_state)
     print(
-        f"to measure again: {count} results of {len(plan.sweeps)} sweeps; without a state: {lost}"
+        f"to measure again: {count} results of {len(plan.sweeps)} sweeps; without a stored final state: {lost}"
     )
     _print_first(f"{id} is unchanged: its final state was not kept" for id in plan.without_state)
 
@@ -192,7 +192,7 @@ def tracking(done: "Iterable[Remeasured]", count: int) -> "Iterable[Remeasured]"
 
 
 def print_backup(done: "Backup") -> None:
-    """What was copied, and which files are missing."""
+    """Print the number of copied files, and the missing files."""
     print(
         f"{done.folder}: {done.copied} files copied ({done.size / 1e6:.1f} MB), {done.present} present"
     )

@@ -60,18 +60,23 @@ def check_directory(settings: Settings) -> Iterator[Check]:
 def check_store(settings: Settings) -> Iterator[Check]:
     """Whether the database exists, has the tables of this version, and belongs to the data directory."""
     if not has_database(settings):
-        cure = "none needed: the first start of the service creates it"
+        cure = "start the service: the first start creates the database"
         yield Check("database", CheckStatus.WARNING, "there is no database yet", cure)
         return
     try:
         with closing(Store.open(settings.url, migrate=False)) as store:
             identity.check(settings, store)
     except StoreUnavailable as error:
-        yield Check("database", CheckStatus.ERROR, str(error), "correct that, then check again")
+        yield Check(
+            "database",
+            CheckStatus.ERROR,
+            str(error),
+            "correct the problem, then run the check again",
+        )
     except identity.WrongDirectory as error:
         yield Check("database", CheckStatus.ERROR, error.what, error.cure)
     else:
-        detail = "its tables are current, and it belongs to the data directory"
+        detail = "the tables are current, and the database belongs to the data directory"
         yield Check("database", CheckStatus.OK, detail)
 
 
@@ -96,7 +101,7 @@ def check_workers(settings: Settings) -> Iterator[Check]:
     if not cluster.workers:
         yield Check("workers", CheckStatus.WARNING, detail, "start workers")
     elif refused:
-        detail += f", {len(refused)} of which receive no work: {', '.join(refused)}"
+        detail += f", {len(refused)} of the workers receive no work: {', '.join(refused)}"
         cure = "install the same versions everywhere, and start workers with --preload service.execution.dask_worker"
         some_work = len(refused) < len(cluster.workers)
         status = CheckStatus.WARNING if some_work else CheckStatus.ERROR

@@ -15,7 +15,7 @@ from studies.values.errors import InvalidInput
 
 app = typer.Typer(
     name="whipple",
-    help="Hypervelocity impact: sweeps in, cubes and law reports out.",
+    help="Compute sweeps of hypervelocity impacts, and compare the results with published laws.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

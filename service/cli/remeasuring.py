@@ -115,7 +115,7 @@ def remeasure_runs(
     except BrokenProcessPool:
         raise WhippleError(
             "a process that measures states died; finished results are registered; repeat the command, "
-            "with WHIPPLE_WORKERS=1 if memory was short"
+            "with WHIPPLE_WORKERS=1 if the memory was exhausted"
         ) from None
 
 

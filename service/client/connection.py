@@ -102,7 +102,7 @@ class Connection:
                     self._check_stream(response)
                     digest = _write(response, part)
                 if f'"{digest}"' != response.headers.get("etag"):
-                    raise ServiceError(200, "Damaged download", f"{path}: the digest differs")
+                    raise ServiceError(200, "Damaged download", f"{path}: the digest is wrong")
 
             self._repeat(attempt)
 

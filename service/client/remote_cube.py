@@ -23,7 +23,7 @@ def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
     except ImportError as error:
         raise MissingExtra(
             f"opening a cube remotely needs more libraries ({error}): pip install 'whipple[remote]'; "
-            "or fetch it"
+            "or fetch the cube"
         ) from None
     from studies.values.opening import open_file
 

@@ -2,7 +2,7 @@
 
 Dask is never given more attempts than it has free slots, never retries, and may lose anything at any moment. A slot is
 a worker process with ``service.execution.dask_worker`` in it, where a supervisor watches one child. The scheduler
-belongs to somebody else and may go away and come back. Its attempts go on when this process dies, and are found again
+may serve other programs, stop and return. Its attempts continue when this process dies, and are found again
 by their keys. A scheduler that does not answer in time counts as away: its connection is closed, and opened anew when
 it answers again.
 """
@@ -68,7 +68,7 @@ class SchedulerConnection(distributed.Client):
         self._answer(self.unpublish_dataset, names)
 
     def workers(self) -> Mapping[str, str]:
-        """Why each worker gets no work, by address; empty for those that get some."""
+        """The reason why each worker receives no work, by address; empty if it receives work."""
         workers = self._ask("identity", n_workers=-1).get("workers", {})
         return {
             address: dask_worker.differences(worker.get(dask_worker.SOFTWARE))
@@ -178,7 +178,7 @@ class DaskEngine:
         for address, why in workers.items():
             if why and address not in self._refused:
                 self._refused.add(address)
-                log.warning("the worker %s gets no work: %s", address, why)
+                log.warning("the worker %s receives no work: %s", address, why)
         slots = sum(not why for why in workers.values())
         self._cancel_without_slots(slots)
         return slots
@@ -256,7 +256,7 @@ class DaskEngine:
         if future is not None:
             self._attach(key, future)
         else:
-            self._end(key, Ending.lost("Gone", "the scheduler no longer has it"))
+            self._end(key, Ending.lost("Gone", "the scheduler no longer has the attempt"))
 
     def _note_end(self, future: distributed.Future) -> None:
         """Note that a future is done, failed, cancelled or lost; called in a thread of the client."""

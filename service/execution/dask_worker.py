@@ -35,12 +35,14 @@ OFFER = "whipple " + " ".join(f"{name}={value}" for name, value in software().it
 
 
 def differences(offered: Mapping[str, str] | None) -> str:
-    """Why a worker with these versions gets no work; empty if it gets some."""
+    """The reason why a worker with these versions receives no work; empty if it receives work."""
     if offered is None:
-        return f"it was started without --preload {__name__}"
+        return f"the worker was started without --preload {__name__}"
     own = software()
     names = [name for name in {**own, **offered} if own.get(name) != offered.get(name)]
-    return "; ".join(f"{name} {offered.get(name)}, here {own.get(name)}" for name in names)
+    return "; ".join(
+        f"{name} {offered.get(name)}, on the service {own.get(name)}" for name in names
+    )
 
 
 _WORKERS: list[Any] = []  # of this process: one, unless a test starts more

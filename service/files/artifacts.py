@@ -1,4 +1,4 @@
-"""Where a file of a run or a sweep lives, its checksum, and how it is copied out whole.
+"""Files of runs and sweeps: their paths, their checksums, and complete copies of them.
 
 ::
 

@@ -51,7 +51,7 @@ def check_names(settings: Settings) -> None:
     names = database.stat().st_nlink if database.exists() else 1
     if names > 1:
         shown = f"{database}, with {names} names"
-        cure = "remove the others, or give each a copy of its own"
+        cure = "remove the other links, or give each service a separate copy"
         raise InvalidInput([Finding("database", shown, "a file without hard links", cure)])
 
 

@@ -34,7 +34,7 @@ class Space:
         return free < max(self._reserve, LITTLE)
 
     def blocked_reason(self) -> str | None:
-        """Why nothing should be begun, for people; None: there is space."""
+        """The reason, as a text, why no run may start; None: there is enough space."""
         free = free_bytes(self._folder)
         if free < self._reserve:
             return f"only {shown_size(free)} of disk are free, the reserve is {shown_size(self._reserve)}"

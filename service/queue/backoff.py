@@ -1,6 +1,6 @@
-"""Backoff of jobs that are lost again and again: a loss costs a run nothing, but some runs take their worker along.
+"""Backoff of jobs that are lost again and again: a loss is not charged to a run, but some runs crash their worker.
 
-Kept in memory: another leader, or the next life of this one, begins anew.
+The counts are kept in memory: another leader, or a restarted one, starts from zero.
 """
 
 import time

@@ -51,8 +51,8 @@ def check(settings: Settings, store: Store) -> None:
     if settings.data.is_dir():
         has, cure = f"has {_named(here)}", f"use the one that belongs to the database, or {ADOPT}"
     else:
-        has, cure = "is not there", "mount it, or move it back"
-    what = f"the data directory {has}, its database has {_named(there)}"
+        has, cure = "is missing", "mount the directory, or move it back"
+    what = f"the data directory {has}, and its database has {_named(there)}"
     raise WrongDirectory(settings.data, what, cure)
 
 
@@ -76,7 +76,9 @@ def read(data: Path) -> str | None:
         return None
     except OSError as error:
         what = f"the id of the data directory cannot be read: {error.strerror}"
-        raise WrongDirectory(data, what, f"let this user read {FILE}, or mount it") from error
+        raise WrongDirectory(
+            data, what, f"let this user read {FILE}, or mount the data directory"
+        ) from error
 
 
 def write(data: Path, id: str) -> str:

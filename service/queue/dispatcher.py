@@ -1,8 +1,8 @@
 """The dispatcher: the thread that works through the queue, where its service leads.
 
 While another service leads, this one stands by without an engine and tries again every few seconds. A leader that
-loses its lead lets its attempts go on until it knows more: it adopts them if it leads again, and leaves them to
-another leader. A leader that still holds the lead and meets a younger term logs that, and begins a term of its own.
+loses its lead leaves its attempts running: it adopts them if it leads again, and leaves them to
+another leader. A leader that still holds the lead and finds a later term logs a warning and begins a new term.
 """
 
 import logging
@@ -27,8 +27,8 @@ from service.store import Leadership, Store
 log = logging.getLogger(__name__)
 
 OTHER_LEADER = (
-    "another program has begun to work through this queue, past the lock that keeps it to one; "
-    "this one goes on, and takes over what is claimed: see to it that the other has ended"
+    "another program has started to process this queue in spite of the lock for one leader; "
+    "this service continues and takes over the claimed jobs: make sure that the other program has ended"
 )
 
 
@@ -81,7 +81,7 @@ class Dispatcher:
         return self._leader.term is not None
 
     def blocked_reason(self) -> str | None:
-        """Why no job begins; None: nothing blocks the queue."""
+        """The reason why no job starts; None: the queue is not blocked."""
         return self._leader.blocked_reason
 
     def workers(self) -> int | None:
@@ -238,7 +238,7 @@ class Dispatcher:
     def _resign(self) -> None:
         """End the term. Its attempts go on until it is known whether another service leads."""
         if self._leadership is not None:
-            log.warning("the right to lead is lost")
+            log.warning("this service is no longer the leader")
             self._leadership.close()
         self._leadership = None
         self._leader.end_term()
@@ -246,7 +246,7 @@ class Dispatcher:
     def _stand_by(self) -> None:
         """Close the engine: the other leader adopts what is under way, or begins it again."""
         if self._engine is not None:
-            log.warning("another service leads; this one stands by")
+            log.warning("another service leads; this service stands by")
         self._leader.in_flight.clear()
         self._leader.blocked_reason = None
         self._close_engine(None)

@@ -2,7 +2,7 @@
 
 The folder of a job's last attempt counts, and so does whatever a row points to: a row forgets its file before the file
 goes. The folder of a run or sweep that the store does not know stays: the directory may belong to another database, or
-be newer than a restored backup. What an attempt left stays for ``retire_seconds``, so that somebody may read its log,
+be newer than a restored backup. What an attempt left stays for ``retire_seconds``, so that its log can be read,
 unless the disk is full. Orphans come first: on a full disk no row can be written.
 """
 
@@ -34,16 +34,16 @@ FOLDERS_AT_ONCE = 50  # for which the store is asked together
 
 
 class Reason(StrEnum):
-    """Why a file or folder is an orphan."""
+    """The reason why a file or folder is an orphan."""
 
     ATTEMPT = "an attempt that does not count"
     TEMPORARY = "a temporary file"
     TEMPORARY_IN_USE = "a temporary file of a run that is under way"
     OLD_CHECKPOINT = "a checkpoint of a run that has a result"
     CHECKPOINT = "a checkpoint of a run that ended without a result"
-    NOT_RETAINED = "no longer retained"
-    DELETED = "of a sweep that was deleted"
-    FORGOTTEN = "of a run that no sweep has had for long"
+    NOT_RETAINED = "a file that no sweep retains"
+    DELETED = "left by a deleted sweep"
+    FORGOTTEN = "left by a run that has had no sweep for a long time"
 
 
 AT_ONCE = frozenset({Reason.DELETED, Reason.FORGOTTEN, Reason.OLD_CHECKPOINT})
@@ -222,7 +222,7 @@ def _folders(parent: Path, name: re.Pattern[str]) -> list[Path]:
 
 
 def _batches(folders: Sequence[Path]) -> Iterator[Sequence[Path]]:
-    """The folders, so many at a time."""
+    """The folders in batches of limited size."""
     return (folders[i : i + FOLDERS_AT_ONCE] for i in range(0, len(folders), FOLDERS_AT_ONCE))
 
 

@@ -43,7 +43,7 @@ class AttemptsInFlight:
         self.leases[lease.key] = lease
 
     def add_lost(self, lease: Lease, reason: str) -> None:
-        """Add an attempt of an earlier life that the engine does not have."""
+        """Add an attempt of an earlier process that the engine does not have."""
         self.leases[lease.key] = lease
         self.ended[lease.key] = Ending.lost("Lost", reason)
 
@@ -54,10 +54,10 @@ class AttemptsInFlight:
             by_key.pop(key, None)
 
     def excuse_failures(self) -> None:
-        """Count what failed while the data directory was away as lost: the run is not at fault."""
+        """Count attempts that failed while the data directory was missing as lost, not as failures."""
         for key, ending in self.ended.items():
             if ending.cause in (Cause.ERROR, Cause.CRASH):
-                reason = f"the data directory was away: {ending.reason}"
+                reason = f"the data directory was missing: {ending.reason}"
                 self.ended[key] = replace(ending, cause=Cause.LOST, reason=reason)
 
     def clear(self) -> None:

@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 
 MOST_REGISTRATIONS = 3  # tries to register one ending, until its job fails
 NO_WORKER = "there is no worker"
-REFUSED = "the engine takes no work; see the log"
+REFUSED = "the engine accepts no work; see the log"
 UNKNOWN = "unknown"  # which reason the store has: another leader may have written one
 
 
@@ -135,8 +135,8 @@ class Leader:
             if lease.key in self.in_flight.submitted or lease.key in (keys or ()):
                 self._adopt(lease, term)
             elif keys is not None:
-                self.in_flight.add_lost(lease, "the service was gone")
-        # Attempts of our earlier lives that no row counts on may hold a worker: follow them, so that they are stopped.
+                self.in_flight.add_lost(lease, "the service ended during the attempt")
+        # Attempts of earlier processes without a row may occupy a worker: follow them, so that they are stopped.
         wanted = self.in_flight.submitted | {lease.key for lease in leases}
         for key in sorted((keys or set()) - wanted):
             if self._artifacts.has_attempt(key):
@@ -144,7 +144,7 @@ class Leader:
         self._compared, self.in_flight.is_back = time.monotonic(), False
 
     def _engine_keys(self) -> set[str] | None:
-        """Attempts that the engine has, also of earlier lives; None: it cannot be asked."""
+        """Attempts that the engine has, also of earlier processes; None: the engine is unreachable."""
         if self.in_flight.away is None:
             with suppress(OSError):
                 return self._engine.attempts()
@@ -160,7 +160,7 @@ class Leader:
             self.in_flight.add(adopted)
 
     def _follow(self, key: str) -> bool:
-        """Ask the engine for the ending of an attempt of an earlier life; False: the engine is away."""
+        """Ask the engine for the end of an attempt of an earlier process; False: it is unreachable."""
         try:
             self._engine.follow(key)
         except OSError:
@@ -276,7 +276,7 @@ class Leader:
         return NO_WORKER if self.slots == 0 else self._space.blocked_reason()
 
     def _why_no_run_begins(self) -> str | None:
-        """Why publications begin and runs do not: too many results are lost."""
+        """The reason why only publications start: too many results are lost."""
         return next(iter(self._registrar.refused.values()), None)
 
     def _store_blocked_reason(self) -> None:

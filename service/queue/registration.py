@@ -46,13 +46,13 @@ class Registrar:
             "%s %s: %s",
             lease.kind,
             lease.key,
-            (ending.reason or "done") if counts else "too late, it no longer counts",
+            (ending.reason or "done") if counts else "it arrived too late and is discarded",
             extra=about(lease),
         )
 
     def abandon(self, lease: Lease, error: Exception) -> None:
         """Fail an attempt whose ending cannot be registered."""
-        reason = legible(f"its ending cannot be brought into the database: {error}")
+        reason = legible(f"the end of the attempt cannot be written to the database: {error}")
         self._store.fail(lease, Cause.ERROR, failure=type(error).__name__, reason=reason)
         self.backoff.clear(lease)
 
@@ -71,7 +71,7 @@ class Registrar:
             try:
                 self._artifacts.discard_checkpoint(lease.id)
             except OSError as error:  # garbage collection removes it later
-                log.warning("the checkpoint of %s stays for now: %s", lease.key, error)
+                log.warning("the checkpoint of %s cannot be removed yet: %s", lease.key, error)
         return counts
 
     def _retry_or_fail(self, lease: Lease, ending: Ending, files: tuple[Stored, ...]) -> bool:
@@ -114,7 +114,7 @@ class Registrar:
             return
         seconds = self.backoff.lose(lease, ending.checkpoint)
         if seconds:
-            message = "%s was lost again; it begins again in %.0f s"
+            message = "%s was lost again; the next attempt starts in %.0f s"
             log.warning(message, lease.key, seconds, extra=about(lease))
 
     def _excuse_full_disk(self, ending: Ending) -> Ending:

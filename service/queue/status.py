@@ -15,7 +15,7 @@ class DispatcherStatus(Protocol):
         ...
 
     def blocked_reason(self) -> str | None:
-        """Why no job begins; None: nothing blocks the queue."""
+        """The reason why no job starts; None: the queue is not blocked."""
         ...
 
     def workers(self) -> int | None:

@@ -70,7 +70,7 @@ class Verification:
         self._retries: dict[str, _Retry] = {}
 
     def begin(self, ended: Mapping[str, tuple[Lease, Ending]], *, seconds: float) -> None:
-        """Begin to verify endings, unless that is under way or its retry is not due; wait so many seconds for them."""
+        """Start to verify the endings that are not in progress or delayed; wait up to ``seconds``."""
         now, begun = time.monotonic(), list[Future[VerifiedEnding]]()
         for key, (lease, ending) in ended.items():
             retry = self._retries.get(key)
@@ -132,7 +132,7 @@ class Verification:
             if code in OWN_SHORTAGE or (in_doubt and is_doubtful):
                 raise Unreadable(f"a result cannot be registered now: {error}") from error
             if ending.cause is None:  # files that cannot be registered are as good as a crash
-                reason = f"its files cannot be registered: {error}"
+                reason = f"the files of the attempt cannot be registered: {error}"
                 failure = type(error).__name__
                 ending = replace(ending, cause=Cause.CRASH, failure=failure, reason=reason)
         ending = replace(ending, failure=legible(ending.failure), reason=legible(ending.reason))
@@ -143,7 +143,9 @@ class Verification:
         listed = list_in(self._artifacts.attempt_directory(lease))
         losses = tuple(loss for loss in listed if loss.is_real())
         if not losses:
-            ending = replace(ending, cause=Cause.LOST, reason=f"on its worker {ending.reason}")
+            ending = replace(
+                ending, cause=Cause.LOST, reason=f"the worker reports: {ending.reason}"
+            )
         return VerifiedEnding(ending, (), losses=losses)
 
     def _verify_files(self, lease: Lease, ending: Ending) -> VerifiedEnding:
@@ -159,7 +161,7 @@ class Verification:
         return VerifiedEnding(ending, files, result=self._result(files, ending.seconds))
 
     def _result(self, files: tuple[Stored, ...], seconds: float) -> Result:
-        """What rows keep of a result: everything but histories."""
+        """The part of a result that rows store: all fields except histories."""
         answer_file = next((file for file in files if file.name == RESULT), None)
         if answer_file is None:
             raise ValueError(f"there is no {RESULT}")
@@ -195,7 +197,7 @@ class Verification:
 
 
 def summary_of(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """What rows keep of a result (``RunResult.as_json``): everything but histories."""
+    """The part of a result (``RunResult.as_json``) that rows store: all fields except histories."""
     kept = ("value", "uncertainty", "flags", "version")
     measured = {
         name: {word: measurement[word] for word in kept if word in measurement}

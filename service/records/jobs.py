@@ -36,14 +36,14 @@ PRIORITIES = range(-100, 101)  # of sweeps; smaller is sooner, as with nice
 
 
 class Kind(StrEnum):
-    """What a job computes."""
+    """The kind of a job: a run or a publication."""
 
     RUN = "run"
     PUBLISH = "publish"
 
 
 class State(StrEnum):
-    """Where a job stands."""
+    """The state of a job."""
 
     WAITING = "waiting"
     QUEUED = "queued"
@@ -55,7 +55,7 @@ class State(StrEnum):
 
 
 class SweepState(StrEnum):
-    """Where a sweep stands; derived from its runs and its publication, never stored."""
+    """The state of a sweep, derived from its runs and its publication, never stored."""
 
     QUEUED = "queued"  # no run has begun
     RUNNING = "running"
@@ -67,7 +67,7 @@ class SweepState(StrEnum):
 
 
 class Cause(StrEnum):
-    """Why an attempt did not succeed; each cause has its own budget."""
+    """The cause of an unsuccessful attempt; each cause has its own budget."""
 
     VERDICT = "verdict"  # the solver found the state unphysical: a result
     CRASH = "crash"  # the process died, and the service had not killed it
@@ -78,7 +78,7 @@ class Cause(StrEnum):
 
 
 class Keep(StrEnum):
-    """What is kept of a run, least first; not part of its identity."""
+    """The retention of a run's files, least first; not part of the identity of the run."""
 
     NUMBERS = "numbers"  # result.json
     FINAL = "final"  # and the final state
@@ -90,7 +90,7 @@ KEPT_BY = {STATE: Keep.FINAL, FILM: Keep.FILM}
 
 
 class Scope(StrEnum):
-    """What an API key allows."""
+    """The scope of an API key: the requests that it allows."""
 
     READ = "read"
     SUBMIT = "submit"
@@ -143,7 +143,7 @@ def may_try_again(cause: Cause, crashes: int) -> bool:
 
 
 def at_least(keep: Keep) -> frozenset[Keep]:
-    """This and what keeps more."""
+    """This retention, and every retention that keeps more files."""
     return frozenset(list(Keep)[list(Keep).index(keep) :])
 
 
@@ -178,7 +178,7 @@ class Page(Generic[Item]):
 
 @dataclass(frozen=True)
 class Submission:
-    """A sweep with the wishes of its owner, which are no part of a run's identity."""
+    """A sweep with the options of its owner, which are not part of a run's identity."""
 
     sweep: "Sweep"
     owner: str = ""  # name of an API key; empty on the loopback
@@ -203,17 +203,23 @@ class SweepStatus:
     owner: str = field(
         metadata=described("name of the API key of the submission; empty: without a key")
     )
-    priority: int = field(metadata=described("smaller is sooner, -100 to 100"))
-    keep: Keep = field(metadata=described("what is kept of each run beside its numbers"))
+    priority: int = field(
+        metadata=described("-100 to 100; sweeps of smaller numbers are computed first")
+    )
+    keep: Keep = field(metadata=described("files kept for each run besides its measurements"))
     state: SweepState
-    reason: str | None = field(metadata=described("why cube and report could not be made"))
+    reason: str | None = field(
+        metadata=described("reason why the cube and the report could not be made")
+    )
     planned: int = field(
         metadata=described("runs of the sweep: points times resolutions and offsets")
     )
     reused: int = field(
-        metadata=described("of these, computed before or already under way when accepted")
+        metadata=described(
+            "runs that were computed before or already running when the sweep was accepted"
+        )
     )
-    new: int = field(metadata=described("of these, queued for this sweep"))
+    new: int = field(metadata=described("runs that were queued for this sweep"))
     counts: Mapping[str, int] = field(metadata=described("points by state of their runs"))
     progress: float = field(
         metadata=described(

@@ -50,10 +50,12 @@ class Settings(BaseSettings):
 
     data: Path = Field(default=Path("whipple-data"), description="database and results")
     host: str = Field(default="127.0.0.1", description="address to listen on")
-    port: int = Field(default=8000, ge=0, le=65535, description="0 takes a free one")
+    port: int = Field(
+        default=8000, ge=0, le=65535, description="port to listen on; 0 selects a free port"
+    )
     trusted_proxy: Annotated[tuple[Network, ...], NoDecode] = Field(
         default=(),
-        description="addresses or networks of proxies that check who is asking, as a JSON list",
+        description="addresses or networks of proxies that authenticate requests, as a JSON list",
     )
     allowed_hosts: tuple[str, ...] = Field(
         default=(), description="names under which such a proxy is reached, as a JSON list"
@@ -65,51 +67,60 @@ class Settings(BaseSettings):
     engine: str | None = Field(
         default=None, description="tls://host:port of a Dask scheduler; default: this machine"
     )
-    tls_ca: Path | None = Field(default=None, description="PEM: who signed that scheduler's key")
-    tls_cert: Path | None = Field(default=None, description="PEM: our certificate, for it")
-    tls_key: Path | None = Field(default=None, description="PEM: the key of that certificate")
+    tls_ca: Path | None = Field(
+        default=None, description="PEM file of the certificate authority of the scheduler"
+    )
+    tls_cert: Path | None = Field(
+        default=None, description="PEM file of the certificate of this service"
+    )
+    tls_key: Path | None = Field(
+        default=None, description="PEM file of the key of this certificate"
+    )
     workers: PositiveInt = Field(
-        default_factory=available_cores, description="runs computed at once by our own workers"
+        default_factory=available_cores,
+        description="number of runs that this service computes at once",
     )
     threads: PositiveInt | None = Field(
         default=None,
-        description="of a run: a number, or auto, the workers of our own that no other run takes as it begins",
+        description="threads of a run: a number, or auto, which shares out the cores of idle workers",
     )
     max_runs: PositiveInt = Field(default=10_000, description="most points that a sweep may have")
     run_seconds_limit: PositiveFloat = Field(
-        default=7 * 24 * 3600.0, description="wall clock of a run, or a publication"
+        default=7 * 24 * 3600.0,
+        description="largest wall time of a run or a publication, in seconds",
     )
     memory_limit: ByteSize | None = Field(
         default=None,
         gt=0,
         description="memory of a run, such as 4GiB; default: this machine's, divided by workers; "
-        "with an engine it has to be said",
+        "required with an engine",
     )
     disk_reserve: ByteSize = Field(
-        default=ByteSize(GIBIBYTE), ge=0, description="nothing is begun when less space is free"
+        default=ByteSize(GIBIBYTE), ge=0, description="free disk space below which no run starts"
     )
     leave_seconds: float = Field(
         default=LEAVE_SECONDS,
         ge=0,
         le=LONGEST_LEAVE,
-        description="that runs get to write a checkpoint when the service is stopped",
+        description="seconds for runs to write a checkpoint when the service stops",
     )
     retire_seconds: PositiveFloat = Field(
         default=24 * 3600.0, description="age at which files of lost attempts are removed"
     )
     forget_seconds: PositiveFloat = Field(
         default=30 * 24 * 3600.0,
-        description="after which runs of deleted sweeps are removed, if no other sweep has them",
+        description="seconds after which runs that belong only to deleted sweeps are removed",
     )
     poll_seconds: PositiveFloat = Field(
-        default=0.5, description="between two looks at the queue without a reason"
+        default=0.5, description="seconds between two regular checks of the queue"
     )
     reconcile_seconds: PositiveFloat = Field(
-        default=5.0, description="between two comparisons of the running rows with the engine"
+        default=5.0,
+        description="seconds between two comparisons of the running jobs with the engine",
     )
     targets_module: str | None = Field(
         default=None,
-        description="stands in for studies.runs.execution and studies.reports.publish (tests)",
+        description="module that replaces studies.runs.execution and studies.reports.publish in tests",
     )
 
     @field_validator("trusted_proxy", mode="before")
@@ -121,7 +132,7 @@ class Settings(BaseSettings):
             return tuple(ip_network(str(place)) for place in places)
         except (TypeError, ValueError):
             raise _refused(
-                "a JSON list of the addresses or networks that the proxy asks from, such as "
+                "a JSON list of the addresses or networks of the proxy, such as "
                 '["127.0.0.1", "10.0.3.0/24"]'
             ) from None
 
@@ -158,7 +169,7 @@ class Settings(BaseSettings):
     def _is_there_for_the_engine(cls, file: Path | None, context: ValidationInfo) -> Path | None:
         engine = context.data.get("engine")
         if engine is not None and file is None:
-            raise _refused(f"a file: the engine at {engine} talks to nobody without one")
+            raise _refused(f"a PEM file, which the engine at {engine} requires")
         if file is not None and not file.is_file():
             raise _refused("a file that exists")
         return file
@@ -168,7 +179,7 @@ class Settings(BaseSettings):
     def _is_there_for_the_engine_too(
         cls, limit: ByteSize | None, context: ValidationInfo
     ) -> ByteSize | None:
-        """The memory of other machines is not known here, and without a limit a run takes all of it."""
+        """Require a limit with an engine: the service cannot measure the memory of other machines."""
         if limit is None and context.data.get("engine") is not None:
             raise _refused(
                 "the memory that one run may use on a worker of the engine, such as 4GiB"
@@ -186,10 +197,10 @@ class Settings(BaseSettings):
         return not self.url.startswith("sqlite")
 
     def threads_of_a_run(self, *, workers: int, runs: int) -> int:
-        """Threads of a run that begins as the last of so many: where workers are free, their cores are shared out.
+        """Number of threads of a run that starts as the last of several: it also uses the cores of idle workers.
 
         A later run does not find them free; it then takes longer, as they all do, by the price of the threads
-        (``solver.threads``). Workers of an engine are on machines whose cores nobody here counts.
+        (``solver.threads``). Workers of an engine run on machines with an unknown number of cores.
         """
         if self.threads is not None:
             return self.threads

@@ -1,9 +1,9 @@
 """Ctrl-C and SIGTERM as requests that a loop obeys.
 
-Python's own way, an exception out of nowhere, can be lost: raised while a finalizer or a callback of
+The exception that Python raises on a signal can be lost: raised while a finalizer or a callback of
 the garbage collector runs, it is printed and forgotten, and the program goes on. (A client of Dask has
 such a callback in this process, and a busy machine collects often.) So the handler only notes what
-was asked, and whoever waits is woken. Nothing between the two can swallow it.
+request, and wakes the waiting thread. No code between the two can discard the request.
 """
 
 import atexit
@@ -25,7 +25,7 @@ KILLED_BY = 128  # a shell's exit status of a process that a signal ended: this 
 
 
 class Leaving:
-    """Whether somebody asked this process to leave."""
+    """Requests to end this process."""
 
     def __init__(self) -> None:
         # Its ``put`` may interrupt a ``get`` of the same thread; that of an Event would wait for ever.
@@ -34,12 +34,12 @@ class Leaving:
         self.alarm: SimpleQueue[bool] = SimpleQueue()  # true: asked; false: left without
 
     def ask(self, number: int, frame: FrameType | None = None) -> None:
-        """Note the wish; a signal handler."""
+        """Record the request to end; this is the signal handler."""
         self._wishes.put(signal.Signals(number))
         self.alarm.put(True)
 
     def asked(self, *, wait: float = 0.0) -> signal.Signals | None:
-        """The first wish to leave, if there is one within so many seconds."""
+        """The first request to end, or None if none arrives within ``wait`` seconds."""
         end = time.monotonic() + wait
         while self._first is None:
             left = end - time.monotonic()
@@ -51,7 +51,7 @@ class Leaving:
         return self._first
 
     def obey(self, *, wait: float = 0.0) -> None:
-        """Wait so many seconds, unless asked to leave: then raise what ends a program, here and now."""
+        """Wait for ``wait`` seconds; on a request to end, raise the exception that ends the program."""
         wish = self.asked(wait=wait)
         if wish is not None:
             _leave(wish)
@@ -72,7 +72,7 @@ class Leaving:
 
 @contextmanager
 def heeding(*, gone_within: float | None = None) -> Iterator[Leaving]:
-    """Turn Ctrl-C and SIGTERM into wishes within the block.
+    """Turn Ctrl-C and SIGTERM into requests to end within the block.
 
     A signal that is ignored (``nohup``, a job in the background) stays so. Only the main thread receives
     signals; in other threads nothing changes. With ``gone_within``
@@ -100,7 +100,7 @@ def heeding(*, gone_within: float | None = None) -> Iterator[Leaving]:
 
 
 def _see_to_it(alarm: "SimpleQueue[bool]", seconds: float) -> None:
-    """Wait for the first wish; the process then has so long."""
+    """Wait for the first request to end, then end the process after the time limit."""
     if not alarm.get():
         return
     time.sleep(seconds)

@@ -146,7 +146,7 @@ class Commands(QueueQueries):
         with self._commanding() as connection:
             row = one_row(connection, publication, "sweep", id)
             if row.state is State.RUNNING:
-                raise Conflict("the sweep is being published; retry it when that is done")
+                raise Conflict("the sweep is being published; retry it afterwards")
             connection.execute(resume)
             invalidate_tallies(connection, connection.execute(attach).rowcount)
             connection.execute(_publish_again(id))

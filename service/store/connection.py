@@ -136,7 +136,7 @@ class Database:
         newest, *older = self._revisions()
         cure = "start in a new data directory and database; whipple.open_cube still reads its cubes"
         if present in (None, *older):
-            cure = "start the service, which brings them up to date"
+            cure = "start the service, which updates the tables"
         problem = f"{place} has tables of revision {present}, and this version needs {newest}"
         return StoreUnavailable(f"{problem}: {cure}")
 

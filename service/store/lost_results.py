@@ -76,8 +76,8 @@ def _check_limits(connection: sa.Connection, moment: datetime, losses: Sequence[
     if at_once > MOST_AT_ONCE or lately > most_lately:
         raise TooManyLost(
             f"{count} of {results} registered results are lost or damaged ({first_runs(losses)}), and no more than "
-            f"{MOST_AT_ONCE} a minute and {most_lately} a day are forgotten; bring their files back, or let "
-            f"them be computed again: `whipple forget-lost {count}`"
+            f"{MOST_AT_ONCE} a minute and {most_lately} a day are forgotten; restore their files, or have "
+            f"the results computed again: `whipple forget-lost {count}`"
         )
 
 

@@ -267,8 +267,10 @@ def now() -> datetime:
 def number_of(cursor: str) -> int:
     """The number in a cursor; raises InvalidInput."""
     if not cursor.isascii() or not cursor.isdigit() or len(cursor) > 18:
-        limit = "a cursor that an earlier page gave"
-        raise InvalidInput([Finding("cursor", repr(cursor[:40]), limit, "leave it out to begin")])
+        limit = "the cursor of an earlier page"
+        raise InvalidInput(
+            [Finding("cursor", repr(cursor[:40]), limit, "omit the cursor for the first page")]
+        )
     return int(cursor)
 
 

@@ -78,7 +78,7 @@ class Store(Commands, SweepQueries, RunQueries, Keys, Leases, RetentionQueries):
 
 
 def _estimated_core_seconds(run: "Run") -> float:
-    """What the studies expect a run to cost."""
+    """The estimated core seconds of a run, from the studies."""
     from studies.runs.run import estimate
 
     return estimate(run).core_seconds

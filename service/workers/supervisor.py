@@ -76,7 +76,7 @@ class Supervisor:
 
     def _run(self, slot: Slot) -> Ending:
         if self._must_end():
-            return self._ending(Cause.LOST, "Stopped", "stopped before it began")
+            return self._ending(Cause.LOST, "Stopped", "the attempt was stopped before it started")
         self._directory.mkdir(exist_ok=True)  # the folder above exists, unless the disk is away
         if not self._missing():  # Dask repeats a task whose worker died after it
             return self._collect()
@@ -100,7 +100,7 @@ class Supervisor:
             status = process.end(kill_wait)
             if self._is_accepted or self._stopped_for or status is None:
                 return self._judge_dead(status)
-        raise ChildProcessError("a process cannot be started; the log of the worker says why")
+        raise ChildProcessError("the process cannot be started; see the log of the worker")
 
     def _must_end(self) -> bool:
         """Whether somebody has asked it to stop or to leave."""
@@ -108,7 +108,7 @@ class Supervisor:
 
     def _pause(self, failure: str, reason: str) -> Ending:
         """End as lost after a pause, so that a broken worker gets little to do."""
-        ending = self._ending(Cause.LOST, failure, f"its worker cannot compute: {reason}")
+        ending = self._ending(Cause.LOST, failure, f"the worker cannot compute: {reason}")
         end = time.monotonic() + self._timings.broken_worker_pause
         while time.monotonic() < end and not self._must_end():
             time.sleep(self._timings.supervisor_tick)

@@ -81,7 +81,7 @@ class WarmProcess:
             self._selector.unregister(self._stdin)
 
     def receive(self, seconds: float) -> list[Message]:
-        """The messages that arrive within so many seconds; returns early when it sends or reads something."""
+        """The messages that arrive within ``seconds``; returns early when data is sent or read."""
         if not self._selector.get_map():  # its stdout has ended
             time.sleep(seconds)
             return []
@@ -101,7 +101,7 @@ class WarmProcess:
         return self._stdout in self._ready(0.0)
 
     def _ready(self, seconds: float) -> list[Any]:
-        """Those of its pipes that can be read or written within so many seconds."""
+        """The pipes of the process that can be read or written within ``seconds``."""
         return [key.fileobj for key, _ in self._selector.select(seconds)]
 
     def is_alive(self) -> bool:
@@ -127,7 +127,7 @@ class WarmProcess:
         try:
             return self._process.wait(kill_wait)
         except subprocess.TimeoutExpired:
-            log.warning("the process %s was killed, and does not end", self._process.pid)
+            log.warning("the process %s was killed but has not ended", self._process.pid)
             return None
 
 

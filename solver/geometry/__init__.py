@@ -1,4 +1,4 @@
-"""Geometry: the only place that knows whether the world is a box or a body of revolution.
+"""Geometry: the only module that distinguishes a box from a body of revolution.
 
 A particle is always a three-dimensional point with a three-dimensional stress. What differs is the meaning of the
 coordinates, of the gradient that the stencil hands out, and of the measure that turns an area of lattice into volume:
@@ -71,7 +71,7 @@ def hoop_factor(geometry, first):
 
 @generic
 def set_sources(geometry, lines, k, mass, momentum, force, hoop):
-    """What eight particles give to their nodes, as lines of the table of ``state``.
+    """Write the contributions of eight particles to their nodes, as lines of the table of ``state``.
 
     Row k of ``lines`` (4 PACK, 8), and the seven after it, are multiplied by the weight of a node, those PACK rows
     farther on by its slope along the first axis, and so on. ``momentum`` (3,), ``force`` minus volume times stress (6

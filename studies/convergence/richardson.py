@@ -75,7 +75,7 @@ ROUND_OFF = 1e-9  # relative: values that differ by less are equal
 
 @dataclass(frozen=True)
 class Sample:
-    """What one run says about one quantity; lengths in any unit, the same for all."""
+    """The value of a quantity in one run; all lengths have the same, arbitrary unit."""
 
     spacing: float  # size of a cell
     value: float  # NaN where the run has none
@@ -103,7 +103,7 @@ class Level:
 
     @property
     def noise(self) -> float:
-        """What the position of the grid leaves open: the scatter, or what a run alone states."""
+        """The uncertainty due to the position of the grid: the scatter, or the statement of a single run."""
         if math.isnan(self.scatter):
             return self.sub_cell
         return self.scatter if self.values == self.runs else max(self.scatter, self.sub_cell)
@@ -111,7 +111,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Convergence:
-    """What a quantity is worth, with its error bar, and what refinement says about it."""
+    """The converged value of a quantity, its error bar, and the verdict on its convergence."""
 
     verdict: Verdict
     reason: str  # in words; what was left out, too
@@ -208,7 +208,7 @@ def _unstated(valued: Sequence[Level]) -> Iterator[str]:
     """A note where differences stand against no noise."""
     alone = any(math.isnan(level.scatter) and not level.sub_cell for level in valued[:3])
     if alone and len(valued) > 1:
-        yield "one offset, and no statement of what it cannot see"
+        yield "the runs have one offset and state no uncertainty for their position on the grid"
 
 
 def _flagged(valued: Sequence[Level]) -> Iterator[str]:
@@ -245,7 +245,7 @@ def _too_coarse(valued: Sequence[Level]) -> _Judged | None:
     if TOO_COARSE not in valued[0].quality_flags:
         return None
     verdict: Verdict = "single grid" if len(valued) == 1 else "not in the asymptotic range"
-    reason = "the finest resolution has too few cells for any error bar"
+    reason = "the finest resolution has too few cells for an error bar"
     return verdict, reason, valued[0].value, math.nan, {}
 
 
@@ -331,15 +331,15 @@ def _farthest(three: Sequence[Level], origin: float) -> float:
 
 
 def _unresolved(three: Sequence[Level]) -> str:
-    """Why differences say nothing about the mesh, in words."""
+    """The reason why differences give no mesh error, as a text."""
     values = [level.value for level in three]
     if max(values) == min(values):
         return "the values do not differ"
     if not any(level.noise for level in three):
         return "two resolutions have the same value"
     if all(math.isnan(level.scatter) for level in three):
-        return "a difference between resolutions is not above what a single run cannot see"
-    return "a difference between resolutions is not above the scatter over offsets"
+        return "a difference between resolutions is within the uncertainty of a single run"
+    return "a difference between resolutions is within the scatter over offsets"
 
 
 def _resolved(fine: Level, coarse: Level) -> bool:

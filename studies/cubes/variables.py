@@ -144,7 +144,7 @@ RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell
 RUN_REASON = _text_of_run("run_reason", "why the run has no result", lambda cell: cell.reason)
 RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.of_result("failure"))
 STOP_REASON = _text_of_run(
-    "stop_reason", "what ended the simulation", lambda cell: cell.of_result("stop")
+    "stop_reason", "reason for the end of the simulation", lambda cell: cell.of_result("stop")
 )
 RUN_STATE = Variable(
     "run_state", "state of the run", lambda cell: cell.state, RUNS, kind="flag", meanings=STATES
@@ -325,7 +325,7 @@ OFFSETS_PART = _converged(
 )
 MEASUREMENT_PART = _converged(
     "{quantity}_converged_uncertainty_measurement",
-    "part of the uncertainty: what the measurement states beside the resolution",
+    "part of the uncertainty: parts that the measurement states besides the resolution",
     lambda point: point.measurement,
 )
 ORDER = _pure(
@@ -345,7 +345,7 @@ GCI = _pure(
 )
 VERDICT = Variable(
     "{quantity}_converged_verdict",
-    "what refinement says about {quantity}",
+    "convergence verdict of {quantity}",
     lambda point: VERDICT_WORDS[VERDICTS.index(point.verdict)],
     POINTS,
     kind="flag",
@@ -372,7 +372,7 @@ OF_CONVERGENCE = (*NUMBERS_OF_CONVERGENCE, VERDICT, VERDICT_REASON)
 _text_of_law = partial(Variable, dims=(LAW,), kind="text")
 _in_range = partial(
     Variable,
-    meaning="whether the law answers inside its stated range",
+    meaning="whether the shot lies inside the stated range of the law",
     pick=lambda answer: IN_RANGE[answer.in_range],
     kind="flag",
     meanings=IN_RANGE,
@@ -410,7 +410,7 @@ LAW_RANGE = _text_of_law(
 )
 LAW_CONFIDENCE = _text_of_law(
     "{quantity}_law_confidence",
-    "how sure the form is",
+    "confidence in the equation",
     lambda each: f"equation: {each.law.confidence}; range: {each.law.range.confidence}",
 )
 OF_ANSWERS = (BY_LAW, BY_LAW_IN_RANGE, BY_LAW_REASON)

@@ -32,7 +32,7 @@ def open_film(path: str | Path) -> Dataset:
         with np.load(file) as saved:
             return _dataset(saved)
     except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:
-        cure = "give the film.npz that a run with keep: film leaves, or its folder"
+        cure = "give the film.npz of a run that was computed with keep: film, or its folder"
         raise InvalidInput([Finding("film", str(file), f"a film ({error})", cure)]) from None
 
 

@@ -40,7 +40,7 @@ ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 
 @dataclass(frozen=True)
 class Shot:
-    """What a law may ask of a shot: impact of a projectile on a plate or a block."""
+    """The data of a shot that laws use: impact of a projectile on a plate or a block."""
 
     speed: MetrePerSecond
     projectile_diameter: Metre  # of the sphere with the projectile's volume
@@ -60,7 +60,7 @@ class Shot:
 
 @dataclass(frozen=True)
 class LawValue:
-    """What a law answers for one shot."""
+    """The value of a law for one shot."""
 
     value: Metre  # NaN where the law is meaningless
     in_range: bool  # within every limit that can be checked

@@ -29,7 +29,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Range:
-    """Where a law may be believed."""
+    """The range of validity of a law."""
 
     limits: tuple[Limit, ...]  # of the law itself
     # Rods and discs penetrate otherwise than spheres; round numbers, which no law here states.

@@ -38,7 +38,7 @@ def read_toml(text: str, file: str) -> dict[str, Any]:
 
 
 def read_file(file: Path) -> Material:
-    """The material of a TOML file; every finding names the file and the key."""
+    """The material of a TOML file; every error names the file and the key."""
     return read_document(
         read_toml(file.read_text(encoding="utf-8"), file.name), path=f"{file.name}:"
     )
@@ -181,7 +181,7 @@ def _label(raw: Any, where: str) -> str:
 
 
 def _quantity(parameter: Parameter, raw: Any, where: str) -> Constant:
-    """A number of a material file, checked, in SI; raises InvalidInput with every finding."""
+    """A checked number of a material file, in SI; raises InvalidInput with every error."""
     if not isinstance(raw, Mapping):
         raise refusal(where, raw, "a number with unit and source", f"write {NUMBER}")
     findings = Findings()
@@ -192,7 +192,7 @@ def _quantity(parameter: Parameter, raw: Any, where: str) -> Constant:
     source, confidence = raw.get("source"), raw.get("confidence", "user")
     if not isinstance(source, str) or not source.strip():
         findings.append(
-            Finding(f"{where}.source", shown(source), "a citation", "say where it comes from")
+            Finding(f"{where}.source", shown(source), "a citation", "name the source of the number")
         )
     if not isinstance(confidence, str) or confidence not in CONFIDENCES:
         limit, cure = "one of " + ", ".join(CONFIDENCES), nearest_cure(confidence, CONFIDENCES)

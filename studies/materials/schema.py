@@ -29,9 +29,9 @@ from studies.values.quantities import refusal, round_quantity
 CONFIDENCES: Mapping[str, str] = {
     "read": "read in the cited document",
     "verified": "read in a public report, page or input deck that transcribes the cited source",
-    "cross-checked": "recalled, and consistent with independent numbers",
+    "cross-checked": "quoted from memory, and consistent with independent numbers",
     "computed": "computed from other stated numbers",
-    "memory": "recalled and not checked: indicative only",
+    "memory": "quoted from memory and unchecked: indicative only",
     "user": "stated by the user",
 }
 

@@ -52,7 +52,9 @@ class Measurement:
     unit: str
     meaning: str
     version: int
-    read: Callable[[Any], Reading]  # of a view, or of the History of what it follows
+    read: Callable[
+        [Any], Reading
+    ]  # reads a view, or the History of the measurements that it follows
     follows: tuple[str, ...] = ()  # measurements of one state
     widest: float = math.inf  # uncertainty over value, above which a value is flagged "wide_bar"
 

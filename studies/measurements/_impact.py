@@ -339,5 +339,5 @@ def contained(view: ImpactView, radii: np.ndarray) -> bool:
 
 
 def rim_flags(view: ImpactView, diameter: float) -> tuple[str, ...]:
-    """``near_rim`` where an opening is wider than half of its plate: the rim has a say in it."""
+    """``near_rim`` where an opening is wider than half of its plate, so that the rim affects it."""
     return ("near_rim",) if diameter > view.target_radius else ()

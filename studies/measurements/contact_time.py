@@ -1,4 +1,4 @@
-"""How long a bar stays at the wall."""
+"""The time for which a bar stays at the wall."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""How deep a crater is, from the original surface."""
+"""The depth of a crater below the original surface."""
 
 import math
 

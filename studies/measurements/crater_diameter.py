@@ -1,4 +1,4 @@
-"""How wide a crater is at the original surface."""
+"""The diameter of a crater at the original surface."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""How long a bar is."""
+"""The length of a bar."""
 
 from studies.measurements import Measurement
 from studies.measurements._bar import length_of

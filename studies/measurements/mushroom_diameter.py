@@ -1,4 +1,4 @@
-"""How wide a bar is where it is widest: D of a Taylor bar."""
+"""The largest diameter of a bar: D of a Taylor bar."""
 
 from studies.measurements import Measurement
 from studies.measurements._bar import mushroom_of

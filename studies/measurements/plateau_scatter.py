@@ -1,4 +1,4 @@
-"""How much the pressure of single particles strays on a plateau that should be flat."""
+"""The scatter of the pressure of particles on the plateau, which should be flat."""
 
 import math
 

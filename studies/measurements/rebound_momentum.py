@@ -1,4 +1,4 @@
-"""How much of its momentum a bar carries, away from the wall."""
+"""The momentum of a bar away from the wall, over its initial momentum."""
 
 from studies.measurements import Measurement, Reading
 from studies.measurements._bar import BarView

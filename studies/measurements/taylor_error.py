@@ -1,4 +1,4 @@
-"""How far a Taylor bar is from a reference: the mean error of Johnson, Ma (2005), Eq. 2-42."""
+"""The error of a Taylor bar against a reference: the mean error of Johnson, Ma (2005), Eq. 2-42."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""How hard a wall ever pulled: a unilateral wall must not."""
+"""The largest pull of a wall on a bar; a unilateral wall must not pull."""
 
 import math
 

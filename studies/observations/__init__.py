@@ -80,7 +80,9 @@ def read_observations(
     if not rows:
         raise refusal(path, "no shot", "at least one row", "leave observations out")
     if len(rows) > MOST_ROWS:
-        raise refusal(path, "more rows", f"at most {MOST_ROWS} rows", "split the table")
+        raise refusal(
+            path, f"more than {MOST_ROWS} rows", f"at most {MOST_ROWS} rows", "split the table"
+        )
     read: list[Observation] = []
     findings = Findings()
     for where, row in rows:
@@ -192,7 +194,7 @@ def _checked(cells: Mapping[str, Any], allowed: AllowedNames, where: str) -> Obs
         cure = nearest_cure(quantity, allowed.quantities)
         raise refusal(f"{where}: quantity", quantity, "what the scenario measures", cure)
     if not isinstance(source, str):
-        raise refusal(f"{where}: source", source, "a text", "say where the shot is published")
+        raise refusal(f"{where}: source", source, "a text", "name the publication of the shot")
     unit = allowed.quantities[quantity]
     uncertainty = cells.get("uncertainty")
     return Observation(

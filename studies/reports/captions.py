@@ -19,12 +19,12 @@ OF_KINDS = (
     ),
     (
         {"band"},
-        "A shaded band spans the smallest to the largest answer over the constants stated for that law, nothing else.",
+        "A shaded band spans the smallest to the largest answer over the constants stated for that law.",
     ),
-    ({"missing"}, "A grey cross on the base line is a run that gave no value."),
+    ({"missing"}, "A grey cross on the base line is a run without a value."),
     (
         {"observation"},
-        f"An observed shot stands in the panel whose other axes it meets within {NEAR:.0%}.",
+        f"An observed shot is drawn in the panel whose other axis values it matches within {NEAR:.0%}.",
     ),
 )
 
@@ -34,7 +34,7 @@ def of_laws(view: FigureView, name: str, kinds: set[str]) -> str:
     sentences = [of_points(view, name)]
     sentences += [text for shown, text in OF_KINDS if kinds & shown]
     if view.left_out:
-        sentences.append("Not all panels are drawn; the cube has all.")
+        sentences.append("The cube contains the panels that are not drawn.")
     return " ".join(sentences)
 
 
@@ -80,7 +80,7 @@ def _parts(view: FigureView, name: str) -> Iterator[str]:
     if view.over_offsets and np.isfinite(offsets).any():
         yield "scatter over offsets"
     elif (offsets > 0.0).any():
-        yield "position on the grid, as one offset states it"
+        yield "uncertainty of the position on the grid, as a run with one offset states it"
     if (view.flat(cubes.MEASUREMENT_PART, name) > 0.0).any():
         yield "measurement"
 
@@ -95,7 +95,7 @@ def of_residuals(view: FigureView, name: str) -> str:
         return f"{opening}No band shows the error bar of the simulation: {_why_unknown(view)}."
     caption = (
         f"{opening}The grey band is the error bar of the simulation over its value, mesh error included: a "
-        "law inside it cannot be told from the simulation."
+        "law inside it agrees with the simulation within the error bar."
     )
     if unknown:
         caption += (
@@ -126,4 +126,6 @@ def of_convergence(*, offsets: bool, extrapolated: bool, left_out: bool) -> str:
         )
     if extrapolated:
         caption += " The star is Richardson's value, the dotted line the curve on which it lies."
-    return caption + (" Not all points are drawn; the table has all." if left_out else "")
+    return caption + (
+        " Some points are not drawn; the table contains all points." if left_out else ""
+    )

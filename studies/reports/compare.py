@@ -32,7 +32,7 @@ Reference = Literal["simulation", "observation"]
 
 ONLY_SIMULATION = (
     "The reference of every residual here is a simulation, not an experiment: no observed shots "
-    "were given. A small residual says that a law and this simulation agree, and nothing about "
+    "were given. A small residual shows the agreement of a law with this simulation, not with "
     "nature."
 )
 WITH_OBSERVATIONS = (
@@ -41,7 +41,7 @@ WITH_OBSERVATIONS = (
     "nature."
 )
 # Why no error bar judges a residual.
-UNJUDGED_LAW = ", whose mesh error is unknown, so its error bar is no test of the law"
+UNJUDGED_LAW = ", whose mesh error is unknown, so its error bar cannot test the law"
 UNJUDGED_SIMULATION = (
     "; the mesh error of the simulation or the error of the observation is unknown, so error bars "
     "are no test of the simulation"

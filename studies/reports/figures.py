@@ -225,7 +225,7 @@ def growth(view: FigureView, name: str) -> Figure:
     return Figure(
         name=f"{name}_growth",
         title=f"Growth of {_words(name)} during the runs",
-        caption=f"A run ends when growth has stopped, or at a cap: a line that still climbs was cut.{finest}",
+        caption=f"A run ends when growth has stopped, or at a cap: a line that still rises was cut off.{finest}",
         x=Scale("time", "time", "s"),
         y=view.scale_of(name),
         panels=tuple(panels),

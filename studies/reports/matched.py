@@ -12,7 +12,7 @@ import xarray as xr
 from studies.cubes import variables as cubes
 from studies.reports.points import Place, axes_of, comparable, places_of, plain, simulated
 
-ELSEWHERE = "not simulated: another"
+ELSEWHERE = "not simulated: different"
 LINEAR = "linear between neighbouring runs"
 SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
 
@@ -95,7 +95,7 @@ def interpolate(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float
     values = comparable(dataset, name)
     value = float(_weighted(values, sides))
     if math.isnan(value):
-        return value, math.nan, "a neighbouring run has no value that may be compared"
+        return value, math.nan, "a neighbouring run has no comparable value"
     weighted = float(_weighted(simulated(dataset, name, cubes.UNCERTAINTY), sides))
     chords = [axis for axis, around in sides.items() if len(around) > 1]
     if not chords:

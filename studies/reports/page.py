@@ -133,7 +133,11 @@ def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node
 
 def _cut_note(rows: Any) -> str:
     """The note above a table that does not show all rows."""
-    return "" if len(rows) <= MOST_ROWS else "Only the first rows are printed; report.json has all."
+    return (
+        ""
+        if len(rows) <= MOST_ROWS
+        else "Only the first rows are printed; report.json contains all rows."
+    )
 
 
 @cache

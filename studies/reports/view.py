@@ -14,7 +14,7 @@ from studies.reports.points import Place, axes_of, by_run, comparable, places_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.quantities import readable
 
-MOST_PANELS = 12  # more are in the cube; a page of small pictures is read by nobody
+MOST_PANELS = 12  # panels of a figure; further panels are in the cube
 PREFERRED = "speed"  # the abscissa where the sweep varies it
 # Verdicts under which the value is the finest resolution's although refinement was asked about.
 UNSETTLED: tuple[Verdict, ...] = (

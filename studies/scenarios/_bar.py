@@ -38,7 +38,7 @@ class AtWall:
     wall: Annotated[
         Literal["unilateral", "symmetric"],
         Described(
-            "frictionless wall that only pushes, or one that holds the normal velocity either way"
+            "frictionless wall that only pushes, or a wall that holds the normal velocity in both directions"
         ),
     ] = "unilateral"
 

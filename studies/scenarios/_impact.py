@@ -76,7 +76,7 @@ class ImpactShot:
         Described("shape of the projectile; a cylinder flies along its axis"),
     ] = "sphere"
     projectile_length: Annotated[
-        Metre | None, Described("length of a cylinder; a sphere has none", 1e-5, 1.0)
+        Metre | None, Described("length of a cylinder; omitted for a sphere", 1e-5, 1.0)
     ] = None
     geometry: Annotated[
         Literal["axisymmetric", "quarter", "half"],
@@ -104,7 +104,7 @@ class ImpactShot:
     ] = None
     stop: Annotated[
         Literal["settled", "end_time"],
-        Described("end once the measurement has settled, or at end_time only"),
+        Described("end when the measurement has settled, or only at end_time"),
     ] = "settled"
     settled_growth: Annotated[
         Dimensionless,
@@ -124,7 +124,7 @@ class ImpactShot:
         Choice(eos_forms),
         Described(
             "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it; other equations of state "
-            "have one form"
+            "have a single form"
         ),
     ] = "hugoniot"
     thermal_softening: Annotated[
@@ -133,7 +133,7 @@ class ImpactShot:
     debris: Annotated[
         DebrisName | None,
         Described(
-            "what has come off the target and is on a clear way out of the grid is followed to its edge, or retired: "
+            "debris that is free of the target and on a clear way out of the grid is followed to the edge, or retired: "
             f"it leaves a record and flies straight from there; {BY_RECIPE}"
         ),
     ] = None
@@ -233,7 +233,7 @@ def _check_projectile(parameters: Impact) -> list[Finding]:
         return [Finding(name, "nothing", "the length of the cylinder", f"give {name}")]
     if parameters.projectile_shape == "sphere" and length is not None:
         cure = f"leave {name} out, or set projectile_shape to cylinder"
-        return [Finding(name, f"{length:g} m", "no length for a sphere", cure)]
+        return [Finding(name, f"{length:g} m", "a sphere without a length", cure)]
     return []
 
 

@@ -43,7 +43,7 @@ class ChosenFailure:
         str,
         Choice(failures),
         Described(
-            "what breaks matter for good: nothing, plastic strain, or tension beyond the spall strength for long "
+            "failure model: none, plastic strain, or tension beyond the spall strength for long "
             "enough"
         ),
     ] = "none"

@@ -37,7 +37,9 @@ class Numerics:
     shape: Annotated[str | None, Choice(shapes), Described(f"shape functions; {BY_RECIPE}")] = None
     scheme: Annotated[
         SchemeName | None,
-        Described(f"which nodal velocity strains the particles, and when in the step; {BY_RECIPE}"),
+        Described(
+            f"nodal velocity that strains the particles, and its time in the step; {BY_RECIPE}"
+        ),
     ] = None
     particles_per_cell: Annotated[
         int | None, Described(f"particles per cell along each direction; {BY_RECIPE}", 1, 6)
@@ -76,7 +78,7 @@ class Numerics:
     damping_order: Annotated[
         int | None,
         Described(
-            f"what damping leaves alone: 1 is the particle-in-cell update, 2 is XPIC; {BY_RECIPE}",
+            f"order of the damping: 1 is the particle-in-cell update, 2 is XPIC; {BY_RECIPE}",
             1,
             2,
         ),
@@ -90,7 +92,9 @@ class Numerics:
     ] = None
     contact: Annotated[
         Literal["none", "bardenhagen"],
-        Described("bodies share one velocity field, or have their own and meet on the nodes"),
+        Described(
+            "bodies share one velocity field, or have separate fields with contact on the nodes"
+        ),
     ] = "none"
     friction: Annotated[
         Dimensionless, Described("Coulomb friction of bodies in contact", 0.0, 10.0)

@@ -110,7 +110,7 @@ def _check(parameters: ElasticBar, materials: Materials) -> list[Finding]:
     fastest = 0.3 * math.sqrt(parameters.young_modulus / parameters.density)
     if parameters.speed > fastest:
         limit = f"at most {fastest:g} m/s, 0.3 of the wave speed"
-        cure = "fly slower: linear elasticity ends far below"
+        cure = "choose a lower speed: linear elasticity holds only far below this limit"
         findings.append(Finding("speed", f"{parameters.speed:g} m/s", limit, cure))
     return findings
 

@@ -83,7 +83,9 @@ class AxisReader:
         unit = parameter.unit or "1"
         if step == 0 or (stop - start) / step < 0:
             limit = "a step that leads from start to stop"
-            raise refusal(f"{field}.step", readable(float(step), unit), limit, "turn its sign")
+            raise refusal(
+                f"{field}.step", readable(float(step), unit), limit, "change the sign of the step"
+            )
         steps = (stop - start) / step
         self._check_count(int(steps) + 1, field)
         if abs(steps - round(steps)) > HIT:
@@ -99,7 +101,7 @@ class AxisReader:
             raise refusal(field, "no value", FORMS, "give at least one value")
         if count > self.most_values:
             limit = f"at most {self.most_values} values on an axis"
-            raise refusal(field, f"{count} values", limit, "take fewer, or split the sweep")
+            raise refusal(field, f"{count} values", limit, "use fewer values, or split the sweep")
 
 
 def repeated(values: tuple[Any, ...]) -> Iterator[Any]:

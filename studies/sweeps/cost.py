@@ -46,7 +46,7 @@ def cost_of(sweep: Sweep) -> Cost:
 
 
 def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
-    """The same sweep at each accuracy; none where no preset can set its resolution."""
+    """The cost of a sweep at each accuracy; empty where no preset can set its resolution."""
     for name, preset in ACCURACY.items():
         try:
             resolved = sweep.at_accuracy(name)

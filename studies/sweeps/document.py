@@ -1,4 +1,4 @@
-"""The document of a sweep (YAML or JSON) becomes a checked ``Sweep``, or a list of all findings."""
+"""Reads the document of a sweep (YAML or JSON) into a checked ``Sweep``, or a list of all errors."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -46,7 +46,7 @@ Read = TypeVar("Read")
 
 
 def read_sweep(document: Any, limits: SweepLimits) -> Sweep:
-    """The sweep of a document; raises InvalidInput with every finding."""
+    """The sweep of a document; raises InvalidInput with every error."""
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
     return _DocumentReading(document, limits).sweep()
@@ -86,7 +86,7 @@ class _StrictLoader(SafeLoader):
             if not isinstance(key, str) or key == "<<":
                 continue
             if key in keys:
-                problem = f"the key {shown(key)} stands twice"
+                problem = f"the key {shown(key)} occurs twice"
                 raise yaml.constructor.ConstructorError(None, None, problem, key_node.start_mark)
             keys.add(key)
         return super().construct_mapping(node, deep)
@@ -199,7 +199,7 @@ class _DocumentReading:
         """The user's own materials; refused ones are left out."""
         documents, most = self._mapping("materials"), self.limits.max_values
         if len(documents) > most:
-            limit, cure = f"at most {most} materials", "leave out those that no run has"
+            limit, cure = f"at most {most} materials", "remove materials that no run uses"
             self.findings.append(Finding("materials", f"{len(documents)} materials", limit, cure))
             return {}
         read = {
@@ -239,7 +239,7 @@ class _DocumentReading:
             raise refusal(field, name, "a name of a parameter", cure)
         parameter = find(terms.parameters, name, "axes")
         if name in self.fixed:
-            cure = "take it from fixed or from axes"
+            cure = "remove it from fixed or from axes"
             raise refusal(field, f"{name} twice", "a parameter that is fixed or varied", cure)
         reader = AxisReader(self.limits.max_values, terms.materials)
         return reader.read(parameter, name, values, field)

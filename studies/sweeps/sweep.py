@@ -22,7 +22,7 @@ Combine = Literal["grid", "zip"]
 
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
 OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
-FINDINGS_SHOWN = 20  # of refused points; a wrong sweep is wrong at thousands of them
+FINDINGS_SHOWN = 20  # reported refused points; an invalid sweep may have thousands of them
 
 # The most that could sensibly run. A particle takes 500 bytes of memory (a plate as thick as its projectile is wide, in
 # three dimensions, with its nodes), 120 of a stored state and a microsecond of one core a step: 2e9 of them are 1 TB,
@@ -32,7 +32,7 @@ MOST_PARTICLES = 2_000_000_000
 
 @dataclass(frozen=True)
 class SweepLimits:
-    """How large a sweep may be, counted before anything is expanded; and how large each of its runs."""
+    """Limits of the size of a sweep and of each run, checked before the sweep is expanded."""
 
     max_runs: int = 10_000
     max_axes: int = 20
@@ -40,7 +40,7 @@ class SweepLimits:
     max_particles: int = MOST_PARTICLES  # of one run, as estimated
 
 
-# For a sweep that was accepted before, under the limits of its own door.
+# Limits for a sweep that was already accepted, under the limits at the time of its submission.
 ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 
 
@@ -67,7 +67,9 @@ class Sweep:
     offsets: int = 1  # sub-cell positions of the grid for each resolution, evenly over a cell
     materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
     observations: tuple[Observation, ...] = ()
-    max_particles: int = field(default=MOST_PARTICLES, compare=False)  # the door's, not the user's
+    max_particles: int = field(
+        default=MOST_PARTICLES, compare=False
+    )  # limit of the service, not of the user
 
     @staticmethod
     def parse(document: Any, limits: SweepLimits | None = None) -> "Sweep":
@@ -220,7 +222,7 @@ class Sweep:
 def vocabulary(
     scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]
 ) -> AllowedNames:
-    """What a document of this scenario may name: parameters, constants of materials, quantities.
+    """The names that a document of this scenario may use: parameters, constants of materials, quantities.
 
     ``roles`` are the materials that each material parameter takes: a constant must belong to all.
     """

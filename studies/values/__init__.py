@@ -1,4 +1,4 @@
-"""Values at the door and how they are shown: quantities with units, checked parameters, presets, findings, files.
+"""Values of user input and their display: quantities with units, checked parameters, presets, errors, files.
 
 The lowest room of the studies: everything else may import it, and it imports nothing of them.
 """

@@ -1,4 +1,4 @@
-"""What a user gave is refused: every finding names the field, the value, the limit and the cure."""
+"""Errors of user input: every error names the field, the value, the limit and the cure."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ MOST_FINDINGS = 200  # of one input, where its reading stops; with its cure one 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing wrong with an input."""
+    """One error in an input."""
 
     field: str  # dotted path into the document: "axes.speed[2]"
     value: str  # what was given, as text, shortened
@@ -23,9 +23,9 @@ class Finding:
 
 
 class InvalidInput(WhippleError):
-    """An input is refused; ``findings`` has all that was found, up to ``MOST_FINDINGS``.
+    """An input is refused; ``findings`` lists its errors, up to ``MOST_FINDINGS``.
 
-    ``more`` are findings that whoever tells of them has left out.
+    ``more`` is the number of errors that a response has left out.
     """
 
     def __init__(self, findings: Iterable[Finding], *, more: int = 0):
@@ -35,7 +35,7 @@ class InvalidInput(WhippleError):
 
 
 class Findings(list[Finding]):
-    """What was found so far; with ``MOST_FINDINGS`` it raises InvalidInput, which ends the reading."""
+    """The errors so far; with ``MOST_FINDINGS`` errors it raises InvalidInput, which ends the reading."""
 
     def append(self, finding: Finding) -> None:
         super().append(finding)

@@ -110,7 +110,7 @@ def parse_values(
     materials: Collection[str] = (),
     si: bool = False,
 ) -> tuple[dict[str, Value], list[Finding]]:
-    """The values that are right, and the findings of the others."""
+    """The valid values, and the errors of the invalid ones."""
     values: dict[str, Value] = {}
     findings = Findings()
     for name, value in raw.items():
@@ -152,7 +152,7 @@ def find(parameters: Mapping[str, Parameter], name: object, path: str = "") -> P
 
 
 def missing(parameter: Parameter, path: str = "") -> Finding:
-    """The finding for a parameter that must be given and is not."""
+    """The error for a required parameter that is missing."""
     cure = f"give {parameter.meaning}" if parameter.meaning else f"give {parameter.name}"
     return Finding(join(path, parameter.name), "nothing", parameter.limit(), cure)
 

@@ -1,4 +1,4 @@
-"""Units at the door: "6 km/s" becomes an exact SI number, or a finding that says how to write it.
+"""Units of user input: "6 km/s" becomes an exact SI number, or an error with its cure.
 
 Only here does a unit other than SI exist, and only here is pint imported, at the first value whose
 unit is not one of the usual ones, so that a process that never parses one never pays for it. Numbers
@@ -248,7 +248,7 @@ def _decimal(text: str, raw: object, field: str, cure: str) -> Decimal:
 
 def _bounded(number: Decimal, raw: object, field: str, cure: str) -> Decimal:
     if not number.is_finite() or (number and abs(number.adjusted()) > LARGEST_EXPONENT):
-        raise refusal(field, raw, "a finite number of ordinary size", cure)
+        raise refusal(field, raw, "a finite number within the range of a double", cure)
     return number
 
 

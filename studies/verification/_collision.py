@@ -40,7 +40,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Wave:
-    """What is read off one of the bodies."""
+    """The measured wave in one of the bodies."""
 
     speed: MetrePerSecond  # of the front relative to the matter ahead of it
     plateau: Plateau
@@ -49,7 +49,7 @@ class Wave:
 
 @dataclass(frozen=True)
 class Collision:
-    """What came out."""
+    """The result of a collision."""
 
     flyer: Wave
     target: Wave

@@ -167,7 +167,7 @@ def radial_profile(snapshot: Snapshot) -> ColumnProfile:
 
 @dataclass(frozen=True)
 class Plateau:
-    """What stands between an interface or wall and a front; means are weighted by volume."""
+    """The matter between an interface or wall and a front; means are weighted by volume."""
 
     stress: float  # Pa
     scatter: float  # standard deviation of the stress over its mean
@@ -215,7 +215,7 @@ def plateau(line: ColumnProfile, spacing: float, begin: float, end: float) -> Pl
 
 
 def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Plateau:
-    """What stands between two places; not a number where fewer than two particles do."""
+    """The plateau between two places; NaN where fewer than two particles stand there."""
     inside = line.part((line.place > low) & (line.place < high))
     if inside.place.size < 2:
         nan = math.nan

@@ -48,7 +48,7 @@ def impact_setting(
 
 
 def scaled(problem: Problem, factor: float) -> Problem:
-    """The same problem ``factor`` times as large in length and time."""
+    """A problem enlarged by ``factor`` in length and time."""
     geometry = problem.geometry
     return replace(
         problem,
@@ -77,7 +77,7 @@ def scaled(problem: Problem, factor: float) -> Problem:
 
 
 def enlarged(problem: Problem, before: np.ndarray, behind: np.ndarray) -> Problem:
-    """The same bodies in a grid with more cells in front of its lower corner and behind its upper one."""
+    """A problem in a grid with more cells in front of its lower corner and behind its upper corner."""
     old = problem.geometry
     geometry = grid(
         type(old),
@@ -89,7 +89,7 @@ def enlarged(problem: Problem, before: np.ndarray, behind: np.ndarray) -> Proble
 
 
 def shifted(problem: Problem, offset: np.ndarray) -> Problem:
-    """The same grid with its bodies moved by an offset (3,), m."""
+    """A problem with its bodies moved by an offset (3,), m, in an unchanged grid."""
     bodies = tuple(replace(body, position=body.position + offset) for body in problem.bodies)
     absorbers = tuple(a._replace(place=a.place + float(offset[a.axis])) for a in problem.absorbers)
     return replace(
@@ -102,7 +102,7 @@ def _moved(clamp: Clamp, *, scale: float = 1.0, offset: np.ndarray | float = 0.0
 
 
 def boosted(problem: Problem, velocity: np.ndarray) -> Problem:
-    """The same problem with a velocity (3,), m/s, added to all bodies."""
+    """A problem with a velocity (3,), m/s, added to all bodies."""
     bodies = tuple(replace(body, velocity=body.velocity + velocity) for body in problem.bodies)
     return replace(problem, bodies=bodies)
 

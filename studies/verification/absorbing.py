@@ -56,7 +56,9 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     yield at_most(
         "burst in a block: energy left, of the initial", limit=BURST, got=_share(block, outcome)
     )
-    yield reported("the same with free rim and back", _energy_left(block, absorbing=False))
+    yield reported(
+        "burst in a block with free rim and back: energy left", _energy_left(block, absorbing=False)
+    )
     yield absolute(
         "drift of the total energy, with what was absorbed",
         expected=0.0,
@@ -158,7 +160,7 @@ def _block(recipe: Recipe) -> Open:
 CASE = Case(
     name="absorbing",
     says="plane longitudinal waves leave through absorbing surfaces but for 0.1 % of their energy, and all is "
-    "booked",
+    "accounted for",
     source="d'Alembert; Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95 (EM4), 859",
     run=_run,
 )

@@ -25,7 +25,7 @@ NO_PULL = 1e-10  # round-off of the difference of two impulses
 
 @dataclass(frozen=True)
 class Touch:
-    """What the wall felt, step by step."""
+    """The push of the wall in each step."""
 
     time: np.ndarray  # at the end of each step, s
     force: np.ndarray  # mean over each step, N

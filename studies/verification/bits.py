@@ -1,4 +1,4 @@
-"""The same bits for one and two threads, and for a run that was stopped and went on, whatever the numerics."""
+"""Bitwise equal results for one and two threads, and for a resumed run, with every choice of numerics."""
 
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
@@ -32,7 +32,7 @@ SOME = 1e-9  # of the energy, or one particle: an addition that does nothing pro
 
 @dataclass(frozen=True)
 class Addition:
-    """What a recipe does without."""
+    """An addition to a recipe that is off by default."""
 
     parameters: Mapping[str, Any]
     sign: str  # of its having acted, in words

@@ -1,4 +1,4 @@
-"""The same plate impact seen from other frames: the grid rests in one of them only, the plateau must not care."""
+"""A plate impact seen from several frames: the grid rests in one frame only, and the plateau must be the same."""
 
 from collections.abc import Iterator
 
@@ -32,7 +32,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 
 CASE = Case(
     name="velocity-boost",
-    says="the plateau of a plate impact does not care for the frame",
+    says="the plateau of a plate impact is the same in every frame",
     source="Galilean invariance, which a grid keeps only approximately",
     run=_run,
 )

@@ -93,7 +93,9 @@ def _bars(speed: float, recipe: Recipe) -> Iterator[Row]:
         limit=PARTING,
         got=2.0 * share - 1.0,
     )
-    yield at_most(f"{where}: the same, no more", limit=1.0 + ROUND_OFF, got=2.0 * share - 1.0)
+    yield at_most(
+        f"{where}: speed of separation, upper limit", limit=1.0 + ROUND_OFF, got=2.0 * share - 1.0
+    )
     yield at_most(
         f"{where}: force in the last step (of rho c v / 2)",
         limit=ROUND_OFF,
@@ -112,7 +114,7 @@ def _bars(speed: float, recipe: Recipe) -> Iterator[Row]:
     audit = history.simulation.audit()
     yield _balance(f"bars, {speed:g} m/s,", audit)
     yield reported(
-        f"bars, {speed:g} m/s, energy booked as taken by contact (of the initial; MPM3D-F90: 0.11)",
+        f"bars, {speed:g} m/s, energy accounted to contact (of the initial; MPM3D-F90: 0.11)",
         audit.contact_energy,
     )
 
@@ -171,9 +173,7 @@ def _impact(recipe: Recipe) -> Iterator[Row]:
     yield _no_gain(where, kinetic)
     audit = simulation.audit()
     yield _balance(f"{where}:", audit)
-    yield reported(
-        f"{where}: energy booked as taken by contact (of the initial)", audit.contact_energy
-    )
+    yield reported(f"{where}: energy accounted to contact (of the initial)", audit.contact_energy)
 
 
 def _sliding(friction: float, recipe: Recipe) -> Iterator[Row]:
@@ -213,7 +213,7 @@ def _no_gain(where: str, kinetic: list[float]) -> Row:
 
 def _balance(where: str, audit: Audit) -> Row:
     return absolute(
-        f"{where} kinetic + internal + booked energy: change (of the initial)",
+        f"{where} kinetic + internal + removed energy: change (of the initial)",
         expected=0.0,
         got=audit.energy_drift,
         within=ROUND_OFF,
@@ -283,7 +283,7 @@ def _block(
 CASE = Case(
     name="contact",
     says="bodies approach, touch, slide and part, bars with at least 0.1 of the speed at which they met (0.93 is "
-    "asked at a wall); touch makes no kinetic energy, booked energy closes the balance",
+    "asked at a wall); contact creates no kinetic energy, and the removed energy closes the balance",
     source="Bardenhagen, Brackbill and Sulsky (2000); Coulomb; d'Alembert for the bars; Ma (2005), section 2.2.3",
     run=_run,
 )

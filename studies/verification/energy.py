@@ -88,7 +88,7 @@ def _shock(speed: float, recipe: Recipe) -> Iterator[Row]:
 
 CASE = Case(
     name="energy",
-    says="energy of impacts is kept within 1 %; what the audit cannot see is reported",
+    says="energy of impacts is kept within 1 %; errors that the audit cannot detect are reported",
     source="Rankine and Hugoniot for the energy behind a shock",
     run=_run,
     quick=False,

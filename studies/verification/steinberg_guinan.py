@@ -28,7 +28,7 @@ ON_SURFACE = 1e-4
 
 @dataclass(frozen=True)
 class ThermodynamicState:
-    """What a point is held at."""
+    """The state at which a point is held."""
 
     name: str
     density_ratio: float

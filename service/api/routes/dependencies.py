@@ -107,7 +107,7 @@ Body = Annotated[bytes, Depends(_body)]
 
 
 def _sweep(request: Request, body: Body, settings: AppSettings) -> Sweep:
-    """The sweep in the body, checked in full; raises InvalidInput with every finding."""
+    """The sweep in the body, checked in full; raises InvalidInput with every error."""
     media_type = _media_type(request)
     reader = READERS.get(media_type)
     if reader is None:
@@ -124,7 +124,7 @@ def _change(request: Request, body: Body) -> SweepChange:
     if _media_type(request) not in ("application/json", "application/merge-patch+json"):
         raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
     if len(body) > LONGEST_CHANGE:
-        raise PayloadTooLarge(f"{len(body)} bytes; a change has at most {LONGEST_CHANGE}")
+        raise PayloadTooLarge(f"{len(body)} bytes; a change has at most {LONGEST_CHANGE} bytes")
     request.state.document = document = read_json(body)
     try:
         return SweepChange.model_validate(document)
@@ -167,8 +167,8 @@ Retention = Annotated[
 IdempotencyKey = Annotated[
     str | None,
     Header(
-        description="A text of your choice; repeating the same request with the same key returns "
-        "the sweep of the first one"
+        description="A text of your choice; repeating a request with its key returns "
+        "the sweep of the first request"
     ),
 ]
 

@@ -44,7 +44,9 @@ def _last_event(
     last_event_id: Annotated[
         str | None, Header(description="`id` of the last event received")
     ] = None,
-    after: Annotated[str | None, Query(description="The same, for a first request")] = None,
+    after: Annotated[
+        str | None, Query(description="`id` of the last event received, for the first request")
+    ] = None,
 ) -> int | None:
     """The event after which a stream begins; None if none is given that the store knows."""
     text = last_event_id or after
@@ -118,8 +120,8 @@ async def follow_run(
 @router.get(
     "/queue/events",
     response_class=EventSourceResponse,
-    description="Events of all sweeps and runs from now on, or after `Last-Event-ID`."
-    + MESSAGES.format(end="The stream has no end."),
+    description="New events of all sweeps and runs, or all events after `Last-Event-ID`."
+    + MESSAGES.format(end="The stream stays open."),
 )
 async def follow_queue(
     store: AppStore,

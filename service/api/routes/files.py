@@ -28,7 +28,7 @@ REPORT_POLICY = (
     router,
     f"/{CUBE}",
     (CUBE,),
-    "The labelled result of the sweep (NetCDF-4). With `partial=true` also before its end: unfinished runs "
+    "The labelled result of the sweep (NetCDF-4). With `partial=true` also before the sweep ends: unfinished runs "
     "are NaN, `run_state` marks them, and the attribute `sweep_state` describes the progress",
     operation_id="get_cube_nc",
 )
@@ -39,7 +39,8 @@ def download_cube(
     artifacts: AppArtifacts,
     cubes: AppPartialCubes,
     partial: Annotated[
-        bool, Query(description="Of an unfinished sweep: the cube of the results so far")
+        bool,
+        Query(description="Return the cube of the results so far while the sweep is unfinished"),
     ] = False,
 ) -> Response:
     if partial:

@@ -22,7 +22,7 @@ from studies.runs.run import PHYSICS_VERSION
 
 router = APIRouter(tags=["service"])
 
-# An answer is reused for so long: everybody may ask, and each check takes the write lock.
+# Seconds for which an outcome is reused: any client may ask, and each check takes the write lock.
 REUSE_SECONDS = 1.0
 # A store that takes longer is not ready; monitors rarely wait for 5 s.
 TIMEOUT_SECONDS = 3.0

@@ -17,7 +17,7 @@ def show_queue(store: AppStore) -> QueueModel:
 
 @router.post("/pause")
 def pause_queue(caller: Administrator, store: AppStore) -> QueueModel:
-    """Start no more runs. Running ones continue, finished sweeps are published, new ones are accepted."""
+    """Stop starting runs. Running runs continue, finished sweeps are published, new sweeps are accepted."""
     return QueueModel.of(store.pause())
 
 

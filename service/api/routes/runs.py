@@ -44,7 +44,7 @@ def download_file(
     router,
     "/{id}/log",
     (LOG,),
-    "The output of the solver in the last attempt; of a running run, up to now "
+    "The output of the solver in the last attempt; of a running run, the output until now "
     "(`Range: bytes=1000-` returns the rest)",
 )
 def download_log(id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:

@@ -188,7 +188,7 @@ def retry_sweep(
     settings: AppSettings,
     artifacts: AppArtifacts,
     verdicts: Annotated[
-        bool, Query(description="Also runs that the solver rejected, which will fail again")
+        bool, Query(description="Also repeat runs that the solver rejected; they fail again")
     ] = False,
 ) -> SweepModel:
     """Compute cancelled, failed and lost runs again, then publish again."""

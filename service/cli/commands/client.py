@@ -43,7 +43,7 @@ def submit(
     idempotency_key: Annotated[
         str | None,
         typer.Option(
-            help="A text of your choice; repeating the same submission with it has no effect."
+            help="A text of your choice; a repeated submission with the same text has no effect."
         ),
     ] = None,
     wait: Annotated[bool, typer.Option("--wait", help="Wait until the sweep has ended.")] = False,
@@ -74,7 +74,8 @@ def submit(
 @app.command()
 def status(
     id: Annotated[
-        str | None, typer.Argument(metavar="[ID]", help="A sweep; by default all.")
+        str | None,
+        typer.Argument(metavar="[ID]", help="Id of a sweep; by default all sweeps are shown."),
     ] = None,
     watch: Annotated[
         bool, typer.Option("--watch", help="Print events until the sweep has ended.")
@@ -105,7 +106,7 @@ def runs(
     id: SweepId,
     state: Annotated[
         str | None,
-        typer.Option(help="Runs in this state only: queued, running, succeeded, failed, ..."),
+        typer.Option(help="Show only runs in this state: queued, running, succeeded, failed, ..."),
     ] = None,
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -168,7 +169,9 @@ def retry(
     id: SweepId,
     verdicts: Annotated[
         bool,
-        typer.Option("--verdicts", help="Also runs that the solver rejected, which fail again."),
+        typer.Option(
+            "--verdicts", help="Also repeat runs that the solver rejected; they fail again."
+        ),
     ] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -212,7 +215,7 @@ def queue(url: Url = LOCAL, key_file: KeyFile = None) -> None:
 
 @app.command()
 def pause(url: Url = LOCAL, key_file: KeyFile = None) -> None:
-    """Start no more runs. Running ones continue; sweeps are accepted and published."""
+    """Stop starting runs. Running runs continue; sweeps are accepted and published."""
     from service.cli.console import print_queue
 
     with client_of(url, key_file) as client:

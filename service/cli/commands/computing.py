@@ -125,7 +125,8 @@ def warm(
     files: Annotated[
         list[Path] | None,
         typer.Argument(
-            metavar="[SWEEP.yaml ...]", help="Sweeps; by default all examples, with both recipes."
+            metavar="[SWEEP.yaml ...]",
+            help="Sweep files; by default all examples, with both recipes.",
         ),
     ] = None,
 ) -> None:

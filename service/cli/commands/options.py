@@ -72,7 +72,7 @@ def folder_of(out: Path) -> Path:
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        cure = f"choose another one: {error.strerror}"
+        cure = f"choose another folder: {error.strerror}"
         raise InvalidInput([Finding("--out", str(out), "a folder", cure)]) from None
     return out
 
@@ -86,6 +86,6 @@ def _key_in(file: Path) -> str:
         cure = f"correct the path: {getattr(error, 'strerror', None) or 'not a text file'}"
         raise InvalidInput([Finding("--key-file", str(file), limit, cure)]) from None
     if len(words) != 1 or not words[0].isascii():
-        cure = "write the secret that `whipple keys create` printed, and nothing else, into it"
+        cure = "write only the secret that `whipple keys create` printed into the file"
         raise InvalidInput([Finding("--key-file", str(file), limit, cure)])
     return words[0]

@@ -1,4 +1,4 @@
-"""The service itself."""
+"""The command that starts the service."""
 
 from pathlib import Path
 from typing import Annotated

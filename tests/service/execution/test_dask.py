@@ -301,7 +301,7 @@ OLDER = "import solver\n\nsolver.PHYSICS_VERSION = 0\n"
     ("preload", "difference"),
     [
         (f"--preload older --preload {PRELOAD}", f"physics 0, here {PHYSICS_VERSION}"),
-        ("--preload json", f"it was started without --preload {PRELOAD}"),
+        ("--preload json", f"the worker was started without --preload {PRELOAD}"),
     ],
 )
 def test_worker_of_another_kind__gets_no_work_and_is_named(

@@ -158,7 +158,7 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
                 )
                 assert notes == {"none"}
         assert [store.sweep(id) for id in (done, waiting)] == before
-        store.requeue(held, Cause.LOST, reason="the service was gone")
+        store.requeue(held, Cause.LOST, reason="the service ended during the attempt")
         finish_all(store)
         assert all(status.is_terminal for status in store.sweeps().items)
 

@@ -284,7 +284,9 @@ class Rules(RuleBasedStateMachine):
         self.store.resume()
         term = self.store.begin_term("last")
         for lease in self.store.leases():
-            assert self.store.requeue(lease, Cause.LOST, reason="the service was gone")
+            assert self.store.requeue(
+                lease, Cause.LOST, reason="the service ended during the attempt"
+            )
         finish_all(self.store, term=term)
         for row in self.store.sweeps(limit=1000).items:
             assert row.is_terminal

@@ -108,7 +108,10 @@ def test_mark__is_open_where_resolutions_did_not_settle_the_value(
     ("sweep", "words"),
     [
         (REFINED, "uncertainty: mesh error, scatter over offsets, measurement. Open points"),
-        (TWO_GRIDS, "uncertainty: mesh error, position on the grid, as one offset states it"),
+        (
+            TWO_GRIDS,
+            "uncertainty: mesh error, uncertainty of the position on the grid, as a run with one offset states it",
+        ),
         (OFFSETS_ALONE, "uncertainty: scatter over offsets, measurement, without the mesh error."),
         (PLAIN, "that one run states, without the mesh error; open points carry a flag."),
     ],

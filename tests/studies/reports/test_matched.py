@@ -131,7 +131,10 @@ def test_shot_on_a_run__that_closed_on_its_axis_is_not_compared(flag: int, compa
         ({"speed": 9.0, "plate_thickness": 3.0}, "outside the axis speed"),
         ({"speed": 3.0}, "the shot does not state plate_thickness"),
         ({"speed": 1.5, "plate_thickness": 1.0}, "a neighbouring run has no value"),
-        ({"speed": 2.0, "plate_thickness": 3.0, "target": "tin"}, "not simulated: another target"),
+        (
+            {"speed": 2.0, "plate_thickness": 3.0, "target": "tin"},
+            "not simulated: different target",
+        ),
     ],
 )
 def test_shot_that_no_run_answers__says_why(at: dict[str, float | str], reason: str) -> None:
