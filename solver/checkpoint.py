@@ -59,7 +59,7 @@ class Carried:
     arrays: Mapping[str, np.ndarray]
 
 
-class Refused(Exception):
+class CheckpointRefused(Exception):
     """A checkpoint that cannot be used, with the reason."""
 
 
@@ -107,16 +107,16 @@ def write_checkpoint(path: Path, mark: Fingerprint, carried: Carried) -> None:
 
 
 def read_checkpoint(path: Path, mark: Fingerprint) -> Carried:
-    """The content of a checkpoint of the same fingerprint; raises Refused, and OSError where there is no file."""
+    """The content of a checkpoint with this fingerprint. Raises CheckpointRefused and, without a file, OSError."""
     with path.open("rb") as file:
         if not _is_whole(file):
-            raise Refused("the file is damaged")
+            raise CheckpointRefused("the file is damaged")
         file.seek(0)
         header = json.loads(file.readline())
         found = header["fingerprint"]
         changed = [name for name in sorted({*mark, *found}) if mark.get(name) != found.get(name)]
         if changed:
-            raise Refused("of another run or machine: different " + ", ".join(changed))
+            raise CheckpointRefused("of another run or machine: different " + ", ".join(changed))
         arrays = {}
         for name, kind, shape in header["arrays"]:
             arrays[name] = np.empty(shape, kind)

@@ -34,7 +34,7 @@ def empty_pair(nodes):
 
 
 @kernel
-def meet(first, second, pair, friction, dt):
+def add_contact_forces(first, second, pair, friction, dt):
     """Contact forces between two fields whose mass, momentum, force and surface are complete.
 
     The normal is that of the difference of the two surfaces, so that both fields see the same one. That of the larger

@@ -8,7 +8,7 @@ from solver.audit import Audit
 from solver.checkpoint import (
     Carried,
     Checkpointing,
-    Refused,
+    CheckpointRefused,
     fingerprint,
     read_checkpoint,
     write_checkpoint,
@@ -63,7 +63,7 @@ class Keeper:
             carried = read_checkpoint(self.checkpoint.path, self.mark)
         except FileNotFoundError:
             return
-        except (Refused, OSError) as error:
+        except (CheckpointRefused, OSError) as error:
             self.checkpoint.tell(f"from the start, without the checkpoint: {error}")
             return
         observing = carried.numbers["observing"]

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver.absorb import absorb, dashpots, energy_absorbed
-from solver.contact import empty_pair, energy_removed, meet
+from solver.contact import add_contact_forces, empty_pair, energy_removed
 from solver.faces import (
     add_ghost_impulse,
     close_mapped,
@@ -249,7 +249,7 @@ class Stepper:
             self._scatter(field, partition)  # m, p, f at n
             field.close(dt, impulse)
             field.absorb(dt, impulse)
-        self._meet(partition, dt)
+        self._add_contact_forces(partition, dt)
         for field in self.fields:
             self._solve(field, dt)  # v at n+1
             field.mirror()
@@ -293,7 +293,7 @@ class Stepper:
             self._clear(field)
         return energy, contact
 
-    def _meet(self, partition: Partition, dt: float) -> None:
+    def _add_contact_forces(self, partition: Partition, dt: float) -> None:
         """Contact forces between the bodies, pair after pair."""
         contact = self.problem.contact
         if contact is None:
@@ -302,7 +302,7 @@ class Stepper:
             self._scatter_surface(field, partition)
         for first, second, pair in self.pairs:
             nodes, others = self.fields[first].nodes, self.fields[second].nodes
-            meet(nodes, others, pair, contact.friction, dt)
+            add_contact_forces(nodes, others, pair, contact.friction, dt)
 
     def _scatter_surface(self, field: Field, partition: Partition) -> None:
         areas = field.nodes.areas

@@ -27,7 +27,7 @@ from studies.values.nearest import shown
 log = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
-MOST_FINDINGS_SENT = 50
+MOST_ERRORS_SENT = 50
 MOST_FINDING_BYTES = (
     48_000  # the summary repeats the first finding; the whole response is below 64 kB
 )
@@ -186,7 +186,7 @@ INTERNAL_ERROR = ProblemDetails(
 def install(app: FastAPI) -> None:
     """Make the app respond to every error with a problem document."""
     for kind in PROBLEMS:
-        app.add_exception_handler(kind, _respond_known)
+        app.add_exception_handler(kind, _respond_problem)
     app.add_exception_handler(HTTPException, _respond_http)
     app.add_exception_handler(RequestValidationError, _respond_validation)
     app.add_exception_handler(Exception, _respond_unexpected)
@@ -202,7 +202,7 @@ def problem_response(request: Request, error: Exception) -> Response:
     return response
 
 
-async def _respond_known(request: Request, error: Exception) -> Response:
+async def _respond_problem(request: Request, error: Exception) -> Response:
     return problem_response(request, error)
 
 
@@ -272,7 +272,7 @@ def _errors(request: Request, error: InvalidInput) -> dict[str, Any]:
     document = getattr(request.state, "document", None)
     errors: list[dict[str, str]] = []
     size = 0
-    for finding in map(_shortened, error.findings[:MOST_FINDINGS_SENT]):
+    for finding in map(_shortened, error.findings[:MOST_ERRORS_SENT]):
         item = {**asdict(finding), "pointer": pointer(finding.field, document)}
         size += len(json.dumps(item))
         if size > MOST_FINDING_BYTES:

@@ -23,7 +23,7 @@ from service.records.jobs import (
     SweepStatus,
 )
 from service.records.settings import Settings
-from service.records.signals import Leaving, heeding
+from service.records.signals import EndRequest, handling_end_signals
 from service.records.timings import DEFAULT, Timings
 from service.store import Store, digest_of
 from solver.errors import WhippleError
@@ -90,7 +90,7 @@ def run_sweep(
     held = held_in(folder)
     if held is not None and not overwrite:
         check_same(folder, held, sweep.document())
-    with heeding() as leaving:
+    with handling_end_signals() as leaving:
         with holding(settings), closing(Store.open(settings.url)) as store:
             identity.settle(settings, store)
             if held is None and not overwrite:
@@ -98,13 +98,13 @@ def run_sweep(
                 for last in store.sweeps(limit=1).items:
                     check_same(folder, store.sweep_document(last.id), sweep.document())
             id = _accept(store, sweep)
-            leaving.obey()
+            leaving.raise_if_requested()
             with start_engine(settings, store, ready=ready) as dispatcher:
                 status = _wait(store, dispatcher, id, progress, leaving)
             if status.state is SweepState.FAILED:
                 raise PublicationFailed(status.reason or "cube and report could not be made")
             _copy_out(store, Artifacts(settings.data), id, folder)
-        leaving.obey()
+        leaving.raise_if_requested()
     return Finished(folder, status)
 
 
@@ -152,7 +152,7 @@ def _wait(
     dispatcher: "Dispatcher",
     id: str,
     progress: Callable[[SweepStatus], None],
-    leaving: Leaving,
+    leaving: EndRequest,
 ) -> SweepStatus:
     """Report progress until the sweep has ended, or until a signal asks to leave."""
     while True:
@@ -166,7 +166,7 @@ def _wait(
         if not dispatcher.is_alive():
             raise PublicationFailed("the dispatcher has stopped; see the log")
         seconds = time.monotonic() - begin
-        leaving.obey(wait=max(PROGRESS_SECONDS, PROGRESS_PAUSE * seconds))
+        leaving.raise_if_requested(wait=max(PROGRESS_SECONDS, PROGRESS_PAUSE * seconds))
 
 
 def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path) -> None:

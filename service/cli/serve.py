@@ -13,7 +13,7 @@ from service.cli import local
 from service.files.data_directory import check_names, holding
 from service.records import logs
 from service.records.settings import Settings
-from service.records.signals import Leaving, heeding
+from service.records.signals import EndRequest, handling_end_signals
 from studies.values.errors import Finding, InvalidInput
 
 LEAVE_SECONDS = 3  # for open connections after SIGTERM
@@ -32,7 +32,7 @@ def serve(settings: Settings) -> None:
     logs.configure()
     check_names(settings)
     with (
-        heeding(gone_within=EXIT_SECONDS) as leaving,
+        handling_end_signals(end_within=EXIT_SECONDS) as leaving,
         holding(settings),
         _listening(settings) as listener,
         open_service(settings, local.start_engine) as app,
@@ -44,7 +44,7 @@ def serve(settings: Settings) -> None:
 class _Server(uvicorn.Server):
     """A server that prints its address, and stops runs and connections at the same time."""
 
-    def __init__(self, app: FastAPI, settings: Settings, leaving: Leaving):
+    def __init__(self, app: FastAPI, settings: Settings, leaving: EndRequest):
         config = uvicorn.Config(
             app,
             log_config=None,

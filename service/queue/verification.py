@@ -28,7 +28,7 @@ log = logging.getLogger(__name__)
 # This process lacks space for a name, a descriptor or memory, which says nothing about the attempt.
 OWN_SHORTAGE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE, errno.ENOMEM})
 # The disk or the attempt may be at fault: the first error does not tell.
-DOUBTFUL = BROKEN_MOUNT | {errno.ENOENT}
+TRANSIENT_ERRORS = BROKEN_MOUNT | {errno.ENOENT}
 THREADS = 4
 
 
@@ -76,8 +76,8 @@ class Verification:
             retry = self._retries.get(key)
             if key in self._running or (retry is not None and retry.not_before > now):
                 continue
-            in_doubt = retry is None or now - retry.since < self._timings.verification_doubt
-            self._running[key] = self._threads.submit(self._verify, lease, ending, in_doubt)
+            may_retry = retry is None or now - retry.since < self._timings.verification_retry_limit
+            self._running[key] = self._threads.submit(self._verify, lease, ending, may_retry)
             begun.append(self._running[key])
         for late in wait(begun, timeout=seconds).not_done:
             late.add_done_callback(lambda _: self._wake())
@@ -110,7 +110,7 @@ class Verification:
 
     # --- in a thread -----------------------------------------------------------------------------
 
-    def _verify(self, lease: Lease, ending: Ending, in_doubt: bool) -> VerifiedEnding:
+    def _verify(self, lease: Lease, ending: Ending, may_retry: bool) -> VerifiedEnding:
         """Verify one ending; raises Unreadable for a shortage of our own and, ``in_doubt``, for errors that may pass.
 
         A lost attempt may be complete on the disk, with nobody left to report it; publications are cheap, and made
@@ -128,8 +128,8 @@ class Verification:
                 return self._verify_losses(lease, ending)
         except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
             code = error.errno if isinstance(error, OSError) else None
-            is_doubtful = code in DOUBTFUL or isinstance(error, Damaged)
-            if code in OWN_SHORTAGE or (in_doubt and is_doubtful):
+            is_transient = code in TRANSIENT_ERRORS or isinstance(error, Damaged)
+            if code in OWN_SHORTAGE or (may_retry and is_transient):
                 raise Unreadable(f"a result cannot be registered now: {error}") from error
             if ending.cause is None:  # files that cannot be registered are as good as a crash
                 reason = f"the files of the attempt cannot be registered: {error}"

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM as requests that a loop obeys.
+"""Ctrl-C and SIGTERM as requests that a loop checks.
 
 The exception that Python raises on a signal can be lost: raised while a finalizer or a callback of
 the garbage collector runs, it is printed and forgotten, and the program goes on. (A client of Dask has
@@ -24,18 +24,18 @@ SLICE = 0.25  # s; a signal that comes just before a wait begins does not end it
 KILLED_BY = 128  # a shell's exit status of a process that a signal ended: this and its number
 
 
-class Leaving:
+class EndRequest:
     """Requests to end this process."""
 
     def __init__(self) -> None:
         # Its ``put`` may interrupt a ``get`` of the same thread; that of an Event would wait for ever.
-        self._wishes: SimpleQueue[signal.Signals] = SimpleQueue()
+        self._signals: SimpleQueue[signal.Signals] = SimpleQueue()
         self._first: signal.Signals | None = None
         self.alarm: SimpleQueue[bool] = SimpleQueue()  # true: asked; false: left without
 
     def ask(self, number: int, frame: FrameType | None = None) -> None:
         """Record the request to end; this is the signal handler."""
-        self._wishes.put(signal.Signals(number))
+        self._signals.put(signal.Signals(number))
         self.alarm.put(True)
 
     def asked(self, *, wait: float = 0.0) -> signal.Signals | None:
@@ -44,62 +44,64 @@ class Leaving:
         while self._first is None:
             left = end - time.monotonic()
             try:
-                self._first = self._wishes.get(timeout=min(max(left, 0.0), SLICE))
+                self._first = self._signals.get(timeout=min(max(left, 0.0), SLICE))
             except Empty:
                 if left <= 0.0:
                     break
         return self._first
 
-    def obey(self, *, wait: float = 0.0) -> None:
+    def raise_if_requested(self, *, wait: float = 0.0) -> None:
         """Wait for ``wait`` seconds; on a request to end, raise the exception that ends the program."""
-        wish = self.asked(wait=wait)
-        if wish is not None:
-            _leave(wish)
+        requested = self.asked(wait=wait)
+        if requested is not None:
+            _raise(requested)
 
     def go(self) -> None:
-        """If asked to leave, end the process here, with status 0, and wait for none of its threads.
+        """On a request to end, end the process here with status 0 without waiting for its threads.
 
         For the last line of a program that has closed what it opened: the interpreter would join
-        every thread, and one may look at gigabytes, or at a disk that does not answer.
+        every thread, and one may be busy for minutes, or wait for a disk.
         """
         if self.asked() is not None:
             atexit._run_exitfuncs()  # what is registered there is not about threads
             for stream in (sys.stdout, sys.stderr):
-                with suppress(OSError, ValueError):  # whoever read it is gone
+                with suppress(OSError, ValueError):  # its reader has ended
                     stream.flush()
             os._exit(0)
 
 
 @contextmanager
-def heeding(*, gone_within: float | None = None) -> Iterator[Leaving]:
+def handling_end_signals(*, end_within: float | None = None) -> Iterator[EndRequest]:
     """Turn Ctrl-C and SIGTERM into requests to end within the block.
 
     A signal that is ignored (``nohup``, a job in the background) stays so. Only the main thread receives
-    signals; in other threads nothing changes. With ``gone_within``
-    the process ends so many seconds after the first wish, with status 0, if it is still there, in
+    signals; in other threads nothing changes. With ``end_within``
+    the process ends with status 0 that many seconds after the first request if it still runs, in
     the block or after it: for programs that may be killed at any moment, as the service may.
     """
-    leaving = Leaving()
+    end_request = EndRequest()
     if threading.current_thread() is not threading.main_thread():
-        yield leaving
+        yield end_request
         return
     before = {number: signal.getsignal(number) for number in ASKS}
     handled = [number for number in ASKS if before[number] not in (signal.SIG_IGN, None)]
-    if gone_within is not None:
-        watch = threading.Thread(target=_see_to_it, args=(leaving.alarm, gone_within), daemon=True)
+    if end_within is not None:
+        watch = threading.Thread(
+            target=_end_after, args=(end_request.alarm, end_within), daemon=True
+        )
         watch.start()
     for number in handled:
-        signal.signal(number, leaving.ask)
+        signal.signal(number, end_request.ask)
     try:
-        yield leaving
+        yield end_request
     finally:
         for number in handled:
             signal.signal(number, before[number])
-        if leaving.asked() is None:
-            leaving.alarm.put(False)
+        if end_request.asked() is None:
+            end_request.alarm.put(False)
 
 
-def _see_to_it(alarm: "SimpleQueue[bool]", seconds: float) -> None:
+def _end_after(alarm: "SimpleQueue[bool]", seconds: float) -> None:
     """Wait for the first request to end, then end the process after the time limit."""
     if not alarm.get():
         return
@@ -111,7 +113,7 @@ def _see_to_it(alarm: "SimpleQueue[bool]", seconds: float) -> None:
         os._exit(0)
 
 
-def _leave(wish: signal.Signals) -> NoReturn:
-    if wish is signal.SIGINT:
+def _raise(requested: signal.Signals) -> NoReturn:
+    if requested is signal.SIGINT:
         raise KeyboardInterrupt
-    raise SystemExit(KILLED_BY + wish)
+    raise SystemExit(KILLED_BY + requested)

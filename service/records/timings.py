@@ -22,7 +22,7 @@ class Timings:
     verification_wait: float = 0.1  # of a tick: most verifications take a few milliseconds
     last_verification_wait: float = 2.0  # when the service stops; its next life verifies the rest
     verification_retry: float = 5.0  # after files that could not be read
-    verification_doubt: float = 60.0  # for a disk to recover; NFS keeps attributes as long
+    verification_retry_limit: float = 60.0  # for a disk to recover; NFS keeps attributes as long
 
     # Garbage collection, for which the leader waits.
     collection_step: float = 0.04  # to look for orphans

@@ -15,7 +15,7 @@ from solver import simulation as simulation_module
 from solver.checkpoint import (
     Carried,
     Checkpointing,
-    Refused,
+    CheckpointRefused,
     content_hash,
     fingerprint,
     read_checkpoint,
@@ -352,7 +352,7 @@ def test_file__of_any_damage_is_refused(written: Path) -> None:
         damaged[place] ^= 1 << place % 8
         for content in (bytes(damaged), whole[:place]):
             written.write_bytes(content)
-            with pytest.raises(Refused, match="damaged"):
+            with pytest.raises(CheckpointRefused, match="damaged"):
                 read_checkpoint(written, MARK)
 
 

@@ -20,7 +20,7 @@ from fastapi.responses import StreamingResponse
 from service.cli import serve
 from service.cli.serve import _listening, _Server
 from service.records.settings import Settings
-from service.records.signals import heeding
+from service.records.signals import handling_end_signals
 from studies.values.errors import InvalidInput
 from tests.service.support.fakes import DEADLINE
 
@@ -55,7 +55,7 @@ def app(recorder: Recorder) -> FastAPI:
 def serve_until(app: FastAPI, folder: Path, when: Callable[[_Server], Any]) -> str | None:
     """Serve; ``when`` is told of the server as it begins. The signal that was heeded."""
     settings = Settings(data=folder, port=0)
-    with heeding() as leaving, _listening(settings) as listener:
+    with handling_end_signals() as leaving, _listening(settings) as listener:
         server = _Server(app, settings, leaving)
         when(server)
         server.run(sockets=[listener])

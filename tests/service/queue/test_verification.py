@@ -18,7 +18,7 @@ from service.records.jobs import Cause, Lease, State, Stored
 from tests.service.support.fakes import DEADLINE, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
-NO_DOUBT = replace(AT_ONCE, verification_doubt=0.0)
+NO_DOUBT = replace(AT_ONCE, verification_retry_limit=0.0)
 
 
 def is_first_success(harness: Harness) -> bool:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from service.records.signals import ASKS, KILLED_BY, heeding
+from service.records.signals import ASKS, KILLED_BY, handling_end_signals
 
 ROOT = Path(__file__).parents[3]
 WAKE_SECONDS = 30.0  # far more than a busy machine needs, far less than the test waits
@@ -53,14 +53,14 @@ def _as_before() -> Iterator[None]:
 
 @pytest.mark.parametrize("deliver", [interrupt, by_finalizer, by_collector])
 def test_wish__is_noted_wherever_it_arrives(deliver: Callable[[], None]) -> None:
-    with heeding() as leaving:
+    with handling_end_signals() as leaving:
         deliver()
         assert leaving.asked() is signal.SIGINT
 
 
 def test_wish__wakes_whoever_waits() -> None:
     begin = time.monotonic()
-    with heeding() as leaving:
+    with handling_end_signals() as leaving:
         waiting = threading.Event()
 
         def later() -> None:
@@ -75,22 +75,22 @@ def test_wish__wakes_whoever_waits() -> None:
     assert time.monotonic() - begin < WAKE_SECONDS
 
 
-def test_obey__raises_what_ends_a_program() -> None:
-    with heeding() as leaving:
-        leaving.obey()
+def test_raise_if_requested__raises_what_ends_a_program() -> None:
+    with handling_end_signals() as leaving:
+        leaving.raise_if_requested()
         interrupt()
         with pytest.raises(KeyboardInterrupt):
-            leaving.obey(wait=WAKE_SECONDS)
-    with heeding() as leaving:
+            leaving.raise_if_requested(wait=WAKE_SECONDS)
+    with handling_end_signals() as leaving:
         os.kill(os.getpid(), signal.SIGTERM)
         with pytest.raises(SystemExit) as ended:
-            leaving.obey(wait=WAKE_SECONDS)
+            leaving.raise_if_requested(wait=WAKE_SECONDS)
     assert ended.value.code == KILLED_BY + signal.SIGTERM
 
 
 HANGS = (
-    "import sys, time, threading; from service.records.signals import heeding\n"
-    "with heeding(gone_within={seconds}) as leaving:\n"
+    "import sys, time, threading; from service.records.signals import handling_end_signals\n"
+    "with handling_end_signals(end_within={seconds}) as leaving:\n"
     "    print('ready', flush=True)\n"
     "    leaving.asked(wait=600)\n"
     "    {then}\n"
@@ -101,7 +101,7 @@ HANGS = (
 @pytest.mark.parametrize(
     ("seconds", "then", "said"), [(0.2, "threading.Event().wait()", ""), (600, "pass", "left\n")]
 )
-def test_gone_within__ends_a_process_that_hangs_and_no_other(
+def test_end_within__ends_a_process_that_hangs_and_no_other(
     seconds: float, then: str, said: str
 ) -> None:
     process = subprocess.Popen(
@@ -119,10 +119,10 @@ def test_gone_within__ends_a_process_that_hangs_and_no_other(
 
 LINGERS = (
     "import threading; from concurrent.futures import ThreadPoolExecutor\n"
-    "from service.records.signals import heeding\n"
+    "from service.records.signals import handling_end_signals\n"
     "threads = ThreadPoolExecutor(1)\n"
     "threads.submit(threading.Event().wait)\n"
-    "with heeding(gone_within={seconds}) as leaving:\n"
+    "with handling_end_signals(end_within={seconds}) as leaving:\n"
     "    print('ready', flush=True)\n"
     "    leaving.asked(wait=600)\n"
     "threads.shutdown(wait=False, cancel_futures=True)\n"
@@ -150,9 +150,9 @@ def test_thread_that_goes_on__does_not_keep_the_process(seconds: float, then: st
 
 
 GOES = (
-    "import atexit, os, signal; from service.records.signals import heeding\n"
+    "import atexit, os, signal; from service.records.signals import handling_end_signals\n"
     "atexit.register(print, 'in order')\n"
-    "with heeding() as leaving:\n"
+    "with handling_end_signals() as leaving:\n"
     "    os.kill(os.getpid(), signal.SIGTERM)\n"
     "leaving.go()\n"
     "print('not reached')\n"
@@ -169,7 +169,7 @@ def test_go__keeps_what_was_printed_and_what_was_registered_for_the_end() -> Non
 def test_ignored__stays_ignored() -> None:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
-        with heeding() as leaving:
+        with handling_end_signals() as leaving:
             interrupt()
             assert leaving.asked() is None
             assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
