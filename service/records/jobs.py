@@ -69,7 +69,9 @@ class SweepState(StrEnum):
 class Cause(StrEnum):
     """The cause of an unsuccessful attempt; each cause has its own budget."""
 
-    VERDICT = "verdict"  # the solver found the state unphysical: a result
+    VERDICT = (
+        "verdict"  # the run ended with an error of its own, such as an unphysical state: a result
+    )
     CRASH = "crash"  # the process died, and the service had not killed it
     MEMORY_LIMIT = "memory_limit"  # it asked for more than the service allows
     TIME_LIMIT = "time_limit"  # the wall clock limit of the service
@@ -116,8 +118,9 @@ MOVES: Mapping[State, frozenset[State]] = {
     State.CANCELLED: frozenset({State.QUEUED, State.WAITING}),
 }
 
-# Attempts that each cause may use up before the job is failed; None: it costs nothing. Crashes are
-# counted at one checkpoint: progress beyond it starts the count anew.
+# Failed attempts of each cause that end a job; None: attempts of this cause are repeated without limit. Only crashes
+# are counted (``store.leases``), at one checkpoint: progress beyond it starts the count anew. Another cause with a
+# limit above 1 needs a count there.
 BUDGET: Mapping[Cause, int | None] = {
     Cause.VERDICT: 1,
     Cause.CRASH: 3,

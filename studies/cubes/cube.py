@@ -298,7 +298,8 @@ def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
         "source": f"{catalogue.title}; material point method, whipple {spoken}".strip(),
         "history": f"{now} cube assembled from {len(cells)} runs",
         "references": "; ".join(dict.fromkeys(law.source for law in laws)) or "none",
-        "comment": "Each cell is a run. NaN marks a run without a value; run_state and run_reason give the reason.",
+        "comment": "Each cell is a run. NaN marks a value that a run does not have: run_state and run_reason give "
+        "the reason where the run has no result, the flags of the quantity where it has one.",
         "date_created": now,
         "schema_version": declared.SCHEMA_VERSION,
         "scenario": document["scenario"],

@@ -86,9 +86,7 @@ class Numerics:
     tension: Annotated[
         str | None,
         Choice(tensions),
-        Described(
-            f"tensile floor at the spall strength, shrinking with temperature, or none; {BY_RECIPE}"
-        ),
+        Described(f"rule for the lowest pressure that matter sustains; {BY_RECIPE}"),
     ] = None
     contact: Annotated[
         Literal["none", "bardenhagen"],
