@@ -259,13 +259,13 @@ def test_restart__refuses_what_another_call_left(
     changes: dict[str, Any], reason: str, file: Path
 ) -> None:
     stopped(blocks(), file)
-    assert starts_anew(blocks(), file, **changes).endswith(f"another {reason}")
+    assert starts_anew(blocks(), file, **changes).endswith(f"different {reason}")
 
 
 def test_restart__refuses_another_problem(file: Path) -> None:
     stopped(blocks(), file)
     other = blocks(courant=math.nextafter(0.4, 1.0))
-    assert starts_anew(other, file).endswith("another problem")
+    assert starts_anew(other, file).endswith("different problem")
 
 
 def test_restart__refuses_another_physics_and_compiler(
@@ -275,7 +275,7 @@ def test_restart__refuses_another_physics_and_compiler(
     there = module.compiler()
     monkeypatch.setattr(module, "compiler", lambda: {**there, "cpu": "another"})
     monkeypatch.setattr(module, "PHYSICS_VERSION", module.PHYSICS_VERSION + 1)
-    assert starts_anew(blocks(), file).endswith("another cpu, physics")
+    assert starts_anew(blocks(), file).endswith("different cpu, physics")
 
 
 def test_fingerprint__names_what_decides_the_bits() -> None:

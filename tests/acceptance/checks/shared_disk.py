@@ -21,7 +21,7 @@ WORK = Work(
 )  # four runs
 SLOW = replace(WORK, run_seconds=1.0)  # some are under way when the leader is frozen
 ONE_WORKER = {"WHIPPLE_WORKERS": "1"}
-NOT_THERE = "the data directory is not there"
+NOT_THERE = "the data directory is missing"
 PATIENCE = 60.0  # s
 REPLACED_SECONDS = 15.0  # from the freeze to a run that another service has computed
 

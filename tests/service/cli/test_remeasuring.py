@@ -164,7 +164,7 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(
     file.write_bytes(b"x" * file.stat().st_size)
     assert run("remeasure") == 3
     output = capsys.readouterr().out
-    assert "without a state: 0" in output
+    assert "without a stored final state: 0" in output
     assert "changed: 1 results; unreadable: 1" in output
     assert f"{damaged} is unchanged: Damaged: state.npz does not match its checksum" in output
     assert solved.result(damaged) == before
@@ -179,7 +179,7 @@ def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(
         solved.store.forget_files(id, [STATE])
     assert run("remeasure") == 0
     output = capsys.readouterr().out
-    assert "to measure again: 0 results of 0 sweeps; without a state: 2" in output
+    assert "to measure again: 0 results of 0 sweeps; without a stored final state: 2" in output
     assert all(f"{id} is unchanged: its final state was not kept" in output for id in solved.runs())
 
 
@@ -200,7 +200,8 @@ def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(
     assert solved.store.run_file(first.run_id, RESULT) == file
     assert run("remeasure") == 0
     assert (
-        capsys.readouterr().out == "to measure again: 0 results of 0 sweeps; without a state: 0\n"
+        capsys.readouterr().out
+        == "to measure again: 0 results of 0 sweeps; without a stored final state: 0\n"
     )
 
 

@@ -300,7 +300,7 @@ OLDER = "import solver\n\nsolver.PHYSICS_VERSION = 0\n"
 @pytest.mark.parametrize(
     ("preload", "difference"),
     [
-        (f"--preload older --preload {PRELOAD}", f"physics 0, here {PHYSICS_VERSION}"),
+        (f"--preload older --preload {PRELOAD}", f"physics 0, on the service {PHYSICS_VERSION}"),
         ("--preload json", f"the worker was started without --preload {PRELOAD}"),
     ],
 )
@@ -326,7 +326,7 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     with caplog.at_level(logging.WARNING, logger=dask.__name__):
         assert user.engine.slots() == user.engine.slots() == WORKERS
     warnings = [message for message in caplog.messages if address in message]
-    assert warnings == [f"the worker {address} gets no work: {difference}"]
+    assert warnings == [f"the worker {address} receives no work: {difference}"]
     attempts = [attempt_in(tmp_path, number, seconds=0.5) for number in range(4)]
     assert {ending.cause for ending in user.compute(*attempts)} == {None}
     other.look()

@@ -17,7 +17,9 @@ def test_differences__name_the_versions_of_both_sides() -> None:
     assert f"physics={PHYSICS_VERSION} " in dask_worker.OFFER
     assert dask_worker.differences(own) == ""
     other = {**own, "physics": "0", "numba": "0.1"}
-    expected = f"physics 0, here {PHYSICS_VERSION}; numba 0.1, here {own['numba']}"
+    expected = (
+        f"physics 0, on the service {PHYSICS_VERSION}; numba 0.1, on the service {own['numba']}"
+    )
     assert dask_worker.differences(other) == expected
     assert "--preload" in dask_worker.differences(None)
 

@@ -66,7 +66,7 @@ def test_settle__refuses_a_directory_that_is_not_there_and_makes_none(
 ) -> None:
     identity.settle(settings, store)
     shutil.rmtree(settings.data)
-    with pytest.raises(WrongDirectory, match=f"not there.*{store.data_id()}; mount it"):
+    with pytest.raises(WrongDirectory, match=f"missing.*{store.data_id()}; mount the directory"):
         identity.settle(settings, store)
     assert not settings.data.exists()
 
@@ -111,7 +111,7 @@ def test_directory_away__nobody_leads_until_it_is_back(harness: Harness, tmp_pat
     harness.end_badly(first, Cause.ERROR, reason="No such file or directory")
     assert harness.tick() == []
     assert not harness.dispatcher.leads()
-    assert "is not there" in str(harness.dispatcher.blocked_reason())
+    assert "is missing" in str(harness.dispatcher.blocked_reason())
     assert not harness.settings.data.exists()
 
     (tmp_path / "away").rename(harness.settings.data)
@@ -142,6 +142,6 @@ def test_retry__forgets_no_final_state_while_the_directory_is_away(tmp_path: Pat
         files = api.store.files()
         api.settings.data.rename(tmp_path / "away")
         answer = api.http.post(f"/v1/sweeps/{id}/retry")
-        assert (answer.status_code, "is not there" in answer.json()["detail"]) == (503, True)
+        assert (answer.status_code, "is missing" in answer.json()["detail"]) == (503, True)
         assert api.store.files() == files
         assert sum(file.name == STATE for _, file in files) == 2

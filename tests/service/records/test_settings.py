@@ -82,7 +82,7 @@ def test_engine__only_encrypted_and_with_a_port(address: str, certificates: dict
 def test_engine__needs_its_certificates(certificates: dict[str, Any]) -> None:
     del certificates["tls_key"]
     said = refusals(engine="tls://a:8786", **certificates)
-    assert said == {"tls_key": "a file: the engine at tls://a:8786 talks to nobody without one"}
+    assert said == {"tls_key": "a PEM file, which the engine at tls://a:8786 requires"}
 
 
 def test_database__is_one_of_two() -> None:

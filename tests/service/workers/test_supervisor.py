@@ -145,7 +145,7 @@ def test_broken_worker__costs_the_run_nothing(
     ):
         ending = supervise(attempt)
         assert (ending.cause, ending.failure) == (Cause.LOST, failure)
-        assert "its worker cannot compute" in ending.reason
+        assert "the worker cannot compute" in ending.reason
     assert not (tmp_path / "share").exists()  # made by whoever has the disk
     SLOT.close()
     monkeypatch.setattr(sys, "executable", "/bin/false")
@@ -243,7 +243,7 @@ def test_process__that_does_not_even_die_is_abandoned(
         finally:
             os.kill(pid, signal.SIGKILL)
     assert (running.end().cause, running.end().failure) == (Cause.LOST, "Stuck")
-    assert f"the process {pid} was killed, and does not end" in caplog.text
+    assert f"the process {pid} was killed but has not ended" in caplog.text
 
 
 @pytest.mark.parametrize(("limit", "cause"), [(120.0, Cause.LOST), (1.0, Cause.TIME_LIMIT)])

@@ -265,7 +265,7 @@ def test_one_offset__has_the_noise_that_its_measurement_states() -> None:
     )
     assert quiet.verdict == "converging"
     assert loud.verdict == "not in the asymptotic range"
-    assert "not above what a single run cannot see" in loud.reason
+    assert "within the uncertainty of a single run" in loud.reason
 
 
 def test_one_offset_among_several__is_judged_by_what_it_states() -> None:
@@ -276,7 +276,7 @@ def test_one_offset_among_several__is_judged_by_what_it_states() -> None:
 
 
 def test_one_offset__without_a_statement_is_called_that() -> None:
-    assert "no statement of what it cannot see" in alone(20.0, 20.5, 21.5).reason
+    assert "state no uncertainty for their position" in alone(20.0, 20.5, 21.5).reason
     stated = converge(Sample(h, LIMIT + ERROR * h, sub_cell=0.1) for h in HALVING)
     assert "no statement" not in stated.reason
 

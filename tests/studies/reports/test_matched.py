@@ -130,7 +130,7 @@ def test_shot_on_a_run__that_closed_on_its_axis_is_not_compared(flag: int, compa
     [
         ({"speed": 9.0, "plate_thickness": 3.0}, "outside the axis speed"),
         ({"speed": 3.0}, "the shot does not state plate_thickness"),
-        ({"speed": 1.5, "plate_thickness": 1.0}, "a neighbouring run has no value"),
+        ({"speed": 1.5, "plate_thickness": 1.0}, "a neighbouring run has no comparable value"),
         (
             {"speed": 2.0, "plate_thickness": 3.0, "target": "tin"},
             "not simulated: different target",

@@ -594,7 +594,7 @@ def test_constant__must_belong_to_every_material_of_its_role() -> None:
 
 
 def test_read_yaml__refuses_a_key_that_stands_twice() -> None:
-    with pytest.raises(InvalidInput, match="'speed' stands twice"):
+    with pytest.raises(InvalidInput, match="'speed' occurs twice"):
         read_yaml("axes:\n  speed: [1]\n  speed: [2]\n", "sweep.yaml")
 
 
