@@ -170,18 +170,19 @@ def _compute(
     threads: str | None = None,
 ) -> int:
     """Compute a sweep into a folder, print the outcome, and return the exit status."""
-    from service.cli.console import nonzero, showing_progress
     from service.workers.warm import preloading
 
     begin = time.perf_counter()
     # The child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
-    with preloading(PUBLICATION) as ready, showing_progress(name) as show:
+    with preloading(PUBLICATION) as ready:
+        from service.cli.console import nonzero, showing_progress
         from service.cli.local import STORE_OF_FOLDER, run_sweep
 
         settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
-        finished = run_sweep(
-            sweep, folder, progress=show, settings=settings, overwrite=overwrite, ready=ready
-        )
+        with showing_progress(name) as show:
+            finished = run_sweep(
+                sweep, folder, progress=show, settings=settings, overwrite=overwrite, ready=ready
+            )
     seconds = time.perf_counter() - begin
     print(
         f"{name}: {nonzero(finished.counts)} in {seconds:.1f} s; report: {folder / 'report.html'}"
