@@ -31,9 +31,8 @@ STOPPED = 2  # stops the node, and pulls at nothing: the body draws away, but st
 class Closed(NamedTuple):
     """The n nodes at all closed faces, axis by axis: on the face, its ghost and the node inside that mirrors it."""
 
-    start: (
-        np.ndarray
-    )  # (4,) where each axis begins; a node on an edge of the grid is met by each of its axes
+    # (4,) where each axis begins; a node on an edge of the grid is met by each of its axes.
+    start: np.ndarray
     axis: np.ndarray  # (n,)
     side: np.ndarray  # (n,) 0 lower, 1 upper
     kind: np.ndarray  # (n,) a Face

@@ -43,6 +43,7 @@ SHARE, MOST_SHARES = 32768, 16
 # times its specific kinetic energy.
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 
+# Numbers of a Simulation.
 CARRIED = (
     "time",
     "step",
@@ -51,7 +52,7 @@ CARRIED = (
     "particle_steps",
     "removed",
     "removed_by_contact",
-)  # numbers of a Simulation
+)
 RETIRED = "retired_"  # before the names of its arrays
 
 Observer = Callable[[Snapshot], str | None]

@@ -53,9 +53,8 @@ class Nodes(NamedTuple):
     before: np.ndarray  # (m, 3) velocity before the forces of the step, m/s
     velocity: np.ndarray  # (m, 3) m/s
     acceleration: np.ndarray  # (m, 3) m/s2
-    smooth: (
-        np.ndarray
-    )  # (m, 3) ``before`` mapped to the particles and back, for damping of second order, m/s
+    # (m, 3) ``before`` mapped to the particles and back, for damping of second order, m/s.
+    smooth: np.ndarray
     surface: np.ndarray  # (m, 3) outward area of a body, for contact, m2 (m2 per radian)
     state: np.ndarray  # (m, 8) table of mass, momentum and force
     motion: np.ndarray  # (m, 8) table of before and acceleration

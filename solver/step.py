@@ -88,9 +88,8 @@ class Partition(NamedTuple):
 class StepBalance(NamedTuple):
     """Momentum and energy that a step exchanged with faces, damping and contact, and its tally."""
 
-    impulse: (
-        np.ndarray
-    )  # (3,) given by faces and absorbers, to nodes or in what damping does next to them, N s
+    # (3,) given by faces and absorbers, to nodes or in what damping does next to them, N s.
+    impulse: np.ndarray
     energy: float  # removed by damping, walls and absorbers, J
     contact: float  # removed by contact between bodies, J
     gone: int  # particles that left through free faces

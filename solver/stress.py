@@ -84,10 +84,11 @@ from solver.vectors import (
 )
 
 RETURN_TOLERANCE = 1e-12  # distance of the stress from the yield surface, over the trial stress
+# Steps of the rule, and what is left at least of an increment that was too long.
 NEWTONS, NEWTON_BACK = (
     40,
     1e-9,
-)  # steps of the rule, and what is left at least of an increment that was too long
+)
 
 # Of c0, in the time step only: an expanded solid has no sound to speak of, and steps without bound would follow.
 SOUND_SPEED_FLOOR = 0.2

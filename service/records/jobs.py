@@ -265,9 +265,8 @@ class RunRow:
     keep: Keep  # the most that a sweep demands
     checkpoint: int | None  # step of the last one
     fraction: float | None  # 0 to 1, of the running attempt
-    progress: (
-        Mapping[str, Any] | None
-    )  # studies.results.Progress: time, step, eta_seconds, measured
+    # studies.results.Progress: time, step, eta_seconds, measured.
+    progress: Mapping[str, Any] | None
     cause: Cause | None  # why it failed
     failure: str | None  # short kind: "UnphysicalState", "SIGABRT"
     reason: str | None  # for people
@@ -429,8 +428,7 @@ class JobTally:
 
     kind: Kind
     state: State
-    bucket: (
-        int | None
-    )  # how many of the given edges are below the measured seconds; None: not measured
+    # How many of the given edges are below the measured seconds; None: not measured.
+    bucket: int | None
     jobs: int
     seconds: float  # of all of them

@@ -24,9 +24,8 @@ MOST_OF_ALL, LATELY = 0.01, timedelta(days=1)  # share of all registered ones; M
 _FORGET = (
     JOBS.update()
     .where(JOBS.c.id == sa.bindparam("run"), JOBS.c.sha256 == sa.bindparam("was"))
-    .where(
-        sa.or_(*(JOBS.c.state == state for state in TERMINAL))
-    )  # not IN: the statement runs for many at once
+    # Not IN: the statement runs for many at once.
+    .where(sa.or_(*(JOBS.c.state == state for state in TERMINAL)))
     .values(state=State.FAILED, cause=Cause.ERROR, failure=FAILURE, reason=REASON)
     .values(dict.fromkeys(("path", "size", "sha256", "summary", "seconds"), sa.null()))
     .values(crashes=JOBS.c.crashes + 1, crash_step=None)

@@ -65,9 +65,8 @@ class QueueQueries(Part):
         query = sa.select(sa.func.sum(JOBS.c.seconds), sa.func.sum(JOBS.c.cost)).where(
             JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL), JOBS.c.path.is_not(None)
         )
-        query = query.where(
-            JOBS.c.seconds.is_not(None)
-        )  # unknown after a failed attempt to add a file
+        # Unknown after a failed attempt to add a file.
+        query = query.where(JOBS.c.seconds.is_not(None))
         if scenario is not None:
             query = query.where(JOBS.c.scenario == scenario)
         with self._database.reading() as connection:

@@ -376,9 +376,8 @@ def _clamp(parameters: Impact, thickness: float) -> "Clamp":
 
     from solver.problem import clamp
 
-    reach = (1.0 + 1e-6) * spacing(
-        parameters
-    )  # nodes a cell away belong to it whatever the round-off
+    # Nodes a cell away belong to it whatever the round-off.
+    reach = (1.0 + 1e-6) * spacing(parameters)
     lower, upper = np.full(3, -np.inf), np.full(3, np.inf)
     axis = _flight_axis(parameters)
     lower[axis], upper[axis] = -reach, thickness + reach

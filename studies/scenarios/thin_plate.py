@@ -19,9 +19,8 @@ from studies.values.errors import Finding
 
 RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
 
-STEEPEST = math.radians(
-    75.0
-)  # beyond, a sphere skids along a plate that is too small to hold its path
+# Beyond, a sphere skids along a plate that is too small to hold its path.
+STEEPEST = math.radians(75.0)
 
 
 @dataclass(frozen=True, kw_only=True)

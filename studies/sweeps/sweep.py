@@ -67,9 +67,8 @@ class Sweep:
     offsets: int = 1  # sub-cell positions of the grid for each resolution, evenly over a cell
     materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
     observations: tuple[Observation, ...] = ()
-    max_particles: int = field(
-        default=MOST_PARTICLES, compare=False
-    )  # limit of the service, not of the user
+    # Limit of the service, not of the user.
+    max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
     @staticmethod
     def parse(document: Any, limits: SweepLimits | None = None) -> "Sweep":

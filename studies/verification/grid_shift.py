@@ -27,9 +27,8 @@ COURANT = 0.1
 
 def _run(recipe: Recipe) -> Iterator[Row]:
     for geometry, axis in (("axisymmetric", 1), ("quarter", 2)):
-        setting = impact_setting(
-            recipe, geometry=geometry, edges="free"
-        )  # a held rim would not fly
+        # A held rim would not fly.
+        setting = impact_setting(recipe, geometry=geometry, edges="free")
         speed, spacing = float(SMALL["speed"]), setting.problem.geometry.spacing
         along = (np.arange(3) == axis).astype(np.int64)
         room = enlarged(setting.problem, 0 * along, (SHIFT + STEPS) * along)

@@ -27,9 +27,8 @@ from tests.service.support.databases import Postgresql
 FILE = ROOT / "compose.yaml"
 DOCUMENT: Mapping[str, Any] = yaml.safe_load(FILE.read_text(encoding="utf-8"))
 PARTS: Mapping[str, Mapping[str, Any]] = DOCUMENT["services"]
-GIVEN = re.compile(
-    r"\$\{(\w+):([-?])([^}]*)\}"
-)  # a variable, with its default or why it must be set
+# A variable, with its default or why it must be set.
+GIVEN = re.compile(r"\$\{(\w+):([-?])([^}]*)\}")
 
 
 def test_schema__is_that_of_compose() -> None:

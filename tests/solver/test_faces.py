@@ -244,9 +244,8 @@ def test_closed_faces__do_not_keep_what_leaves_through_a_free_one_beside_them() 
 
 # Within a clamp
 
-GRIP = clamp(
-    lower=(-np.inf, SPACING, -np.inf), upper=(np.inf, 2.0 * SPACING, np.inf)
-)  # layers 1 and 2 along y
+# Layers 1 and 2 along y.
+GRIP = clamp(lower=(-np.inf, SPACING, -np.inf), upper=(np.inf, 2.0 * SPACING, np.inf))
 
 
 @pytest.mark.parametrize("kind", CLOSED_FACES)

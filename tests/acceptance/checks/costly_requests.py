@@ -22,10 +22,11 @@ REFUSALS = {413, 415, 422}
 MOST_BYTES, MOST_FINDINGS = 64 * 1024, 50  # of an answer to a bad body
 PATIENCE_SECONDS = 30.0
 HEADER = 200 << 20  # bytes
+# Half-sent heads: more than may be connected, and fewer than a process may open.
 HALVES = (
     510,
     900,
-)  # half-sent heads: more than may be connected, and fewer than a process may open
+)
 CHUNKS = 1_000_000
 GRACE_SECONDS = 2.0  # after a deadline
 

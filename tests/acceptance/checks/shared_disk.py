@@ -16,9 +16,8 @@ from tests.acceptance.support.serving import Service, http
 from tests.rows import Row, at_most
 from tests.service.support.fakes import wait_until
 
-WORK = Work(
-    speeds=2, sweeps=1, targets="tests.service.support.targets", run_seconds=0.0
-)  # four runs
+# Four runs.
+WORK = Work(speeds=2, sweeps=1, targets="tests.service.support.targets", run_seconds=0.0)
 SLOW = replace(WORK, run_seconds=1.0)  # some are under way when the leader is frozen
 ONE_WORKER = {"WHIPPLE_WORKERS": "1"}
 NOT_THERE = "the data directory is missing"

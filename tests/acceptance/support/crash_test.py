@@ -93,9 +93,8 @@ class CrashTest:
     chance: random.Random
     cluster: DaskCluster | None = None
     injected: list[Fault] = field(default_factory=list)
-    killed: Counter[str] = field(
-        default_factory=Counter
-    )  # by job: processes of it that were killed
+    # By job: processes of it that were killed.
+    killed: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
         self.artifacts = Artifacts(self.service.data)

@@ -231,9 +231,8 @@ def short_bar() -> BarView:
 
 PLATE = 40.0 * CELL  # thickness
 PLATE_SPEED, PRESSURE, SHOCKED = 2000.0, 48e9, 1.25  # m/s, Pa, compression behind the shock
-SHOCK = (
-    5.0 * 0.5 * PLATE_SPEED
-)  # m/s: mass behind a shock that stops at half the speed and compresses so
+# M/s: mass behind a shock that stops at half the speed and compresses so.
+SHOCK = 5.0 * 0.5 * PLATE_SPEED
 
 
 def plates(time: float, *, scatter: float = 0.0) -> PlateView:
