@@ -43,12 +43,12 @@ class Checkpointing:
 
     path: Path
     seconds_between: float = MINUTE  # of wall clock
-    caller: str = ""  # what else must be the same: the text that ``recall`` understands
-    remember: Callable[[], str] = str  # the observer's own text, stored beside
-    recall: Callable[[str], object] = _nothing  # gives it back before the run goes on
-    leave: Callable[[], bool] = _never  # asked after each step; true: write and raise Interrupted
-    saved: Callable[[int], object] = _nothing  # the step of a checkpoint, written or gone on from
-    tell: Callable[[str], object] = _nothing  # a sentence: where a run goes on, or why not
+    caller: str = ""  # version of the observer state, which must be the same
+    observer_state: Callable[[], str] = str  # stored in the checkpoint
+    restore_observer: Callable[[str], object] = _nothing  # called before the run continues
+    must_stop: Callable[[], bool] = _never  # after each step; true: write, and raise Interrupted
+    on_checkpoint: Callable[[int], object] = _nothing  # step of a checkpoint, written or restored
+    log: Callable[[str], object] = _nothing  # where a run continues, or why it starts anew
 
 
 @dataclass(frozen=True)

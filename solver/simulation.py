@@ -9,11 +9,11 @@ import numpy as np
 
 from solver.audit import Audit, Ledger, Totals, audit, totals
 from solver.checkpoint import Carried, Checkpointing
+from solver.checkpointing import CheckpointWriter, Observing
 from solver.debris import departed
 from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
 from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
-from solver.keeper import Keeper, Observing
 from solver.problem import Body, Problem
 from solver.state import (
     MASS,
@@ -301,7 +301,7 @@ def simulate(
     ``observe`` is called with the initial state and then at the first step at or after each multiple of ``interval``
     (s); a word that it returns ends the run. With ``checkpoint`` the run goes on from the file, if it is there and
     fits, and ends with the same bits as one that never stopped. Raises UnphysicalState and ProblemError; Interrupted
-    when ``checkpoint.leave`` asks for it.
+    when ``checkpoint.must_stop`` asks for it.
     """
     simulation = start(problem, threads=threads, shares=shares)
     with closing(simulation.pool):
@@ -316,9 +316,9 @@ def _run(
 ) -> Outcome:
     end_time = simulation.problem.end_time
     observing = Observing()
-    keeper = Keeper(simulation, observing, checkpoint, interval) if checkpoint else None
-    if keeper:
-        keeper.restore()
+    writer = CheckpointWriter(simulation, observing, checkpoint, interval) if checkpoint else None
+    if writer:
+        writer.restore()
     stop = None
     while stop is None:
         last = simulation.time >= end_time
@@ -330,8 +330,8 @@ def _run(
             stop = "end_time"
         if stop is None:
             simulation.advance()
-            if keeper:
-                keeper.after_step()
+            if writer:
+                writer.after_step()
     return Outcome(
         snapshot=simulation.snapshot(),
         stop=stop,

@@ -55,7 +55,7 @@ class RunControl:
     progress: Callable[[Progress], object] = _ignore  # after each observation
     log: Callable[[str], object] = _ignore  # each line of the run log
     checkpointed: Callable[[int], object] = _ignore  # step of a checkpoint, written or resumed from
-    must_leave: Callable[[], bool] = _never  # asked after each step
+    must_stop: Callable[[], bool] = _never  # asked after each step
 
 
 NO_CONTROL = RunControl()

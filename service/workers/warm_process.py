@@ -69,7 +69,7 @@ def main() -> None:
 # --- one attempt ---------------------------------------------------------------------------------
 
 
-def _compute(attempt: Message, send: Send, must_leave: Callable[[], bool]) -> Message:
+def _compute(attempt: Message, send: Send, must_stop: Callable[[], bool]) -> Message:
     """Compute an attempt; the message that ends it."""
     try:
         with (
@@ -77,7 +77,7 @@ def _compute(attempt: Message, send: Send, must_leave: Callable[[], bool]) -> Me
             _logged(Path(attempt["directory"])),
             _memory_limit(attempt["memory_limit"]),
         ):
-            perform(attempt, send, must_leave)
+            perform(attempt, send, must_stop)
     except Interrupted:
         return {"left": {}}
     except BaseException as error:  # whatever it is, the supervisor reports it
@@ -87,7 +87,7 @@ def _compute(attempt: Message, send: Send, must_leave: Callable[[], bool]) -> Me
     return {"done": {}}
 
 
-def perform(attempt: Message, send: Send, must_leave: Callable[[], bool]) -> None:
+def perform(attempt: Message, send: Send, must_stop: Callable[[], bool]) -> None:
     """Compute a run, or publish a sweep, into the folder of the attempt."""
     kind, spec, directory = Kind(attempt["kind"]), attempt["spec"], Path(attempt["directory"])
     target = import_module(attempt["targets"] or TARGETS[kind])
@@ -103,7 +103,7 @@ def perform(attempt: Message, send: Send, must_leave: Callable[[], bool]) -> Non
         progress=lambda progress: send({"progress": _finite(asdict(progress))}),
         log=_log,
         checkpointed=lambda step: send({"progress": {"checkpoint": step}}),
-        must_leave=must_leave,
+        must_stop=must_stop,
     )
     target.execute(
         run,

@@ -47,7 +47,7 @@ def execute(
     An unphysical state that the solver finds is a result with state "failed"; it is not raised. ``threads``
     (``solver.simulation.threads_for``) decide how long it takes, and no number. With ``checkpoint`` the run goes on
     from that file where it is this run's and this machine's, and writes it as it goes; the numbers are those of a run
-    that never stopped. Raises Interrupted once ``control.must_leave`` is true.
+    that never stopped. Raises Interrupted once ``control.must_stop`` is true.
     """
     directory.mkdir(parents=True, exist_ok=True)
     started = datetime.now(UTC).isoformat(timespec="seconds")
@@ -156,11 +156,11 @@ def _checkpointing(
     return Checkpointing(
         path=path,
         caller=observer.definitions(),
-        remember=state_text,
-        recall=restore,
-        leave=control.must_leave,
-        saved=control.checkpointed,
-        tell=explain,
+        observer_state=state_text,
+        restore_observer=restore,
+        must_stop=control.must_stop,
+        on_checkpoint=control.checkpointed,
+        log=explain,
     )
 
 

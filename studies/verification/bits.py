@@ -124,8 +124,8 @@ def _stopped_and_resumed(problem: Problem, steps: int) -> Outcome:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "checkpoint"
         messages: list[str] = []
-        leaving = Checkpointing(path=path, leave=_after(steps))
-        resuming = Checkpointing(path=path, tell=messages.append)
+        leaving = Checkpointing(path=path, must_stop=_after(steps))
+        resuming = Checkpointing(path=path, log=messages.append)
         try:
             simulate(problem, threads=1, shares=SHARES, checkpoint=leaving)
         except Interrupted:

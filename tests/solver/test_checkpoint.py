@@ -108,10 +108,10 @@ class Witness:
         """The outcome of a problem with this file."""
         checkpoint = Checkpointing(
             path=self.path,
-            remember=lambda: json.dumps(self.observed),
-            recall=self.recall,
-            leave=self.leave,
-            tell=self.messages.append,
+            observer_state=lambda: json.dumps(self.observed),
+            restore_observer=self.recall,
+            must_stop=self.leave,
+            log=self.messages.append,
             **changes,
         )
         return simulate(

@@ -45,7 +45,7 @@ def execute(
             write_text(checkpoint, json.dumps([run.id, step, value]))
         control.checkpointed(step)
         control.progress(Progress(step / STEPS, 1.0, step, step / STEPS, None, {}))
-        if control.must_leave():
+        if control.must_stop():
             raise Interrupted(time=step / STEPS, step=step)
     went_on = f"on from step {begun}" if begun else ""
     result = _result(run, value, threads=threads, checkpoint=went_on)

@@ -148,7 +148,7 @@ class _Clock:
         self._mind()
 
     def _mind(self) -> None:
-        if self.control.must_leave():
+        if self.control.must_stop():
             raise Interrupted(time=self.step / STEPS, step=self.step)
 
     def _keep(self) -> None:

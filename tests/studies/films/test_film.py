@@ -47,7 +47,7 @@ def broken_off(run: Run, folder: Path) -> Path:
             folder,
             threads=1,
             checkpoint=checkpoint,
-            control=RunControl(must_leave=after(2 * BROKEN_OFF_AFTER)),
+            control=RunControl(must_stop=after(2 * BROKEN_OFF_AFTER)),
             film=True,
         )
     return checkpoint

@@ -42,7 +42,7 @@ def test_resume__gives_the_result_of_a_run_that_never_stopped(
                 tmp_path / "resumed",
                 threads=1,
                 checkpoint=file,
-                control=RunControl(must_leave=after(BROKEN_OFF_AFTER)),
+                control=RunControl(must_stop=after(BROKEN_OFF_AFTER)),
             )
         assert not (tmp_path / "resumed" / "result.json").exists()
     resumed = execute(run, tmp_path / "resumed", threads=1, checkpoint=file)
@@ -64,7 +64,7 @@ def test_resume__of_another_run_begins_from_the_start(tmp_path: Path) -> None:
             tmp_path / "other",
             threads=1,
             checkpoint=file,
-            control=RunControl(must_leave=after(BROKEN_OFF_AFTER)),
+            control=RunControl(must_stop=after(BROKEN_OFF_AFTER)),
         )
     result = execute(asked("elastic_bar"), tmp_path / "resumed", threads=1, checkpoint=file)
     assert "from the start" in str(result.provenance["checkpoint"])
@@ -81,7 +81,7 @@ def test_saved__is_told_each_checkpoint_that_is_written_or_gone_on_from(tmp_path
                 tmp_path,
                 threads=1,
                 checkpoint=file,
-                control=RunControl(must_leave=after(steps), checkpointed=reported.append),
+                control=RunControl(must_stop=after(steps), checkpointed=reported.append),
             )
     assert reported == [10, 10, 30]
     execute(
@@ -109,7 +109,7 @@ def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_wr
             tmp_path,
             threads=1,
             checkpoint=nowhere,
-            control=RunControl(must_leave=after(5), checkpointed=reported.append),
+            control=RunControl(must_stop=after(5), checkpointed=reported.append),
         )
     assert reported == []
 
@@ -128,7 +128,7 @@ def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: P
 def test_log__of_a_run_that_goes_on_says_where(tmp_path: Path) -> None:
     run, lines, file = asked("elastic_bar"), list[str](), tmp_path / "checkpoint"
     with pytest.raises(Interrupted):
-        execute(run, tmp_path, threads=1, checkpoint=file, control=RunControl(must_leave=after(10)))
+        execute(run, tmp_path, threads=1, checkpoint=file, control=RunControl(must_stop=after(10)))
     result = execute(
         run, tmp_path, threads=1, checkpoint=file, control=RunControl(log=lines.append)
     )

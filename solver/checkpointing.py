@@ -29,7 +29,7 @@ class Stepping(Protocol):
         """The state that passes from this step to the next."""
 
     def take_over(self, carried: Carried) -> None:
-        """Go on from what a simulation of the same problem carried."""
+        """Continue from the state of a simulation of the same problem."""
 
 
 @dataclass
@@ -40,8 +40,8 @@ class Observing:
     due: float = 0.0  # time of the next observation, s
 
 
-class Keeper:
-    """Writes the checkpoints of a run, and takes it back to the last one."""
+class CheckpointWriter:
+    """Writes the checkpoints of a run, and restores it from the last one."""
 
     def __init__(
         self, simulation: Stepping, observing: Observing, checkpoint: Checkpointing, interval: float
@@ -64,24 +64,24 @@ class Keeper:
         except FileNotFoundError:
             return
         except (CheckpointRefused, OSError) as error:
-            self.checkpoint.tell(f"from the start, without the checkpoint: {error}")
+            self.checkpoint.log(f"from the start, without the checkpoint: {error}")
             return
         observing = carried.numbers["observing"]
-        self.checkpoint.recall(observing["remembered"])
+        self.checkpoint.restore_observer(observing["observer"])
         self.observing.history = [Audit(**audit) for audit in observing["history"]]
         self.observing.due = observing["due"]
         self.simulation.take_over(carried)
-        self.checkpoint.saved(self.simulation.step)
-        self.checkpoint.tell(
+        self.checkpoint.on_checkpoint(self.simulation.step)
+        self.checkpoint.log(
             f"from the checkpoint at t = {self.simulation.time:.6g} s, step {self.simulation.step}"
         )
 
     def after_step(self) -> None:
         """Write a checkpoint when one is due; raise Interrupted when the caller asks the run to stop."""
-        leave = self.checkpoint.leave()
-        if leave or monotonic() - self.written >= self.checkpoint.seconds_between:
+        must_stop = self.checkpoint.must_stop()
+        if must_stop or monotonic() - self.written >= self.checkpoint.seconds_between:
             self._write()
-        if leave:
+        if must_stop:
             raise Interrupted(time=self.simulation.time, step=self.simulation.step)
 
     def _write(self) -> None:
@@ -89,13 +89,13 @@ class Keeper:
         observing = {
             "history": [asdict(audit) for audit in self.observing.history],
             "due": self.observing.due,
-            "remembered": self.checkpoint.remember(),
+            "observer": self.checkpoint.observer_state(),
         }
         carried = Carried({**carried.numbers, "observing": observing}, carried.arrays)
         try:
             write_checkpoint(self.checkpoint.path, self.mark, carried)
         except OSError as error:
-            self.checkpoint.tell(f"a checkpoint could not be written: {error}")
+            self.checkpoint.log(f"a checkpoint could not be written: {error}")
         else:
-            self.checkpoint.saved(self.simulation.step)
+            self.checkpoint.on_checkpoint(self.simulation.step)
         self.written = monotonic()
