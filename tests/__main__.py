@@ -46,7 +46,7 @@ class Outcome:
 # wait half of their time.
 SIDE_BY_SIDE = ["--numprocesses=3", "--dist=loadfile", "--no-loadscope-reorder", "--durations=10"]
 
-TESTS = (Stage("tests", 300, ["python", "-m", "pytest", "-q", *SIDE_BY_SIDE]),)
+TESTS = (Stage("tests", 400, ["python", "-m", "pytest", "-q", *SIDE_BY_SIDE]),)
 CHECKS = (
     Stage("rules", 10, ["ruff", "check", "--quiet"]),
     Stage("format", 10, ["ruff", "format", "--check", "--quiet"]),
