@@ -116,7 +116,7 @@ class Simulation:
     smallest_step: float = math.inf
     particle_steps: int = 0
     removed: float = 0.0  # energy that damping, walls, absorbers and contact took, J
-    removed_by_contact: float = 0.0  # of it
+    removed_by_contact: float = 0.0  # part of it that contact removed
     pool: ThreadPool = field(default_factory=lambda: ThreadPool(1))
     shares: int = (
         0  # of the particles; decides the bits, and how many threads find work; 0: by their number

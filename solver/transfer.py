@@ -167,7 +167,7 @@ def scatter_surface(geometry, shape, pack, table, ranges, nodes, touched):
 
 
 class StepWork(NamedTuple):
-    """Which work the forces of a step do on the internal energy."""
+    """Parts of the work of stress and viscosity that go into the internal energy in a step."""
 
     share: float  # of the stress' work in the velocities before the forces
     heating: float  # of the viscosity's work: 1 heats, 0 does not

@@ -179,7 +179,7 @@ INCLUDES = {
 class Caller:
     """The authenticated sender of a request."""
 
-    name: str  # of the API key; empty without one
+    name: str  # name of the API key; empty without a key
     scopes: frozenset[Scope]
 
     def may(self, scope: Scope) -> bool:

@@ -33,8 +33,8 @@ from service.store import Store
 log = logging.getLogger(__name__)
 
 MOST_STREAMS = 100  # open at once; each holds a connection
-TICK_SECONDS = 0.5  # between two readings of the store
-PROGRESS_SECONDS = 1.0  # between two readings of the progress of runs
+TICK_SECONDS = 0.5  # interval between two readings of the store
+PROGRESS_SECONDS = 1.0  # interval between two readings of the progress of runs
 PAGE = 500  # events read at once
 RECONNECT_MILLISECONDS = 2000  # after which a client whose connection broke tries again
 

@@ -31,8 +31,8 @@ LONGEST_ID = 64  # characters of an id in the log; those of the service have 32
 ID_FIELDS = {"/v1/sweeps/": "sweep", "/v1/runs/": "run"}  # log field for the ``{id}`` of a route
 
 LONGEST_HEAD = 32 * 1024  # bytes of request line and headers; usual are a few hundred
-HEAD_SECONDS = 10.0  # for a head; on a kept connection, from the end of the last response
-BODY_SECONDS = 120.0  # for a body: 4 MiB at 35 kB/s
+HEAD_SECONDS = 10.0  # limit for a head; on a kept connection, from the end of the last response
+BODY_SECONDS = 120.0  # limit for a body: 4 MiB at 35 kB/s
 CHUNK = 16 * 1024  # bytes parsed between two readings of the clock
 PARSING_SECONDS = 0.1  # computing time that a request may take beyond what its bytes may:
 PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte at 1e6 (2026-11)

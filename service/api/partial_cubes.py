@@ -23,7 +23,7 @@ from service.records.version import version
 
 log = logging.getLogger(__name__)
 
-SECONDS = 120  # for one cube, including the second that the imports take
+SECONDS = 120  # limit for one cube, including a second of imports
 MEMORY = 2 << 30  # bytes of data of the child
 MOST_FILES = 20  # in the cache; the least recently used are removed
 # States of a run in a cube that differ from those of the queue.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from service.records.jobs import KeyRow, SweepStatus
     from studies.sweeps.cost import Cost, PresetCost
 
-MOST_LINES = 20  # of a list of runs
+MOST_LINES = 20  # printed lines of a list of runs
 COMPUTED = ("succeeded", "failed")  # states of a computed point
 
 

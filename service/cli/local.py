@@ -38,7 +38,7 @@ __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_eng
 
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; usually there is at most one
-PROGRESS_SECONDS = 0.1  # between two progress reports
+PROGRESS_SECONDS = 0.1  # interval between two progress reports
 PROGRESS_PAUSE = (
     20.0  # the pause between reports, at least, as a multiple of the time that one takes
 )

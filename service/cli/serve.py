@@ -16,7 +16,7 @@ from service.records.settings import Settings
 from service.records.signals import EndRequest, handling_end_signals
 from studies.values.errors import Finding, InvalidInput
 
-LEAVE_SECONDS = 3  # for open connections after SIGTERM
+LEAVE_SECONDS = 3  # grace for open connections after SIGTERM
 # Requests beyond this number are refused with 503; open streams continue. It is five times the limit of event
 # streams, and half the default limit of open files (1024).
 MOST_CONNECTIONS = 500

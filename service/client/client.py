@@ -41,7 +41,7 @@ __all__ = [
 DEFAULT_URL = "http://127.0.0.1:8000"
 URL_VARIABLE = "WHIPPLE_SERVICE"
 KEY_VARIABLE = "WHIPPLE_API_KEY"
-POLL_SECONDS = 1.0  # between two requests of ``wait``
+POLL_SECONDS = 1.0  # interval between two requests of ``wait``
 PATIENCE = 30.0  # s, for a service that restarts or is busy
 
 Document = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file

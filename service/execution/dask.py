@@ -34,7 +34,7 @@ PUBLISHED = (
     "whipple/"  # begin of the names under which a scheduler keeps attempts for our next life
 )
 
-Function = Callable[[list[str]], None]  # of ``dask_worker``, called with keys of attempts
+Function = Callable[[list[str]], None]  # function of ``dask_worker``, called with keys of attempts
 
 
 class SchedulerConnection(distributed.Client):

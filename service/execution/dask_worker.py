@@ -45,8 +45,8 @@ def differences(offered: Mapping[str, str] | None) -> str:
     )
 
 
-_WORKERS: list[Any] = []  # of this process: one, unless a test starts more
-_SLOT = Slot()  # of this worker, which has one thread
+_WORKERS: list[Any] = []  # workers of this process: one, unless a test starts more
+_SLOT = Slot()  # slot of this worker, which has one thread
 _UNDER_WAY: dict[str, Supervisor] = {}  # by key of the attempt
 
 

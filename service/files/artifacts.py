@@ -28,7 +28,8 @@ OF_A_RUN = (RESULT, STATE, FILM, LOG)  # the result is written last but for the 
 CHECKPOINT = "checkpoint"
 PART = "*.part"  # a temporary file, of a running process or a killed one
 ID = re.compile("[0-9a-f]{32}")
-KEY = re.compile(rf"(?P<id>{ID.pattern})-(?P<attempt>\d+)-(?P<token>[0-9a-f]+)")  # of an attempt
+# Name of an attempt.
+KEY = re.compile(rf"(?P<id>{ID.pattern})-(?P<attempt>\d+)-(?P<token>[0-9a-f]+)")
 _CHUNK = 1 << 20  # bytes read at once for a digest
 
 

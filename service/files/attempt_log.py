@@ -4,7 +4,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-LOG_BYTES = 16 << 20  # of a longer log, the first and the last quarter of this stay
+LOG_BYTES = 16 << 20  # limit; of a longer log the first and the last quarter of it stay
 CUT = b"\n... (here the log was too long)\n"
 
 

@@ -18,7 +18,7 @@ MOST_DELAYED = 500  # jobs; that many losses are the engine's fault, not the job
 @dataclass(frozen=True)
 class _Loss:
     in_a_row: int  # without a checkpoint in between
-    step: int  # of the last checkpoint
+    step: int  # step of the last checkpoint
     until: float  # monotonic
 
 

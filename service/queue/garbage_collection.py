@@ -30,7 +30,7 @@ ATTEMPT = re.compile(r"a(\d+)-[0-9a-f]+")
 SHARD = re.compile("[0-9a-f]{2}")
 SHARDS = [f"{number:02x}" for number in range(256)]
 MOST_REMOVED = 50  # files or folders, in a step
-FOLDERS_AT_ONCE = 50  # for which the store is asked together
+FOLDERS_AT_ONCE = 50  # folders for which the store is asked together
 
 
 class Reason(StrEnum):

@@ -13,7 +13,7 @@ class AttemptsInFlight:
 
     def __init__(self) -> None:
         self.submitted: set[str] = set()  # by us to the engine
-        self.leases: dict[str, Lease] = {}  # whose rows are ours in this term
+        self.leases: dict[str, Lease] = {}  # leases of this term, by key
         self.ended: dict[str, Ending] = {}  # not yet registered
         self.progress: dict[str, Mapping[str, Any]] = {}  # the last, not yet written
         self.away: str | None = None  # why the engine cannot be asked

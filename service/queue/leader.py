@@ -32,7 +32,7 @@ log = logging.getLogger(__name__)
 MOST_REGISTRATIONS = 3  # tries to register one ending, until its job fails
 NO_WORKER = "there is no worker"
 REFUSED = "the engine accepts no work; see the log"
-UNKNOWN = "unknown"  # which reason the store has: another leader may have written one
+UNKNOWN = "unknown"  # the store may have the reason of another leader
 
 
 @dataclass(frozen=True)

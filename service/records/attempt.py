@@ -27,7 +27,7 @@ def legible(text: str) -> str:
 class Attempt:
     """One attempt at a job: where it is computed, from what, and within which limits."""
 
-    key: str  # of its lease: the attempt's name for the engine
+    key: str  # key of the lease: the attempt's name for the engine
     kind: Kind
     directory: str  # of the attempt; files go here
     spec: Mapping[str, Any]  # a run as JSON; or document and outcomes of a sweep

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 
-PRIORITIES = range(-100, 101)  # of sweeps; smaller is sooner, as with nice
+PRIORITIES = range(-100, 101)  # priorities of sweeps; smaller is sooner, as with nice
 
 
 class Kind(StrEnum):
@@ -349,7 +349,7 @@ class Lease:
     id: str  # of the job
     kind: Kind
     attempt: int
-    term: int  # of leadership in which it was given
+    term: int  # term of leadership in which the lease was given
     token: str  # random, in the name of the attempt's directory
     crashes: int  # earlier attempts that died at ``crash_step``
     crash_step: int | None  # step of their last checkpoint; None: they wrote none

@@ -24,7 +24,7 @@ import sqlalchemy as sa
 from service.records.jobs import StoreUnavailable
 from service.store.tables import CONTROL, PRIORITY_CLASSES, TABLES
 
-BUSY_MILLISECONDS = 20_000  # that a writer waits for others before it raises StoreUnavailable
+BUSY_MILLISECONDS = 20_000  # wait of a writer for others before it raises StoreUnavailable
 NO_WAIT_MILLISECONDS = 100  # a shorter wait within the process is not worth another statement
 CONNECTIONS: dict[str, Any] = {
     "pool_size": 10,

@@ -19,7 +19,7 @@ from service.store.tables import KEYS
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
 PREFIX_LENGTH = len(MARK) + 8
 SECRET_BYTES = 32
-USED_EVERY = timedelta(minutes=1)  # between two notes of the use of a key
+USED_EVERY = timedelta(minutes=1)  # interval between two notes of the use of a key
 
 
 class Keys(Part):

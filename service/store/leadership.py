@@ -18,7 +18,7 @@ from service.store.tables import TERMS
 
 LOCK = int.from_bytes(b"leader")  # advisory, of PostgreSQL
 IDLE_SECONDS = 6.0  # of silence, after which the server ends the connection that holds the lock
-PING_SECONDS = 1.5  # between two pings of the server: four of them fit into IDLE_SECONDS
+PING_SECONDS = 1.5  # interval between two pings of the server: four of them fit into IDLE_SECONDS
 
 
 class Leadership:

@@ -167,7 +167,7 @@ class SweepQueries(Part):
         page = _youngest(SWEEPS_AND_FILES, cursor, limit).subquery()
         query = (
             sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, page)
-            .select_from(CONTROL.outerjoin(page, sa.true()))  # whose one row is always there
+            .select_from(CONTROL.outerjoin(page, sa.true()))  # the table has exactly one row
             .order_by(page.c.number.desc())
         )
         with self._database.reading() as connection:

@@ -64,7 +64,7 @@ JOBS = sa.Table(
     # Of a publication: ordinal of a point that was unfinished at the last check.
     sa.Column("unfinished_point", sa.Integer),
     sa.Column("scenario", sa.Text),
-    sa.Column("spec", JSON),  # of a run, complete
+    sa.Column("spec", JSON),  # complete specification of a run
     sa.Column("state", enumeration(State), nullable=False),
     sa.Column("priority", sa.Integer, nullable=False),  # of the most urgent sweep that waits for it
     sa.Column("virtual_time", sa.Float, nullable=False),  # within its priority class

@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 
 Message = Mapping[str, Any]
 
-MOST_ATTEMPTS = 100  # of one process: imports take a second or so, a hundredth of that each
+MOST_ATTEMPTS = 100  # attempts of one process: imports cost a second, a hundredth of it each
 
 # One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported.
 SINGLE_THREAD = dict.fromkeys(

@@ -26,7 +26,7 @@ class EosEntry(NamedTuple):
     name: str  # as a material file names it
     record: type  # parameter record; the device functions are chosen by it
     make: Callable[..., Any]  # the complete record, from its fields without default
-    kind: str = ""  # of another form, whose materials can be computed with this one too
+    kind: str = ""  # name of another form whose materials this one can compute too
     form: str = ""  # among those of one kind, as ``eos_form`` in a sweep names it
     boils: bool = False  # its vapour bears no tension: melting has to end tension before
 

@@ -76,7 +76,8 @@ class Variable:
     dims: tuple[str, ...]
     unit: str | None = None  # UDUNITS; None for text and flags
     kind: Kind = "number"
-    meanings: tuple[str, ...] = ()  # of a flag: what 0, 1, ... mean; of a mask: the first bits
+    # Meanings of the values 0, 1, ... of a flag, or of the bits of a mask.
+    meanings: tuple[str, ...] = ()
 
     def filled(self, quantity: Quantity) -> "Variable":
         """The variable of one quantity."""

@@ -11,7 +11,7 @@ from studies.values.files import FILM
 
 __all__ = ["Dataset", "open_film"]
 
-FRAMES = {  # of each particle: its unit and meaning
+FRAMES = {  # unit and meaning of each array over particles
     "position": ("m", "position: x, y, z, or in axisymmetry r, z, theta"),
     "speed": ("m s-1", "speed"),
     "pressure": ("Pa", "pressure"),

@@ -18,7 +18,7 @@ from studies.values.parameters import Parameter, Value, find, parse_value
 from studies.values.quantities import is_number, readable, refusal
 
 MOST_ROWS = 10_000  # a table of shots; more is another kind of file
-MOST_LINES = 10 * MOST_ROWS  # of a text, with empty lines and remarks
+MOST_LINES = 10 * MOST_ROWS  # lines of a text, with empty lines and remarks
 LONGEST_NUMBER = 80  # characters; as LONGEST_TEXT of a quantity
 OWN_COLUMNS = ("quantity", "value", "uncertainty", "source")
 NEEDED_COLUMNS = ("quantity", "value", "source")

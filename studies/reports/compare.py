@@ -65,11 +65,11 @@ class Statistics:
     bias: float | None = None  # mean, in the unit of the quantity
     rms: float | None = None
     largest: Extreme | None = None
-    relative_bias: float | None = None  # of residual / reference
+    relative_bias: float | None = None  # bias of residual / reference
     relative_rms: float | None = None
     relative_largest: Extreme | None = None
     judged: int = 0  # points with an error bar that judges: it includes the mesh error
-    within: int = 0  # of these, where the subject lies inside it
+    within: int = 0  # number of these inside the error bar
     bar: float | None = None  # median error bar of these, in the unit of the quantity
     relative_bar: float | None = None  # median, over the reference
     converged: int | None = None  # points whose reference is; None where nobody refined

@@ -49,7 +49,7 @@ Scales = Literal["shared", "own"]
 Numbers = tuple[float | None, ...]
 
 MOST_HISTORIES = 8  # lines in one panel
-TREND_POINTS = 24  # of the curve through the three finest resolutions
+TREND_POINTS = 24  # points of the curve through the three finest resolutions
 SYMBOLS = {  # as the field writes them
     "hole_diameter": "D/d",
     "crater_depth": "p/d",

@@ -19,7 +19,7 @@ from studies.reports.plot import plot
 from studies.reports.view import Scale
 from studies.values.formats import display_of, kind_of, printed, printed_in, with_unit
 
-MOST_ROWS = 100  # of a table on the page; report.json has them all
+MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 MOST_REASONS = 4  # of a law, in its row
 
 

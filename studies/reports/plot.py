@@ -27,13 +27,13 @@ INK, GREY, RULE, CRIMSON = "#1a1a1a", "#8a8a8a", "#e4e4e4", "#a3003c"
 # px
 WIDTH = 1000  # the text width of the page
 PANEL_HEIGHT = 380
-WIDE_HEIGHT = 430  # of a figure with one panel
+WIDE_HEIGHT = 430  # height of a figure with one panel, px
 LEGEND_LINE = 22
 ABOVE, BELOW = 26, 52  # around the panels, without notes and legend
-ROW_GAP = 120  # between rows of panels: numbers and title below one, title above the next
+ROW_GAP = 120  # space between rows of panels, px: numbers and title below one, title above the next
 NOTE_LINE = 18  # a second line above a panel
 # shares of the width or the height
-GAP = 0.035  # between panels
+GAP = 0.035  # space between panels, as a part of the figure
 GAP_WITH_NUMBERS = 0.075  # where each panel has numbers beside it
 TICK_APART = 0.1  # numbers that are nearer run into each other
 HEADROOM = 0.06  # above the highest point

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Materials = Mapping[str, "Material"]  # by the name of the parameter that names it: "target"
 
 
-OBSERVATIONS_PER_WINDOW = 5  # of the time over which growth is judged
+OBSERVATIONS_PER_WINDOW = 5  # observations in the time over which growth is judged
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ KEYS = (
 )
 COMBINATIONS: tuple[Combine, ...] = ("grid", "zip")
 LONGEST_NAME = 200  # characters of a sweep's name or title
-MOST_OFFSETS = 32  # of one resolution; more say nothing new about a scatter
+MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
 
 Read = TypeVar("Read")
 

@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-RESULT = "result.json"  # of a run: its measurements, or why it failed
+RESULT = "result.json"  # measurements of a run, or the reason of its failure
 STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
 CUBE, REPORT_HTML, REPORT_JSON = SWEEP_FILES = ("cube.nc", "report.html", "report.json")

@@ -75,7 +75,7 @@ class DisplayUnit:
     """A unit in which people read sizes of one SI unit."""
 
     name: str  # as parse_quantity reads it
-    size: float  # of one, in SI
+    size: float  # size of one unit, in SI
     smallest: float  # SI size from which on a value that stands alone is written in it
     of_columns: bool = False  # the one unit of a table's column and of a figure's axis
 

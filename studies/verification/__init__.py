@@ -40,7 +40,7 @@ class Row:
     got: Any  # computed now
     passed: bool | None  # None: reported, not gated
     error: float = math.nan  # relative to the answer, or in the unit of the claim; NaN: none
-    tolerance: float | None = None  # of the error
+    tolerance: float | None = None  # tolerance of the error
     order: float | None = None  # observed order of convergence
 
     @property
@@ -92,7 +92,7 @@ class Verified:
     case: str
     row: Row
     seconds: float
-    trace: str = ""  # of the exception that failed the row
+    trace: str = ""  # trace of the exception that failed the row
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""

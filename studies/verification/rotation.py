@@ -20,7 +20,8 @@ from studies.verification._waves import Isotropic
 
 MATTER = Isotropic(8930.0, 117e9, 0.35)  # copper: Ma (2005), Table 2.1
 STRESS = (3e8, -1e8, -2e8, 0.5e8, -0.7e8, 1.1e8)  # Pa: a deviator
-LARGEST_DIFFERENCE = 4e8  # of its principal stresses, Pa: the change by one radian too far
+# Difference of the principal stresses, Pa: the change by one radian too far.
+LARGEST_DIFFERENCE = 4e8
 AXIS = (0.6, 0.0, 0.8)
 STEPS = (50, 200)  # for a full turn
 ROUND_OFF = 1e-12

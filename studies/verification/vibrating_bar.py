@@ -42,7 +42,7 @@ class Motion:
     """Readings over the run."""
 
     time: np.ndarray
-    velocity: np.ndarray  # of the centre of mass, m/s
+    velocity: np.ndarray  # velocity of the centre of mass, m/s
     energy: np.ndarray  # kinetic, and strain energy from the stress, J
 
 

@@ -20,7 +20,7 @@ router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 # Open to callers without a key, because problem documents point there.
 docs_router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
-REFRESH_SECONDS = 5  # of a page that lists unfinished sweeps
+REFRESH_SECONDS = 5  # reload interval of a page that lists unfinished sweeps
 
 
 @router.get("/")
