@@ -23,6 +23,7 @@ class Observed:
     uncertainty: float | None
     source: str
     shot: Any | None  # studies.laws.Shot
+    confidence: str = ""  # as stated
 
 
 @dataclass(frozen=True)
@@ -139,6 +140,7 @@ def _observed(observation: Any, sweep: Any, scenario: Any) -> Observed:
         observation.uncertainty,
         observation.source,
         shot,
+        observation.confidence,
     )
 
 

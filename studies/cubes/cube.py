@@ -155,6 +155,8 @@ def _of_observations(catalogue: Catalogue) -> Iterator[Column]:
     shots = _records(catalogue.observations)
     yield _column(declared.OBSERVATION_NUMBER, _records(range(len(shots))))
     yield _column(declared.OBSERVATION_SOURCE, shots)
+    if any(shot.confidence for shot in catalogue.observations):
+        yield _column(declared.OBSERVATION_CONFIDENCE, shots)
     yield _column(declared.OBSERVATION_DIAMETER, shots)
     for parameter in catalogue.parameters.values():
         stated = _each(shots, lambda shot, name=parameter.name: shot.parameters.get(name))

@@ -426,6 +426,12 @@ OBSERVATION_NUMBER = _of_shot(OBSERVATION, "number of the shot", int, kind="inte
 OBSERVATION_SOURCE = _of_shot(
     "observation_source", "where the shot is published", lambda shot: shot.source, kind="text"
 )
+OBSERVATION_CONFIDENCE = _of_shot(
+    "observation_confidence",
+    "how well the shot's numbers are known to be the source's",
+    lambda shot: shot.confidence,
+    kind="text",
+)
 OBSERVATION_DIAMETER = _of_shot(
     "observation_equivalent_diameter",
     "diameter of the sphere with the projectile's volume",

@@ -29,6 +29,7 @@ from studies.values.quantities import refusal, round_quantity
 CONFIDENCES: Mapping[str, str] = {
     "read": "read in the cited document",
     "verified": "read in a public report, page or input deck that transcribes the cited source",
+    "second-hand": "quoted from the cited document by another one, which does not state everything",
     "cross-checked": "quoted from memory, and consistent with independent numbers",
     "computed": "computed from other stated numbers",
     "memory": "quoted from memory and unchecked: indicative only",

@@ -1,30 +1,41 @@
-"""Observations: measured shots, published or the user's own, with uncertainty and source; none ship.
+"""Observations: measured shots, published or the user's own, with uncertainty and source.
 
-A sweep brings its shots as a table, one row a shot: ``quantity`` ("hole_diameter"), ``value``, ``uncertainty`` (may be
-empty), ``source``, and a column for each parameter that the shot states. The unit stands in the header, "speed [km/s]",
-or beside each number, "6 km/s". ``sweeps`` reads and writes them; users find this under "Your own shots" in README.md.
+A sweep brings its shots as a table, one row a shot, with a column for each parameter that the shot states. A wide
+table has a column for each measured quantity, ``hole_diameter``, and may have ``hole_diameter_uncertainty``; a long one
+has ``quantity`` ("hole_diameter"), ``value`` and ``uncertainty``. ``source`` is needed; ``confidence`` and ``note`` are
+texts that may be left out. The unit stands in the header, "speed [km/s]", or beside each number, "6 km/s". ``sweeps``
+reads and writes them; users find this in docs/own-shots.md.
+
+How to add a published table: a CSV file in this folder, named after the shots, which a sweep names in place of its own
+file, ``observations: craters``. Its ``confidence`` is a word of ``studies.materials.schema.CONFIDENCES``; facts that
+have no column stand in its ``note``, and shots that no scenario computes in remarks.
 """
 
 import csv
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.resources import files
 from itertools import islice
 from typing import Any
 
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure, shown
-from studies.values.parameters import Parameter, Value, find, parse_value
+from studies.values.parameters import Parameter, Value, parse_value
 from studies.values.quantities import is_number, readable, refusal
 
 MOST_ROWS = 10_000  # a table of shots; more is another kind of file
 MOST_LINES = 10 * MOST_ROWS  # lines of a text, with empty lines and remarks
 LONGEST_NUMBER = 80  # characters; as LONGEST_TEXT of a quantity
-OWN_COLUMNS = ("quantity", "value", "uncertainty", "source")
-NEEDED_COLUMNS = ("quantity", "value", "source")
+LONG_COLUMNS = ("quantity", "value", "uncertainty")  # of a long table
+TEXT_COLUMNS = ("source", "confidence", "note")
+OWN_COLUMNS = (*LONG_COLUMNS, *TEXT_COLUMNS)
+UNCERTAINTY = (
+    "_uncertainty"  # hole_diameter_uncertainty: the column of a wide table beside hole_diameter
+)
 COLUMNS = (
-    "give the columns quantity, value, uncertainty, source, and one for each parameter, as "
-    "'Your own shots' in README.md has them"
+    "give a column for each measured quantity (or quantity, value, uncertainty), the source, and one for each "
+    "parameter; confidence and note may be left out: docs/own-shots.md"
 )
 
 # Each matches a text in one way only, so that a long text that does not match is refused at once.
@@ -42,6 +53,8 @@ class Observation:
     source: str
     # SI, by the names of the scenario.
     parameters: Mapping[str, Value] = field(default_factory=dict)
+    confidence: str = ""  # how well the number is known to be the source's
+    note: str = ""
 
     def document(self, allowed: "AllowedNames") -> dict[str, Any]:
         """The shot as a row that ``read_observations`` reads as itself."""
@@ -53,7 +66,8 @@ class Observation:
         row |= {"quantity": self.quantity, "value": written(self.value, unit)}
         if self.uncertainty is not None:
             row["uncertainty"] = written(self.uncertainty, unit)
-        return row | {"source": self.source}
+        texts = {"source": self.source, "confidence": self.confidence, "note": self.note}
+        return row | {name: text for name, text in texts.items() if text}
 
 
 @dataclass(frozen=True)
@@ -63,6 +77,28 @@ class AllowedNames:
     quantities: Mapping[str, str]  # of the scenario, with their SI units
     parameters: Mapping[str, Parameter]
     materials: Collection[str] = ()  # names of materials; empty: any
+
+
+def names() -> list[str]:
+    """The published tables that ship, sorted."""
+    return sorted(
+        file.name.removesuffix(".csv")
+        for file in files(__package__).iterdir()
+        if file.name.endswith(".csv")
+    )
+
+
+def text(name: str) -> str:
+    """The CSV text of a published table; raises InvalidInput with the nearest name."""
+    if name not in names():
+        cure = f"{nearest_cure(name, names())}; or give the table itself as CSV text"
+        raise refusal("observations", name, "a table of shots that ships", cure)
+    return files(__package__).joinpath(f"{name}.csv").read_text(encoding="utf-8")
+
+
+def is_name(raw: object) -> bool:
+    """Whether a sweep names a table, and does not bring one: a text of a single line without a comma."""
+    return isinstance(raw, str) and bool(raw.strip()) and not set("\n,") & set(raw.strip())
 
 
 def written(value: Value, unit: str | None) -> Any:
@@ -75,7 +111,12 @@ def written(value: Value, unit: str | None) -> Any:
 def read_observations(
     raw: object, allowed: AllowedNames, path: str = "observations"
 ) -> tuple[Observation, ...]:
-    """The shots of a CSV text, or of a list of mappings; raises InvalidInput naming each row."""
+    """The shots of a CSV text, of a list of mappings, or of the published table of a name.
+
+    Raises InvalidInput naming each row.
+    """
+    if isinstance(raw, str) and is_name(raw):
+        raw = text(raw.strip())
     rows = list(islice(_rows(raw, path), MOST_ROWS + 1))
     if not rows:
         raise refusal(path, "no shot", "at least one row", "leave observations out")
@@ -87,7 +128,7 @@ def read_observations(
     findings = Findings()
     for where, row in rows:
         try:
-            read.append(_observation(row, allowed, where))
+            read.extend(_observations(row, allowed, where))
         except InvalidInput as error:
             findings.extend(error.findings)
     if findings:
@@ -139,14 +180,16 @@ def _cells(reader: Any, path: str) -> Iterator[list[str]]:
         raise refusal(where, str(error), "CSV text", "correct this line") from None
 
 
-def _observation(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> Observation:
-    """One row; raises InvalidInput with every finding in it."""
+def _observations(
+    row: Mapping[str, Any], allowed: AllowedNames, where: str
+) -> Iterator[Observation]:
+    """The shots of a row, one for each measured quantity; raises InvalidInput with every finding in it."""
     findings = Findings()
     cells: dict[str, Any] = {}
     for header, raw in row.items():
         try:
             name, cell = _cell(header, raw, where)
-            if name not in OWN_COLUMNS:
+            if name not in OWN_COLUMNS and not _is_measured(name, allowed):
                 cell = _parameter(name, cell, allowed, where)
             if name in cells:
                 raise refusal(
@@ -155,16 +198,34 @@ def _observation(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> O
             cells[name] = cell
         except InvalidInput as error:
             findings.extend(error.findings)
-    findings.extend(
-        Finding(
-            f"{where}: {name}", "nothing", f"a column {name!r}", f"give the {name} of each shot"
+    measured = [name for name in cells if name in allowed.quantities]
+    findings.extend(_missing(cells, measured, where))
+    if measured:
+        findings.extend(
+            Finding(f"{where}: {name}", name, "a table with one way to name quantities", COLUMNS)
+            for name in LONG_COLUMNS
+            if name in cells
         )
-        for name in NEEDED_COLUMNS
-        if cells.get(name) in (None, "")
-    )
     if findings:
         raise InvalidInput(findings)
-    return _checked(cells, allowed, where)
+    yield from _checked(cells, measured, allowed, where)
+
+
+def _is_measured(name: str, allowed: AllowedNames) -> bool:
+    """Whether a column of a wide table has a measured quantity, or its uncertainty."""
+    return name in allowed.quantities or name.removesuffix(UNCERTAINTY) in allowed.quantities
+
+
+def _missing(cells: Mapping[str, Any], measured: Sequence[str], where: str) -> Iterator[Finding]:
+    """A finding for each thing that a row needs and does not have."""
+    needed = ("source",) if measured else ("quantity", "value", "source")
+    for name in needed:
+        if cells.get(name) in (None, ""):
+            limit = f"a column {name!r}"
+            yield Finding(f"{where}: {name}", "nothing", limit, f"give the {name} of each shot")
+    if measured and all(cells[name] in (None, "") for name in measured):
+        cure = "remove the row, or give what was measured"
+        yield Finding(f"{where}: {measured[0]}", "nothing", "one measured quantity a row", cure)
 
 
 def _cell(header: object, raw: Any, where: str) -> tuple[str, Any]:
@@ -182,32 +243,53 @@ def _cell(header: object, raw: Any, where: str) -> tuple[str, Any]:
 
 def _parameter(name: str, cell: Any, allowed: AllowedNames, where: str) -> Value:
     """A parameter of the shot; an empty cell states nothing."""
-    parameter = find(allowed.parameters, name, f"{where}:")
+    if name not in allowed.parameters:
+        columns = {*allowed.parameters, *allowed.quantities, *TEXT_COLUMNS}
+        limit = "a parameter or a measured quantity of the scenario"
+        raise refusal(f"{where}: {name}", name, limit, nearest_cure(name, columns))
+    parameter = allowed.parameters[name]
     if cell in (None, ""):
         return None
     return parse_value(parameter, cell, f"{where}: {name}", materials=allowed.materials)
 
 
-def _checked(cells: Mapping[str, Any], allowed: AllowedNames, where: str) -> Observation:
-    quantity, source = cells["quantity"], cells["source"]
-    if quantity not in allowed.quantities:
-        cure = nearest_cure(quantity, allowed.quantities)
-        raise refusal(f"{where}: quantity", quantity, "what the scenario measures", cure)
-    if not isinstance(source, str):
-        raise refusal(f"{where}: source", source, "a text", "name the publication of the shot")
-    unit = allowed.quantities[quantity]
-    uncertainty = cells.get("uncertainty")
-    return Observation(
-        quantity,
-        _size("value", cells["value"], unit, where),
-        None if uncertainty in (None, "") else _size("uncertainty", uncertainty, unit, where),
-        source,
-        {n: v for n, v in cells.items() if n not in OWN_COLUMNS and v is not None},
-    )
+def _checked(
+    cells: Mapping[str, Any], measured: Sequence[str], allowed: AllowedNames, where: str
+) -> Iterator[Observation]:
+    """The shots of a row whose columns are complete."""
+    texts = {name: _text(name, cells.get(name), where) for name in TEXT_COLUMNS}
+    parameters = {
+        name: cell
+        for name, cell in cells.items()
+        if name in allowed.parameters and cell is not None
+    }
+    columns: list[tuple[Any, str, str]] = [
+        (name, name, f"{name}{UNCERTAINTY}") for name in measured
+    ]
+    for quantity, value, uncertainty in columns or [(cells["quantity"], "value", "uncertainty")]:
+        if quantity not in allowed.quantities:
+            cure = nearest_cure(quantity, allowed.quantities)
+            raise refusal(f"{where}: quantity", quantity, "what the scenario measures", cure)
+        assert isinstance(quantity, str)
+        size = _size(value, cells[value], allowed.quantities[quantity], where)
+        plus_minus = _size(uncertainty, cells.get(uncertainty), allowed.quantities[quantity], where)
+        if size is not None:
+            yield Observation(quantity, size, plus_minus, parameters=parameters, **texts)
 
 
-def _size(name: str, cell: Any, unit: str, where: str) -> float:
-    """A measured size: zero or more."""
+def _text(name: str, cell: Any, where: str) -> str:
+    if cell is not None and not isinstance(cell, str):
+        cure = (
+            "name the publication of the shot" if name == "source" else "quote it, or leave it out"
+        )
+        raise refusal(f"{where}: {name}", cell, "a text", cure)
+    return cell or ""
+
+
+def _size(name: str, cell: Any, unit: str, where: str) -> float | None:
+    """A measured size: zero or more; None where the cell is empty."""
+    if cell in (None, ""):
+        return None
     size = Parameter(name=name, kind="quantity", unit=unit, meaning=name, minimum=0.0)
     value = parse_value(size, cell, f"{where}: {name}")
     assert isinstance(value, float)

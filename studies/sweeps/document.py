@@ -14,6 +14,7 @@ except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]  # the same interface in Python
 
 from studies import materials as shipped
+from studies import observations as published
 from studies import scenarios
 from studies.materials import Material, read_document
 from studies.observations import AllowedNames, read_observations, written
@@ -55,12 +56,16 @@ def read_sweep(document: Any, limits: SweepLimits) -> Sweep:
 def read_sweep_file(file: Path) -> dict[str, Any]:
     """The document of a YAML file, with the observations of the CSV file that it may name.
 
+    A name that ships (``studies.observations``) is read where no file of that name is beside the document.
+
     Raises InvalidInput naming the file: unreadable, not YAML, not a mapping.
     """
     document = read_yaml(_text_of(file, str(file)), str(file))
     table = document.get("observations")
     if isinstance(table, str) and "\n" not in table.strip():
-        document["observations"] = _text_of(file.parent / table.strip(), "observations")
+        beside = file.parent / table.strip()
+        if beside.exists() or table.strip() not in published.names():
+            document["observations"] = _text_of(beside, "observations")
     return document
 
 

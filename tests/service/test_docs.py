@@ -9,8 +9,6 @@ import typer.main
 from service.cli.main import app
 from service.records.jobs import Cause, Keep, Scope, State, SweepState
 from service.records.settings import Settings
-from studies.observations import OWN_COLUMNS, AllowedNames, read_observations
-from studies.values.errors import InvalidInput
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")
@@ -61,18 +59,6 @@ def test_commands__of_a_service_are_all_told_of() -> None:
 def test_words__of_the_service_are_explained(arguments: type) -> None:
     for word in arguments:  # type: ignore[attr-defined]
         assert f"`{word}`" in PAGE, word
-
-
-def test_observations__columns_are_told_where_the_error_points() -> None:
-    with pytest.raises(InvalidInput) as refused:
-        read_observations(3, AllowedNames({}, {}))
-    [finding] = refused.value.findings
-    result = re.search(r"'([^']+)' in README\.md", finding.cure)
-    assert result
-    section = README.partition(f"\n## {result[1]}\n")[2].partition("\n## ")[0]
-    for name in OWN_COLUMNS:
-        assert f"| `{name}` |" in section, name
-        assert name in finding.cure
 
 
 def test_links__lead_somewhere() -> None:

@@ -2,7 +2,10 @@
 
 import pytest
 
+from studies import observations, scenarios
+from studies.materials.schema import CONFIDENCES
 from studies.observations import AllowedNames, Observation, read_observations
+from studies.sweeps.sweep import vocabulary
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, Value
 
@@ -24,6 +27,13 @@ speed [km/s], target, quantity, value [mm], uncertainty, source
 """
 
 
+WIDE = """\
+speed [km/s], hole_diameter [mm], hole_diameter_uncertainty [mm], crater_depth_over_diameter, source, note
+6, 19.0, 0.3, 0.5, x, in the afternoon
+5, , , 0.4, y,
+"""
+
+
 def refused(given: object) -> str:
     with pytest.raises(InvalidInput) as caught:
         read_observations(given, KNOWN)
@@ -35,6 +45,30 @@ def test_table__takes_units_from_header_or_cell() -> None:
     parameters: dict[str, Value] = {"speed": 6000.0, "target": "copper-ofhc"}
     assert first == Observation("hole_diameter", 0.019, 0.0003, "Ma (2005), Fig. 3.2", parameters)
     assert second == Observation("hole_diameter", 0.015, None, "own shot 17", {"speed": 2000.0})
+
+
+def test_wide_table__is_a_shot_a_quantity() -> None:
+    shots = read_observations(WIDE, KNOWN)
+    assert [(shot.quantity, shot.value, shot.uncertainty, shot.source) for shot in shots] == [
+        ("hole_diameter", 0.019, 0.0003, "x"),
+        ("crater_depth_over_diameter", 0.5, None, "x"),
+        ("crater_depth_over_diameter", 0.4, None, "y"),
+    ]
+    assert shots[1].note == "in the afternoon"
+    assert read_observations([shot.document(KNOWN) for shot in shots], KNOWN) == shots
+
+
+@pytest.mark.parametrize("scenario", ["taylor_bar", "thick_plate", "thin_plate"])
+def test_published_tables__are_read_by_their_scenario(scenario: str) -> None:
+    """Each file that ships is read by exactly one scenario, with a source and a word of confidence a shot."""
+    allowed = vocabulary(scenario, dict.fromkeys(scenarios.load(scenario).materials, ()), {})
+    own = {"taylor_bar": "taylor-bars-", "thick_plate": "craters", "thin_plate": "holes"}[scenario]
+    tables = [name for name in observations.names() if name.startswith(own)]
+    assert tables
+    for name in tables:
+        shots = read_observations(name, allowed)
+        assert all(shot.source and shot.confidence in CONFIDENCES for shot in shots), name
+        assert all(shot.parameters["speed"] for shot in shots), name
 
 
 def test_list_of_mappings__reads_as_the_table_that_it_was_written_from() -> None:
@@ -87,6 +121,10 @@ def test_refusal__lists_every_wrong_row() -> None:
         ([{3: "x"}], "name [unit]"),
         ("\n\n", "header"),
         ('a,"b\n', "CSV text"),
+        ("hole_diametre,source\n1 mm,x", "did you mean 'hole_diameter'"),
+        ("hole_diameter,value,source\n1 mm,2 mm,x", "one way to name quantities"),
+        ("hole_diameter,source\n,x", "one measured quantity a row"),
+        ("crater", "did you mean 'craters'"),
         ("\n" * 100_001, "at most 100000 lines"),
     ],
 )

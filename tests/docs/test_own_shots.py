@@ -1,0 +1,36 @@
+"""docs/own-shots.md: its tables are read as they stand, and it tells of every column."""
+
+import re
+from pathlib import Path
+
+from studies.observations import COLUMNS, OWN_COLUMNS, Observation, read_observations
+from studies.sweeps.sweep import vocabulary
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "docs" / "own-shots.csv"
+TEXT = (ROOT / "docs" / "own-shots.md").read_text(encoding="utf-8")
+HOLES = vocabulary("thin_plate", {}, {})
+SPHERE = {"speed": 5100.0, "plate_thickness": 2e-3}
+
+
+def test_own_shots__example_is_read_as_the_page_explains_it() -> None:
+    first, second = read_observations(EXAMPLE.read_text(encoding="utf-8"), HOLES)
+    source, note = "shot 17, 2026-03-02", "mean of two diameters"
+    assert first == Observation("hole_diameter", 0.0183, 4e-4, source, SPHERE, note=note)
+    assert second.uncertainty is None
+
+
+def test_own_shots__tables_of_the_page_are_the_example() -> None:
+    wide, long = re.findall(r"```csv\n(.*?)```", TEXT, re.DOTALL)
+    assert wide == EXAMPLE.read_text(encoding="utf-8")
+    sizes = [
+        [(shot.quantity, shot.value, shot.uncertainty, shot.parameters) for shot in shots]
+        for shots in (read_observations(wide, HOLES), read_observations(long, HOLES))
+    ]
+    assert sizes[0] == sizes[1]
+
+
+def test_own_shots__tells_of_every_column() -> None:
+    for name in OWN_COLUMNS:
+        assert f"| `{name}` |" in TEXT, name
+    assert COLUMNS.endswith("docs/own-shots.md")
