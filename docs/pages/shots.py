@@ -174,7 +174,8 @@ def page() -> str:
         "## Bias and scatter\n",
         _summary(shots),
         "A shot contradicts a slower one of its series where the faster bar is the longer one; the last three columns "
-        "leave these out. Reading the published figures is uncertain by 0.1 mm in a length and 0.2 mm in a diameter. Holes are quoted at second hand, and their alloys are not stated.\n",
+        "leave these out. Reading the published figures is uncertain by 0.1 mm in a length and 0.2 mm in a diameter. "
+        "Holes are quoted at second hand, and their alloys are not stated.\n",
         "![Simulation over observation less 1, against speed, a panel for each table](drawings/shots.svg)\n",
     ]
     for name in TABLES:
