@@ -297,6 +297,22 @@ def uncertainty_part(part: str) -> Variable:
     )
 
 
+# ---- of a quantity in a run: a record is what its models leave open (studies.cubes.models) --------
+
+MODEL_PART = _measured(
+    "{quantity}_model_part",
+    "standard uncertainty of {quantity} due to strength, failure and equation of state; NaN: not assessed",
+    lambda assessed: assessed.uncertainty,
+)
+MODEL_REASON = Variable(
+    "{quantity}_model_part_reason",
+    "contributions to {quantity}_model_part and their source, or why it is not assessed",
+    lambda assessed: assessed.reason,
+    RUNS,
+    kind="text",
+)
+
+
 # ---- of a quantity at a point: a record is its convergence ---------------------------------------
 
 _converged = partial(Variable, dims=POINTS, unit="{unit}")
@@ -412,10 +428,26 @@ LAW_RANGE = _text_of_law(
 LAW_CONFIDENCE = _text_of_law(
     "{quantity}_law_confidence",
     "confidence in the equation",
-    lambda each: f"equation: {each.law.confidence}; range: {each.law.range.confidence}",
+    lambda each: f"equation: {each.law.confidence}",
+)
+LAW_SCATTER = Variable(
+    "{quantity}_law_scatter",
+    "published scatter of measured values about the law, relative standard deviation; NaN: not published",
+    lambda each: each.law.scatter,
+    (LAW,),
+    "1",
 )
 OF_ANSWERS = (BY_LAW, BY_LAW_IN_RANGE, BY_LAW_REASON)
-OF_LAWS = (LAW_VARIANT, LAW_NAME, LAW_TITLE, LAW_EQUATION, LAW_SOURCE, LAW_RANGE, LAW_CONFIDENCE)
+OF_LAWS = (
+    LAW_VARIANT,
+    LAW_NAME,
+    LAW_TITLE,
+    LAW_EQUATION,
+    LAW_SOURCE,
+    LAW_RANGE,
+    LAW_CONFIDENCE,
+    LAW_SCATTER,
+)
 
 
 # ---- of observed shots: a record is a shot, a law, or its answer ---------------------------------

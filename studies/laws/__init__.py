@@ -2,8 +2,8 @@
 
 How to add one: one file here, named after the law, that offers ``LAW``. Write the bare formula as a
 public function on arrays in SI, with a doctest that reproduces a published number; then the ``Law``
-around it: equation as published, source, and a range whose limits say what is checked and how sure
-it is; it is for compact projectiles unless it states another ``projectile``.
+around it: equation as published, source, the scatter that the source states, and a range whose limits say what is
+checked and where it is stated; it is for compact projectiles unless it states another ``projectile``.
 ``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit.
 
 A law answers outside its range too, flagged with the reasons; where it is meaningless it answers
@@ -17,12 +17,13 @@ from typing import Any, Literal
 
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
-from studies.laws._range import Limit, Range
+from studies.laws._range import NOT_FOUND, Limit, Range
 from studies.materials import Material
 from studies.values.nearest import nearest_cure
 from studies.values.quantities import refusal
 
 __all__ = [
+    "NOT_FOUND",
     "Law",
     "LawValue",
     "Limit",
@@ -78,6 +79,9 @@ class Law:
     source: str
     confidence: str  # of the equation and its constants: a word of studies.materials.CONFIDENCES
     range: Range
+    # Relative standard deviation of the measured values about the law, as its source states it, with the place at the
+    # line; None: not published.
+    scatter: Dimensionless | None = None
     ratio: Callable[[Shot, str], float]  # value over projectile diameter, of a shot and a variant
     variants: Callable[[Shot], Sequence[str]] = lambda shot: ONE_FORM
     meaningless: Callable[[Shot, str], str] = lambda shot, variant: ""  # the reason, or ""
@@ -106,6 +110,7 @@ class Law:
             "equation": self.equation,
             "source": self.source,
             "confidence": self.confidence,
+            "scatter": self.scatter,
             "range": self.range.describe(),
         }
 

@@ -1,4 +1,4 @@
-"""The range of a law: limits, each with words, confidence, and a check where one is possible."""
+"""The range of a law: limits, each with words, its source, and a check where one is possible."""
 
 import math
 from collections.abc import Callable
@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from studies.laws import Shot
+
+# In place of the source of a limit that none states. Such a limit is what is commonly quoted: it marks, and says so.
+NOT_FOUND = "source not found"
 
 ROUND_OFF = (
     1e-9  # relative: a speed of exactly the limit, reached through a unit conversion, is inside
@@ -18,13 +21,18 @@ class Limit:
     """One limit of a law's range."""
 
     words: str  # "like on like"
-    confidence: str  # a word of studies.materials.CONFIDENCES
+    source: str  # where the limit is stated, or NOT_FOUND
     outside: Callable[["Shot"], str] | None = field(default=None, repr=False)  # the reason, or ""
 
     @property
     def machine_checked(self) -> bool:
         """Whether a shot is checked against this limit, or only the reader is told."""
         return self.outside is not None
+
+    def reason(self, shot: "Shot") -> str:
+        """Why a shot lies outside, with the source of the limit; empty inside, and where nothing is checked."""
+        reason = self.outside(shot) if self.outside else ""
+        return f"{reason} ({self.source})" if reason else ""
 
 
 @dataclass(frozen=True)
@@ -33,7 +41,7 @@ class Range:
 
     limits: tuple[Limit, ...]  # of the law itself
     # Rods and discs penetrate otherwise than spheres; round numbers, which no law here states.
-    projectile: Limit = field(default_factory=lambda: length_ratio(0.5, 2.0, "memory"))
+    projectile: Limit = field(default_factory=lambda: length_ratio(0.5, 2.0, NOT_FOUND))
 
     @property
     def every(self) -> tuple[Limit, ...]:
@@ -45,14 +53,9 @@ class Range:
         """All limits as one text."""
         return "; ".join(_words(limit) for limit in self.every)
 
-    @property
-    def confidence(self) -> str:
-        """The confidence of the limits, each word once."""
-        return ", ".join(dict.fromkeys(limit.confidence for limit in self.every))
-
     def reasons(self, shot: "Shot") -> list[str]:
         """Why a shot lies outside; empty inside."""
-        reasons = [limit.outside(shot) for limit in self.every if limit.outside is not None]
+        reasons = (limit.reason(shot) for limit in self.every)
         return [reason for reason in reasons if reason]
 
     def describe(self) -> list[dict[str, Any]]:
@@ -60,47 +63,47 @@ class Range:
         return [
             {
                 "words": limit.words,
-                "confidence": limit.confidence,
+                "source": limit.source,
                 "machine_checked": limit.machine_checked,
             }
             for limit in self.every
         ]
 
 
-def like_on_like(confidence: str) -> Limit:
+def like_on_like(source: str) -> Limit:
     """Projectile and target of the same family of materials."""
 
     def outside(shot: "Shot") -> str:
         projectile, target = shot.projectile.family, shot.target.family
         return "" if projectile == target else f"{projectile} on {target} is not like on like"
 
-    return Limit("like on like", confidence, outside)
+    return Limit("like on like", source, outside)
 
 
-def family(name: str, confidence: str) -> Limit:
+def family(name: str, source: str) -> Limit:
     """A target of one family of materials."""
 
     def outside(shot: "Shot") -> str:
         family = shot.target.family
         return "" if family == name else f"calibrated on {name}, the target is {family}"
 
-    return Limit(f"{name} target", confidence, outside)
+    return Limit(f"{name} target", source, outside)
 
 
-def speed(minimum: float, maximum: float, confidence: str) -> Limit:
+def speed(minimum: float, maximum: float, source: str) -> Limit:
     """Impact speed in km/s."""
-    return between("v", lambda shot: shot.speed / 1e3, (minimum, maximum), "km/s", confidence)
+    return between("v", lambda shot: shot.speed / 1e3, (minimum, maximum), "km/s", source)
 
 
-def thickness_ratio(minimum: float, maximum: float, confidence: str) -> Limit:
+def thickness_ratio(minimum: float, maximum: float, source: str) -> Limit:
     """Plate thickness over projectile diameter."""
-    return between("t/d", lambda shot: shot.thickness_ratio, (minimum, maximum), "", confidence)
+    return between("t/d", lambda shot: shot.thickness_ratio, (minimum, maximum), "", source)
 
 
-def length_ratio(minimum: float, maximum: float, confidence: str) -> Limit:
+def length_ratio(minimum: float, maximum: float, source: str) -> Limit:
     """Length of the projectile over its diameter."""
     bounds = (minimum, maximum)
-    return between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", confidence)
+    return between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", source)
 
 
 def between(
@@ -108,7 +111,7 @@ def between(
     of: Callable[["Shot"], float],
     bounds: tuple[float, float],
     unit: str,
-    confidence: str,
+    source: str,
 ) -> Limit:
     """A number of the shot between two bounds, inclusive; an infinite bound is none."""
     low, high = bounds
@@ -122,17 +125,17 @@ def between(
             return f"{symbol} = {value:.3g}{unit} is above {high:g}{unit}"
         return "" if math.isfinite(value) else f"{symbol} is not defined for this shot"
 
-    return Limit(_interval(symbol, low, high, unit), confidence, outside)
+    return Limit(_interval(symbol, low, high, unit), source, outside)
 
 
-def stated(words: str, confidence: str) -> Limit:
+def stated(words: str, source: str) -> Limit:
     """A limit that no number of the shot can check."""
-    return Limit(words, confidence)
+    return Limit(words, source)
 
 
 def _interval(symbol: str, low: float, high: float, unit: str) -> str:
-    below = f"{low:g} <= " if low > 0.0 else ""
-    above = f" <= {high:g}" if math.isfinite(high) else ""
+    below = f"{low:.3g} <= " if low > 0.0 else ""
+    above = f" <= {high:.3g}" if math.isfinite(high) else ""
     if above:
         return f"{below}{symbol}{above}{unit}"
     return f"{symbol} >= {low:g}{unit}"
@@ -140,4 +143,4 @@ def _interval(symbol: str, low: float, high: float, unit: str) -> str:
 
 def _words(limit: Limit) -> str:
     checked = "checked" if limit.machine_checked else "not checked"
-    return f"{limit.words} ({limit.confidence}, {checked})"
+    return f"{limit.words} ({limit.source}; {checked})"

@@ -6,7 +6,9 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._range import between, stated
+from studies.laws._range import NOT_FOUND, between, speed, stated
+
+COUR_PALAIS = "Cour-Palais (1987), Int. J. Impact Eng. 5, p. 225"
 
 
 def depth_ratio(speed: ArrayLike, density_ratio: ArrayLike, sound_speed: ArrayLike) -> NDArray:
@@ -23,8 +25,11 @@ def depth_ratio(speed: ArrayLike, density_ratio: ArrayLike, sound_speed: ArrayLi
 
 
 def _ratio(shot: Shot, variant: str) -> float:
-    density_ratio = shot.projectile.density / shot.target.density
-    return float(depth_ratio(shot.speed, density_ratio, shot.target.sound_speed))
+    return float(depth_ratio(shot.speed, _density_ratio(shot), shot.target.sound_speed))
+
+
+def _density_ratio(shot: Shot) -> float:
+    return shot.projectile.density / shot.target.density
 
 
 def _mach(shot: Shot) -> float:
@@ -38,6 +43,14 @@ LAW = Law(
     equation="p/d = 2.28 (rho_p/rho_t)^(2/3) (v/C)^(2/3), C: bulk sound speed of the target",
     source="Summers and Charters (1959), Third Symposium on Hypervelocity Impact",
     confidence="cross-checked",
-    range=Range((between("v/C", _mach, (1.0, math.inf), "", "memory"), stated("metals", "memory"))),
+    range=Range(
+        (
+            between("v/C", _mach, (1.0, math.inf), "", NOT_FOUND),
+            # Data up to 16 km/s do not tell the exponent 2/3 from 0.58; densities within a factor of 3.
+            speed(0.0, 16.0, COUR_PALAIS),
+            between("rho_p/rho_t", _density_ratio, (1.0 / 3.0, 3.0), "", COUR_PALAIS),
+            stated("metals", NOT_FOUND),
+        )
+    ),
     ratio=_ratio,
 )

@@ -38,10 +38,10 @@ LAW = Law(
     confidence="computed",
     range=Range(
         (
-            like_on_like("computed"),
-            family("copper", "computed"),
+            like_on_like("the shot of the fit"),
+            family("copper", "the shot of the fit"),
             # With this c the law follows the depths of Ma (2005), Table 3.4, within 0.4 mm.
-            speed(4.0, 7.0, "computed"),
+            speed(4.0, 7.0, "Ma (2005), Table 3.4"),
         )
     ),
     ratio=_ratio,

@@ -4,7 +4,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, narrower_than_projectile
-from studies.laws._range import family, like_on_like, speed, thickness_ratio
+from studies.laws._range import NOT_FOUND, family, like_on_like, speed, thickness_ratio
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike) -> NDArray:
@@ -34,11 +34,11 @@ LAW = Law(
     confidence="read",
     range=Range(
         (
-            like_on_like("read"),
+            like_on_like("Ma (2005), section 1.2.1"),
             # 0.45 is 2.40 / 5.35, the general form with the sound speed of aluminium.
-            family("aluminium", "computed"),
-            speed(0.0, 8.0, "memory"),
-            thickness_ratio(0.0, 0.5, "memory"),
+            family("aluminium", "computed from the constant"),
+            speed(0.0, 8.0, NOT_FOUND),
+            thickness_ratio(0.0, 0.5, NOT_FOUND),
         )
     ),
     ratio=_ratio,

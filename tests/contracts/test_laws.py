@@ -50,10 +50,15 @@ def test_law__states_equation_source_and_confidence(law: Law) -> None:
     assert law.confidence in CONFIDENCES
 
 
-def test_law__states_a_range_with_confidence_of_which_some_is_checked(law: Law) -> None:
+def test_law__states_a_range_with_sources_of_which_some_is_checked(law: Law) -> None:
     assert law.range.words
     assert any(limit.machine_checked for limit in law.range.limits)
-    assert all(limit.confidence in CONFIDENCES for limit in law.range.limits)
+    assert all(len(limit.source) > 5 and "memory" not in limit.source for limit in law.range.every)
+
+
+def test_law__has_a_published_scatter_or_none(law: Law) -> None:
+    assert law.scatter is None or 0.0 < law.scatter < 1.0
+    assert law.describe()["scatter"] == law.scatter
 
 
 def test_law__has_a_doctest_that_passes(law: Law) -> None:

@@ -109,7 +109,6 @@ class Shot:
 @dataclass(frozen=True)
 class Range:
     words: str
-    confidence: str = "memory"
 
 
 @dataclass(frozen=True)
@@ -125,6 +124,7 @@ class Law:
     equation: str = "D/d = f(v, t/d)"
     source: str = "Nobody (1999), Eq. 1"
     confidence: str = "read"
+    scatter: float | None = None
 
     @property
     def range(self) -> Range:
