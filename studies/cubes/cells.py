@@ -9,6 +9,7 @@ import numpy as np
 
 from studies.convergence.richardson import Convergence, Sample, converge
 from studies.cubes.variables import STATES, variable_name
+from studies.results import DEFINITION, numerical_parts
 from studies.sweeps.sweep import RESOLUTION
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
@@ -112,14 +113,30 @@ def converge_cells(cells: np.ndarray, quantity: str) -> Convergence:
     return converge(_sample(cell, cell.measured(quantity)) for cell in cells)
 
 
+def definition_part(cells: np.ndarray, quantity: str) -> float | None:
+    """Mean of the part of a definition over the finest runs, (runs,), of one point that state it; None without any."""
+    by_spacing: dict[float, list[float]] = {}
+    for cell in cells:
+        measured = cell.measured(quantity)
+        if cell.state == "succeeded" and measured is not None and DEFINITION in measured.parts:
+            by_spacing.setdefault(_spacing(cell), []).append(measured.parts[DEFINITION])
+    return float(np.mean(by_spacing[min(by_spacing)])) if by_spacing else None
+
+
+def _spacing(cell: Cell) -> float:
+    """Size of a cell of the grid in diameters; 1 where a sweep has one resolution alone."""
+    return float(1.0 / cell.coordinates.get(RESOLUTION, 1.0))
+
+
 def _sample(cell: Cell, measured: Any | None) -> Sample:
     """A run as convergence sees it; one that did not succeed has no value."""
-    spacing = 1.0 / cell.coordinates.get(RESOLUTION, 1.0)  # in diameters; one alone has no name
+    spacing = _spacing(cell)
     if measured is None or cell.result is None or cell.state != "succeeded":
         return Sample(spacing, np.nan)
     if measured.value is None:
         return Sample(spacing, np.nan, nothing=True)
-    rest = math.hypot(*(size for part, size in measured.parts.items() if part != SUB_CELL))
+    parts = numerical_parts(measured.parts)
+    rest = math.hypot(*(size for part, size in parts.items() if part != SUB_CELL))
     flags = (*cell.result.flags, *measured.flags)
     return Sample(
         spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, quality_flags=flags

@@ -9,7 +9,7 @@ alone redoes the report. Each variable is declared in :mod:`studies.cubes.variab
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from math import prod
@@ -21,8 +21,9 @@ import xarray as xr
 
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
-from studies.cubes.cells import Cell, Layout, converge_cells, lay_out
+from studies.cubes.cells import Cell, Layout, converge_cells, definition_part, lay_out
 from studies.cubes.variables import Quantity, Variable, variable_name
+from studies.results import numerical_parts
 from studies.values.files import write_atomically
 from studies.values.parameters import Parameter
 
@@ -129,11 +130,11 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     if any(each is not None and declared.HISTORY_TIME.pick(each) for each in measured.flat):
         for variable in (declared.HISTORY, declared.HISTORY_TIME):
             yield variable.filled(quantity), _histories(variable, measured, _samples(layout)), {}
+    definition = _by_point(layout, lambda cells: definition_part(cells, name))
+    if any(part is not None for part in definition.flat):
+        yield _column(declared.DEFINITION_PART.filled(quantity), definition)
     if layout.refinements:
-        runs = layout.runs_of_points
-        converged = np.empty(runs.shape[:-1], object)
-        for point in np.ndindex(converged.shape):
-            converged[point] = converge_cells(runs[point], name)
+        converged = _by_point(layout, lambda cells: converge_cells(cells, name))
         for variable in declared.OF_CONVERGENCE:
             yield _column(variable.filled(quantity), converged)
 
@@ -222,6 +223,15 @@ def _each(records: np.ndarray, pick: Any) -> np.ndarray:
     return picked
 
 
+def _by_point(layout: Layout, pick: Callable[[np.ndarray], Any]) -> np.ndarray:
+    """The picks of the runs of each point."""
+    runs = layout.runs_of_points
+    picked = np.empty(runs.shape[:-1], object)
+    for point in np.ndindex(picked.shape):
+        picked[point] = pick(runs[point])
+    return picked
+
+
 def _compact(values: np.ndarray, layout: Layout) -> np.ndarray:
     """Values by run: a scalar where all are equal, by point where those of each point are."""
     first = values.flat[0]
@@ -232,9 +242,11 @@ def _compact(values: np.ndarray, layout: Layout) -> np.ndarray:
 
 
 def _parts(layout: Layout, quantity: str) -> list[str]:
-    """Names of the parts that the runs state of the uncertainty of a quantity."""
+    """Names of the numerical parts that the runs state of the uncertainty of a quantity."""
     measured = (cell.measured(quantity) for cell in layout.cells.flat)
-    return sorted({part for each in measured if each is not None for part in each.parts})
+    return sorted(
+        {part for each in measured if each is not None for part in numerical_parts(each.parts)}
+    )
 
 
 def _samples(layout: Layout) -> int:

@@ -9,6 +9,7 @@ How to add one: a number of the audit is one line of ``AUDIT``; a quantity comes
 its scenario, and neither needs an edit here.
 """
 
+import json
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -312,6 +313,15 @@ MODEL_REASON = Variable(
     kind="text",
 )
 
+# Over the points: it converges with nothing. A record is the number itself (``cells.definition_part``).
+DEFINITION_PART = Variable(
+    "{quantity}_definition_part",
+    "uncertainty of {quantity} by its definition, no numerical part: half of its difference from a second definition",
+    lambda part: part,
+    POINTS,
+    "{unit}",
+)
+
 
 # ---- of a quantity at a point: a record is its convergence ---------------------------------------
 
@@ -511,6 +521,12 @@ BY_LAW_AT_OBSERVATION_IN_RANGE = _in_range(
 def quantities_of(dataset: xr.Dataset) -> list[str]:
     """Names of the measured quantities of a cube."""
     return str(dataset.attrs["quantities"]).split()
+
+
+def mixed_versions(dataset: xr.Dataset, quantity: str) -> list[int]:
+    """Versions of the definition of a quantity, where the runs of a cube were measured with several; else none."""
+    versions: list[int] = json.loads(dataset.attrs["measurement_versions"]).get(quantity, [])
+    return versions if len(versions) > 1 else []
 
 
 def flag_meanings(flags: xr.DataArray) -> list[tuple[int, str]]:

@@ -30,7 +30,7 @@ class Reading:
     """A measurement at one time."""
 
     value: float  # NaN where the flags say why there is none
-    # Parts of its standard uncertainty, in the same unit.
+    # Parts of its standard uncertainty, in the same unit; that of its definition is no numerical one.
     parts: Mapping[str, float] = field(default_factory=dict)
     flags: tuple[str, ...] = ()
 

@@ -272,13 +272,29 @@ def cumulated(place: np.ndarray, weight: np.ndarray, width: float, at: np.ndarra
     """Weight below each place in ``at``, particles spread evenly over their width."""
     if not place.size:
         return np.zeros_like(at)
+    knots, heights = _cumulation(place, weight, width)
+    return np.interp(at, knots, heights, left=0.0, right=float(weight.sum()))
+
+
+def place_holding(place: np.ndarray, weight: np.ndarray, width: float, total: float) -> float:
+    """The place below which a total weight lies, particles spread evenly over their width; inf where there is less."""
+    if weight.sum() <= total:
+        return math.inf
+    knots, heights = _cumulation(place, weight, width)
+    # Round-off may take a height below the one before it.
+    return float(np.interp(total, np.maximum.accumulate(heights), knots))
+
+
+def _cumulation(
+    place: np.ndarray, weight: np.ndarray, width: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places (2 n,), ascending, at which a particle begins or ends, and the weight below each."""
     knots = np.concatenate([place - 0.5 * width, place + 0.5 * width])
     slopes = np.concatenate([weight, -weight]) / width
     order = np.argsort(knots, kind="stable")
     knots = knots[order]
     slope = np.cumsum(slopes[order])
-    heights = np.concatenate([[0.0], np.cumsum(slope[:-1] * np.diff(knots))])
-    return np.interp(at, knots, heights, left=0.0, right=float(weight.sum()))
+    return knots, np.concatenate([[0.0], np.cumsum(slope[:-1] * np.diff(knots))])
 
 
 def overlap(centre: np.ndarray, width: float, low: float, high: float) -> np.ndarray:

@@ -1,14 +1,29 @@
-"""Whether a plate is perforated: the mass of it that still stands on the axis of its hole."""
+"""Whether a plate is perforated, and where: the mass of it on the axis of its hole, and its edges seen along it."""
 
 import numpy as np
 
-from studies.measurements._impact import ImpactView, cumulated
+from studies.measurements._impact import ImpactView, contained, cumulated, radii_by_sector
 from studies.results import CLOSED_ON_AXIS
 
 # Particles lose contact when they are drawn more than a cell apart: at a stretch of two, where two fill a cell. A plate
 # that is stretched to twice its size in both directions has a quarter of its areal density: what is denser is a plate
 # and no numerical film.
 FILM = 0.25
+
+
+def areal_edges(view: ImpactView) -> np.ndarray:
+    """Radius (sectors,) at which the areal density of the connected plate falls to half of its nominal value, m.
+
+    NaN where it never does on the way in from the rim.
+    """
+    return radii_by_sector(view, view.attached_target, view.mass, view.density * view.thickness)
+
+
+def flag_without_hole(view: ImpactView, edges: np.ndarray) -> str:
+    """The reason why a plate with such edges has no hole that can be measured; empty where it has."""
+    if np.isnan(edges).any() or is_whole(view):
+        return "not_perforated"
+    return "" if contained(view, edges) else "not_contained"
 
 
 def is_whole(view: ImpactView) -> bool:

@@ -1,25 +1,41 @@
 """The hole in the middle of the plate."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._impact import ImpactView
+from studies.measurements._impact import (
+    ImpactView,
+    azimuthal_spread,
+    contained,
+    equal_area_diameter,
+    rim_flags,
+)
 from studies.measurements._perforation import film_flags, is_whole
-from studies.measurements.hole_diameter_clear import innermost
 
 
 def _read(view: ImpactView) -> Reading:
-    """Innermost edges within half a cell of the original mid-plane."""
-    if is_whole(view):
-        return Reading(math.nan, flags=("not_perforated",))
+    """Innermost particle edges, in each sector, within half a cell of the original mid-plane."""
     near = np.abs(view.depth - 0.5 * view.thickness) <= 0.5 * view.cell
-    reading = innermost(view, view.attached_target & near)
-    if math.isnan(reading.value):
-        return reading
-    return replace(reading, flags=film_flags(view) + reading.flags)
+    keep = view.attached_target & near
+    radii = np.array(
+        [
+            np.min(view.radius[keep & (view.sector == sector)], initial=math.inf)
+            for sector in range(view.sectors)
+        ]
+    )
+    radii = radii - 0.5 * view.radial_width
+    if is_whole(view) or (radii < view.cell).any():
+        return Reading(math.nan, flags=("not_perforated",))
+    if not np.isfinite(radii).all() or not contained(view, radii):
+        return Reading(math.nan, flags=("not_contained",))
+    diameter = equal_area_diameter(radii)
+    return Reading(
+        diameter,
+        {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)},
+        film_flags(view) + rim_flags(view, diameter),
+    )
 
 
 MEASUREMENT = Measurement(

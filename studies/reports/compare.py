@@ -8,8 +8,8 @@ how far off it is.
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -39,6 +39,10 @@ WITH_OBSERVATIONS = (
     "Residuals are given against the simulation and against the observed shots that the sweep "
     "brought. Only those against observations say how well a law or the simulation describes "
     "nature."
+)
+MIXED = (
+    "The runs of this sweep measured {} by versions {} of its definition, which give different numbers: nothing is "
+    "compared with it. `whipple remeasure` reads the stored final states again by the present definition."
 )
 # Why no error bar judges a residual.
 UNJUDGED_LAW = ", whose mesh error is unknown, so its error bar cannot test the law"
@@ -96,6 +100,8 @@ class Comparison:
     statement: str
     residuals: tuple[Residual, ...]
     observations: tuple[MatchedObservation, ...]
+    # Quantities with which nothing is compared because their runs mix versions of the definition; the sentence for it.
+    mixed: Mapping[str, str] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for the report."""
@@ -103,6 +109,7 @@ class Comparison:
             "statement": self.statement,
             "residuals": [{**asdict(each), "sentence": sentence(each)} for each in self.residuals],
             "observations": [asdict(each) for each in self.observations],
+            "mixed": [{"quantity": name, "sentence": text} for name, text in self.mixed.items()],
         }
 
 
@@ -132,7 +139,22 @@ def compare(cube: xr.Dataset) -> Comparison:
         statement=WITH_OBSERVATIONS if observations else ONLY_SIMULATION,
         residuals=(*against_simulation, *against_observations),
         observations=tuple(observations),
+        mixed=mixed(cube),
     )
+
+
+def mixed(cube: xr.Dataset) -> dict[str, str]:
+    """Quantities whose runs mix versions of the definition, with the sentence that says so and names the cure."""
+    versions = {name: cubes.mixed_versions(cube, name) for name in cubes.quantities_of(cube)}
+    return {
+        name: MIXED.format(name.replace("_", " "), _listed(each))
+        for name, each in versions.items()
+        if each
+    }
+
+
+def _listed(versions: Sequence[int]) -> str:
+    return f"{', '.join(map(str, versions[:-1]))} and {versions[-1]}"
 
 
 def statistics(subject: np.ndarray, reference: References) -> Statistics:

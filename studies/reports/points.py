@@ -74,7 +74,13 @@ def simulated(dataset: xr.Dataset, name: str, variable: Variable = cubes.VALUE) 
 
 
 def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """A measured quantity where a law may be compared with it; NaN where its flags speak against it."""
+    """A measured quantity where a law may be compared with it; NaN where its flags speak against it.
+
+    NaN everywhere where runs were measured with several versions of its definition: they do not compare among
+    themselves.
+    """
+    if cubes.mixed_versions(dataset, name):
+        return xr.full_like(simulated(dataset, name), np.nan)
     flags = cubes.FLAGS.of(dataset, name)
     against = sum(mask for mask, word in cubes.flag_meanings(flags) if word in NOT_COMPARED)
     return simulated(dataset, name).where(flags & against == 0)

@@ -13,7 +13,7 @@ from solver.state import Snapshot
 from studies import measurements
 from studies.films.film import Film
 from studies.measurements import History, Measurement, Reading
-from studies.results import TOO_COARSE, Measured, Progress
+from studies.results import TOO_COARSE, Measured, Progress, numerical_parts
 from studies.scenarios import Scenario, Setting
 
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
@@ -132,7 +132,7 @@ class Observer:
             parts["growth"] = growth
         if has_value and self._is_judged(name) and not self._settled(name):
             flags = (*flags, "still_growing")
-        uncertainty = math.hypot(*parts.values()) if parts else None
+        uncertainty = math.hypot(*numerical_parts(parts).values()) if parts else None
         if uncertainty and uncertainty > measurement.widest * abs(reading.value):
             flags = (*flags, "wide_bar")
         if has_value and self.scenario.observer.too_coarse(self.scenario.cells(self.parameters)):

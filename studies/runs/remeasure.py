@@ -16,7 +16,7 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
-from studies.results import TOO_COARSE, Measured, RunResult
+from studies.results import TOO_COARSE, Measured, RunResult, numerical_parts
 from studies.runs.run import Run
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
@@ -135,7 +135,7 @@ def _measured(measurement: Measurement, reading: Reading, result: RunResult) -> 
     parts = {} if value is None else dict(reading.parts)
     return Measured(
         value=value,
-        uncertainty=math.hypot(*parts.values()) if parts else None,
+        uncertainty=math.hypot(*numerical_parts(parts).values()) if parts else None,
         parts=parts,
         flags=reading.flags,
         history={"time": [result.numbers["end_time"]], "value": [value]},

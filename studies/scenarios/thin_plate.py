@@ -109,7 +109,7 @@ SCENARIO = Scenario(
     materials=("projectile", "target"),
     measurements=(
         "hole_diameter",
-        "hole_diameter_clear",
+        "hole_diameter_areal",
         "hole_diameter_midplane",
         "hole_diameter_lip",
     ),

@@ -16,7 +16,7 @@ END_TIME = 25e-6  # s
 # Half a cell is what a user may count on. Faces of symmetry that turn no force round shift the hole by half of that: a
 # twentieth of a cell sees them.
 WITHIN = 0.05
-QUANTITIES = ("hole_diameter", "hole_diameter_clear")
+QUANTITIES = ("hole_diameter", "hole_diameter_areal")
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:

@@ -95,11 +95,11 @@ def hole() -> Iterator[Row]:
                 yield relative(text, expected=expected, got=got, within=gate)
             else:
                 yield Row(text, f"{expected} (20 %)", round(got, 2), None)
-            clear = _millimetres(result, "hole_diameter_clear")
+            areal = _millimetres(result, "hole_diameter_areal")
             yield Row(
-                f"smallest clear diameter, {speed} km/s, {cell} mm (mm)",
+                f"diameter by areal density, {speed} km/s, {cell} mm (mm)",
                 expected,
-                round(clear, 2),
+                round(areal, 2),
                 None,
             )
             drift = result.numbers["largest_energy_drift"]

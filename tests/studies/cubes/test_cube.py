@@ -38,7 +38,10 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
         assert float(cell.hole_diameter) == measured.value
         assert float(cell.hole_diameter_uncertainty) == measured.uncertainty
         assert float(cell.hole_diameter_uncertainty_growth) == measured.parts["growth"]
+        assert float(cell.hole_diameter_definition_part) == measured.parts["definition"]
         assert cell.run_id.item() == point.run.id
+    assert "hole_diameter_uncertainty_definition" not in dataset
+    assert "hole_diameter_areal_definition_part" not in dataset
 
 
 def test_grid__a_numeric_axis_ascends_in_whatever_order_it_was_given() -> None:

@@ -27,7 +27,7 @@ CRATER = 11.3e-3  # radius of the scoop
 EDGE = 0.5 * PARTICLE
 ROUND_OFF = 1e-12
 
-OPENINGS = ("hole_diameter", "hole_diameter_clear", "hole_diameter_midplane")
+OPENINGS = ("hole_diameter", "hole_diameter_areal", "hole_diameter_midplane")
 
 
 def line(begin: float, end: float) -> np.ndarray:
@@ -114,6 +114,15 @@ def lipped_disc(hole: float, crest: float) -> ImpactView:
     """A drilled disc whose entry side carries one ring of particles, two particles above the face."""
     disc = drilled_disc(hole)
     return with_particle(disc, crest, -2.0 * PARTICLE)
+
+
+def collared_disc(hole: float, *, inwards: float, depth: float) -> ImpactView:
+    """A drilled disc with a solid collar, a cell high, that stands into the hole."""
+    disc = drilled_disc(hole)
+    for place in line(depth, depth + CELL):
+        for radius in line(hole - inwards, hole):
+            disc = with_particle(disc, float(radius), float(place))
+    return disc
 
 
 def with_particle(state: ImpactView, radius: float, depth: float) -> ImpactView:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from studies.measurements import History
+from studies.results import DEFINITION
 from tests.studies.measurements.states import (
     BAR_DIAMETER,
     BAR_LENGTH,
@@ -36,6 +37,7 @@ from tests.studies.measurements.states import (
     WALLS,
     bar,
     bored_half_space,
+    collared_disc,
     cratered,
     dented_disc,
     drilled_disc,
@@ -68,6 +70,20 @@ def conical_disc() -> Any:
     radius, depth = (axis.ravel() for axis in points)
     left = radius > HOLE + (depth - 0.5 * THICKNESS)
     return impact(radius[left], depth[left], thickness=THICKNESS, breadth=RADIUS)
+
+
+def sunk(cells: float) -> Any:
+    """A drilled plate that has moved down by a part of a cell, so that bins begin elsewhere in it."""
+    disc = drilled_disc(HOLE)
+    return dataclasses.replace(disc, depth=disc.depth + cells * CELL)
+
+
+def jagged_disc() -> Any:
+    """A drilled plate of which every other layer of particles begins a particle farther in."""
+    disc = drilled_disc(HOLE)
+    for depth in line(0.0, THICKNESS)[::2]:
+        disc = with_particle(disc, HOLE - 0.5 * PARTICLE, float(depth))
+    return disc
 
 
 def cap(share: float) -> Any:
@@ -185,15 +201,27 @@ KNOWN: list[tuple[str, Build, float, float]] = [
         for name in OPENINGS
         for shift in (SHIFTS if name == "hole_diameter" else [0.0])
     ),
-    ("hole_diameter", conical_disc, 2.0 * HOLE, 2.0 * EDGE),
-    ("hole_diameter_clear", conical_disc, 2.0 * HOLE - THICKNESS, 2.0 * CELL),
-    ("hole_diameter_midplane", conical_disc, 2.0 * HOLE, 2.0 * CELL),
-    (
-        "hole_diameter_clear",
-        lambda: with_particle(drilled_disc(HOLE), 0.6 * HOLE, 0.5 * THICKNESS),
-        1.2 * HOLE - PARTICLE,
-        ROUND_OFF * HOLE,
+    # Straight walls have their radius to a part of a particle, wherever the bins begin and whatever stands behind.
+    *(
+        ("hole_diameter", lambda s=shift: sunk(s), 2.0 * HOLE, 0.05 * PARTICLE)
+        for shift in SHIFTS[::3]
     ),
+    *(
+        (
+            "hole_diameter",
+            lambda w=w, z=z: collared_disc(HOLE, inwards=w, depth=z),
+            2.0 * (HOLE - w),
+            0.05 * PARTICLE,
+        )
+        for w in (CELL, 4.0 * CELL)
+        for z in (-CELL, CELL, THICKNESS)
+    ),
+    # The narrowest bin of a cone is a cell high, and its wall a cell deep.
+    ("hole_diameter", conical_disc, 2.0 * HOLE - THICKNESS, 2.0 * CELL),
+    ("hole_diameter_areal", conical_disc, 2.0 * HOLE, 2.0 * EDGE),
+    ("hole_diameter_midplane", conical_disc, 2.0 * HOLE, 2.0 * CELL),
+    # Layers that begin a particle apart: between the two.
+    ("hole_diameter", jagged_disc, 2.0 * HOLE - PARTICLE, PARTICLE),
     ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + 3.3e-3), 2 * HOLE + 6.6e-3, 1e-14),
     *(
         ("crater_diameter", lambda s=share: cap(s), 2.0 * CRATER, 2.0 * TENTH)
@@ -315,8 +343,13 @@ NO_VALUE: list[tuple[str, Build, str]] = [
             (gone_disc, "not_contained"),
         )
     ),
-    ("hole_diameter_clear", lambda: dented_disc(0.125), "not_perforated"),
+    ("hole_diameter_areal", lambda: dented_disc(1.0, stretch=1.9), "not_perforated"),
     ("hole_diameter", lambda: dented_disc(1.0, stretch=1.9), "not_perforated"),
+    (
+        "hole_diameter",
+        lambda: collared_disc(HOLE, inwards=HOLE - PARTICLE, depth=CELL),
+        "not_perforated",
+    ),
     ("hole_diameter_lip", lambda: drilled_disc(HOLE), "no_lip"),
     ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + 1.1 * DIAMETER), "no_lip"),
     ("crater_depth", bored_half_space, "perforated"),
@@ -336,9 +369,8 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("target_shock_speed", lambda: running("target", 5000.0, placed=3), "no_plateau"),
 ]
 DOUBTED: list[tuple[str, Build, str]] = [
-    ("hole_diameter", lambda: dented_disc(0.125), "closed_on_axis"),
-    ("hole_diameter_midplane", lambda: dented_disc(0.125), "closed_on_axis"),
-    ("hole_diameter", lambda: dented_disc(1.0, stretch=2.1), "closed_on_axis"),
+    *((name, lambda: dented_disc(0.125), "closed_on_axis") for name in OPENINGS),
+    ("hole_diameter_areal", lambda: dented_disc(1.0, stretch=2.1), "closed_on_axis"),
     *((name, lambda: drilled_disc(0.51 * RADIUS), "near_rim") for name in OPENINGS),
     *((name, lambda: drilled_disc(0.49 * RADIUS), "") for name in OPENINGS),
     ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + DIAMETER - 0.5 * CELL), "lip_at_window"),
@@ -379,13 +411,29 @@ def scooped() -> Any:
 
 # Measurement, state, state with a change that must not move the reading, and by how much it may.
 UNMOVED: list[tuple[str, Build, Build, float]] = [
+    # A particle that flies in the hole fills half of a ring of the bin, at its own radius.
     *(
-        ("hole_diameter", lambda: drilled_disc(HOLE), stray(part), 1e-14)
+        (
+            "hole_diameter",
+            lambda: drilled_disc(HOLE),
+            stray(part, depth),
+            2.0 * part * 0.5 * PARTICLE,
+        )
+        for part in (0.3, 0.6, 0.9)
+        for depth in (0.3, 0.5)
+    ),
+    # Beside the plate nothing shares its bin.
+    *(
+        ("hole_diameter", lambda: drilled_disc(HOLE), stray(0.3, depth), ROUND_OFF)
+        for depth in (-1.125, 2.125)
+    ),
+    *(
+        ("hole_diameter_areal", lambda: drilled_disc(HOLE), stray(part), 1e-14)
         for part in (0.3, 0.6, 0.9)
     ),
     # One of the eight particles through the thickness: an eighth of a particle on each side.
     (
-        "hole_diameter",
+        "hole_diameter_areal",
         lambda: drilled_disc(HOLE),
         stray(1.0 - 0.6 * PARTICLE / HOLE),
         2.0 * PARTICLE / 8.0,
@@ -415,10 +463,42 @@ def test_reading__stays_where_it_is(name: str, before: Build, after: Build, off:
     assert abs(value(name, after()) - value(name, before())) <= off
 
 
-def test_hole_diameter__follows_the_drill_without_jumps() -> None:
+@pytest.mark.parametrize("name", ["hole_diameter", "hole_diameter_areal"])
+def test_hole_diameter__follows_the_drill_without_jumps(name: str) -> None:
     """Each step of a tenth of a cell is seen, to a quarter of it."""
-    diameters = [value("hole_diameter", drilled_disc(HOLE + shift * CELL)) for shift in SHIFTS]
+    diameters = [value(name, drilled_disc(HOLE + shift * CELL)) for shift in SHIFTS]
     assert np.allclose(np.diff(diameters), 0.2 * CELL, atol=0.05 * CELL)
+
+
+@pytest.mark.parametrize(
+    ("share", "depth"), [(0.009, -1.5), (0.009, 1.5), (0.011, -1.5), (0.011, 1.5)]
+)
+def test_hole_diameter__is_narrowed_by_one_per_cent_of_a_full_bin_and_by_no_less(
+    share: float, depth: float
+) -> None:
+    """Rings half-way to the axis, in a bin of their own and beside the wall."""
+    full = (HOLE + DIAMETER) ** 2 - HOLE**2
+    state = with_particle(drilled_disc(HOLE), 0.5 * HOLE, depth * CELL)
+    state.mass[-1] = share * 0.5 * DENSITY * CELL * full
+    diameter = value("hole_diameter", state)
+    if share > 0.01:
+        assert diameter < HOLE
+    elif depth < 0.0:
+        assert math.isclose(diameter, 2.0 * HOLE, abs_tol=0.05 * PARTICLE)
+    else:
+        # The wall moves by the space that the ring fills.
+        assert math.isclose(
+            diameter, 2.0 * math.sqrt(HOLE**2 - share * full), abs_tol=0.05 * PARTICLE
+        )
+
+
+@pytest.mark.parametrize("build", [conical_disc, lambda: drilled_disc(HOLE)])
+def test_part_of_the_definition__is_half_of_the_gap_between_both_diameters(build: Build) -> None:
+    state = build()
+    gap = value("hole_diameter_areal", state) - value("hole_diameter", state)
+    part = read("hole_diameter", state).parts[DEFINITION]
+    assert math.isclose(part, 0.5 * abs(gap), rel_tol=1e-9, abs_tol=1e-12)
+    assert DEFINITION not in read("hole_diameter_areal", state).parts
 
 
 def test_plateau__scatter_is_a_part_of_the_uncertainty_of_its_pressure() -> None:

@@ -113,6 +113,27 @@ def test_law__is_not_compared_with_a_value_whose_flags_speak_against_it(
     assert residual(holes(**{run.id: flagged}), "maiden_c").points == 17 + compared
 
 
+def test_quantity__whose_runs_mix_versions_of_its_definition_gets_no_verdict() -> None:
+    sweep = fakes.holes()
+    run = sweep.runs()[0].run
+    old = fakes.of_version(fakes.result(run), "hole_diameter", 7)
+    dataset = holes(*fakes.SHOTS, **{run.id: old})
+    comparison = compare(dataset)
+    for each in comparison.residuals:
+        if "simulation" in (each.reference, each.subject):
+            assert (each.quantity, each.everywhere) == ("hole_diameter", Statistics(0))
+    assert all(shot.simulation is None for shot in comparison.observations)
+    assert list(comparison.mixed) == ["hole_diameter"]
+    assert "versions 1 and 7" in comparison.mixed["hole_diameter"]
+    # Neither another quantity nor one old version throughout is mixed.
+    other = fakes.of_version(fakes.result(run), "hole_diameter_areal", 7)
+    assert list(compare(holes(**{run.id: other})).mixed) == ["hole_diameter_areal"]
+    every = {id: fakes.of_version(r, "hole_diameter", 7) for id, r in fakes.results(sweep).items()}
+    comparison = compare(holes(**every))
+    assert comparison.mixed == {}
+    assert comparison.residuals[0].everywhere.n == 18
+
+
 # --- error bars that judge ------------------------------------------------------------------------
 
 

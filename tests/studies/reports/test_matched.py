@@ -29,7 +29,7 @@ def grid(
             "run_state": (dims, np.full(value.shape, SUCCEEDED)),
         },
         coords={name: list(values) for name, values in axes.items()},
-        attrs={"axes": " ".join(axes), "refinements": ""},
+        attrs={"axes": " ".join(axes), "refinements": "", "measurement_versions": "{}"},
     )
 
 
@@ -153,7 +153,7 @@ def test_shot_in_a_zip__is_matched_by_the_run_with_its_parameters_alone() -> Non
             "run_state": ("run", [SUCCEEDED] * 3),
         },
         coords={"speed": ("run", [1.0, 2.0, 3.0]), "plate_thickness": ("run", [3.0, 2.0, 1.0])},
-        attrs={"axes": "speed plate_thickness", "refinements": ""},
+        attrs={"axes": "speed plate_thickness", "refinements": "", "measurement_versions": "{}"},
     )
     at = {"speed": 2.0, "plate_thickness": 2.0}
     assert interpolate(dataset, "depth", at) == (4.0, 0.2, "computed")

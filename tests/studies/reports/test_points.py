@@ -13,6 +13,7 @@ from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.cubes.variables import STATES, VERDICT_WORDS
 from studies.reports.points import points_of, refined
+from studies.results import DEFINITION
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Axis, Sweep
 
@@ -135,6 +136,28 @@ def test_points__have_converged_values_and_error_bars() -> None:
     np.testing.assert_array_equal(
         points.hole_diameter_uncertainty, dataset.hole_diameter_converged_uncertainty
     )
+
+
+def test_part_of_the_definition__is_that_of_the_finest_runs_with_a_value_and_in_no_error_bar() -> (
+    None
+):
+    def stated(**coordinates: float) -> dict[str, Any]:
+        run = run_at(SWEEP, **coordinates)
+        hole = fakes.result(run).measurements["hole_diameter"]
+        part = 1e-3 * coordinates["offset"] if coordinates["cells_per_diameter"] == 64.0 else 9.0
+        hole = replace(hole, parts={**hole.parts, DEFINITION: part})
+        return {run.id: replace(fakes.result(run), measurements={"hole_diameter": hole})}
+
+    offsets = np.unique([point.coordinates["offset"] for point in SWEEP.runs()]).tolist()
+    outcomes: dict[str, Any] = {}
+    for cells in (16.0, 32.0, 64.0):
+        for offset in offsets:
+            outcomes |= stated(speed=2e3, cells_per_diameter=cells, offset=offset)
+    lost = run_at(SWEEP, speed=2e3, cells_per_diameter=64.0, offset=offsets[0])
+    outcomes[lost.id] = MissingResult("crashed", "lost")
+    points = points_of(built(SWEEP, **outcomes)).sel(speed=2e3)
+    assert float(points.hole_diameter_definition_part) == pytest.approx(1e-3 * np.mean(offsets[1:]))
+    assert float(points.hole_diameter_uncertainty) < 1.0
 
 
 def test_points__succeed_where_any_run_gave_a_value() -> None:

@@ -12,7 +12,7 @@ from solver.errors import Interrupted
 from solver.simulation import start
 from studies import scenarios
 from studies.measurements import Reading
-from studies.results import Progress, RunControl, RunResult
+from studies.results import DEFINITION, Progress, RunControl, RunResult
 from studies.runs.execution import execute, observer_of
 from studies.runs.observer import Observer
 from studies.runs.run import materials_of
@@ -161,12 +161,12 @@ def test_growth__of_a_hole_that_was_not_there_yet_is_the_whole_of_it() -> None:
 
 
 def test_companion_of_a_hole__that_has_just_come_or_moves_is_still_growing() -> None:
-    name = "hole_diameter_clear"
+    name = "hole_diameter_areal"
     for history in ([math.nan] * 10 + [15.0], [15.0] * 10 + [13.0, 15.0]):
-        clear = watched(history, name).measured_as(name)
-        assert "still_growing" in clear.flags
-        assert clear.uncertainty is not None
-        assert clear.uncertainty > 1.9e-3
+        companion = watched(history, name).measured_as(name)
+        assert "still_growing" in companion.flags
+        assert companion.uncertainty is not None
+        assert companion.uncertainty > 1.9e-3
 
 
 def test_growth__is_the_range_within_the_last_window_and_a_part_of_the_uncertainty() -> None:
@@ -212,11 +212,19 @@ def test_measured__on_fewer_than_two_cells_through_the_plate_has_no_error_bar() 
 
 
 @pytest.mark.parametrize(("diameter", "flags"), [(4.9, ("wide_bar",)), (5.1, ())])
-def test_clear_diameter__whose_bar_is_above_a_tenth_of_it_says_so(
+def test_hole_diameter__whose_bar_is_above_a_tenth_of_it_says_so(
     diameter: float, flags: tuple[str, ...]
 ) -> None:
-    name = "hole_diameter_clear"
-    assert watched([diameter] * 20, name).measured_as(name).flags == flags
+    assert watched([diameter] * 20).measured_as("hole_diameter").flags == flags
+
+
+def test_part_of_the_definition__is_stated_and_is_no_numerical_uncertainty() -> None:
+    observer = watched([15.0] * 20)
+    parts = {"resolution": 0.5e-3, DEFINITION: 0.2e-3}
+    observer.readings[-1] = {"hole_diameter": Reading(15e-3, parts)}
+    hole = observer.measured_as("hole_diameter")
+    assert hole.parts[DEFINITION] == 0.2e-3
+    assert hole.uncertainty == 0.5e-3
 
 
 def simulate_a_little(observer: Any) -> None:

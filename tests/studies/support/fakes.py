@@ -12,7 +12,7 @@ from studies.cubes.catalogue import Catalogue, Observed
 from studies.cubes.cells import MissingResult
 from studies.cubes.variables import Quantity
 from studies.laws import LawValue
-from studies.results import Measured, RunResult
+from studies.results import DEFINITION, Measured, RunResult
 from studies.sweeps.axes import Axis
 from studies.values.parameters import Parameter
 
@@ -200,8 +200,8 @@ PARAMETERS = {
     )
 }
 HOLES = {
-    "hole_diameter": Quantity("hole_diameter", "m", "opening seen along the axis"),
-    "hole_diameter_clear": Quantity("hole_diameter_clear", "m", "smallest clear diameter"),
+    "hole_diameter": Quantity("hole_diameter", "m", "clear opening"),
+    "hole_diameter_areal": Quantity("hole_diameter_areal", "m", "opening by areal density"),
 }
 CRATERS = {
     "crater_depth": Quantity("crater_depth", "m", "depth from the original surface"),
@@ -257,6 +257,12 @@ PROVENANCE: dict[str, str | float] = {
 }
 
 
+def of_version(outcome: RunResult, quantity: str, version: int) -> RunResult:
+    """A result with one of its quantities measured by another version of its definition."""
+    changed = {quantity: replace(outcome.measurements[quantity], version=version)}
+    return replace(outcome, measurements={**outcome.measurements, **changed})
+
+
 def measured(value: float, *flags: str) -> Measured:
     times: list[float | None] = [2e-6 * step for step in range(21)]
     grown: list[float | None] = [
@@ -290,7 +296,9 @@ def result(run: Run) -> RunResult:
     wavy = (1 + 0.02 * math.sin(shot.speed / 700)) * (1 + mesh_error(run))
     if run.scenario == "thin_plate":
         hole = _maiden_c(shot, "") * DIAMETER * 1.04 * wavy
-        values = {"hole_diameter": measured(hole), "hole_diameter_clear": measured(0.94 * hole)}
+        clear = measured(hole)
+        clear = replace(clear, parts={**clear.parts, DEFINITION: 0.5 * 0.03 * hole})
+        values = {"hole_diameter": clear, "hole_diameter_areal": measured(1.03 * hole)}
     else:
         depth = 2.2 * (shot.speed / SOUND_SPEED) ** 0.6 * DIAMETER * wavy
         values = {
