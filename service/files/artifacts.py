@@ -3,7 +3,7 @@
 ::
 
     DIR/whipple.db
-    DIR/runs/<two digits>/<run id>/a<attempt>-<token>/   result.json, state.npz, film.npz, log.txt
+    DIR/runs/<two digits>/<run id>/a<attempt>-<token>/   result.json, state.npz, film.npz, sections.npz, log.txt
     DIR/runs/<two digits>/<run id>/checkpoint.npz        of every attempt, while there is no result
     DIR/sweeps/<sweep id>/a<attempt>-<token>/            cube.nc, report.html, report.json, log.txt
 
@@ -20,11 +20,11 @@ from pathlib import Path
 from typing import Any
 
 from service.records.jobs import Kind, Lease, Stored
-from studies.values.files import FILM, RESULT, STATE, to_disk, write_atomically
+from studies.values.files import FILM, RESULT, SECTIONS, STATE, to_disk, write_atomically
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"
-OF_A_RUN = (RESULT, STATE, FILM, LOG)  # the result is written last but for the log
+OF_A_RUN = (RESULT, STATE, FILM, SECTIONS, LOG)  # the result is written last but for the log
 CHECKPOINT = "checkpoint"
 PART = "*.part"  # a temporary file, of a running process or a killed one
 ID = re.compile("[0-9a-f]{32}")

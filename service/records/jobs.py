@@ -82,7 +82,7 @@ class Cause(StrEnum):
 class Keep(StrEnum):
     """The retention of a run's files, least first; not part of the identity of the run."""
 
-    NUMBERS = "numbers"  # result.json
+    NUMBERS = "numbers"  # result.json, and the sections that reports show
     FINAL = "final"  # and the final state
     FILM = "film"  # and the frames
 

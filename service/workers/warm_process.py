@@ -35,6 +35,7 @@ from service.files.lost_results import Loss, leave_list
 from service.records.jobs import Keep, Kind
 from solver.errors import Interrupted
 from studies.results import RunControl
+from studies.values.files import SECTIONS
 
 Message = Mapping[str, Any]
 Send = Callable[[Message], None]
@@ -93,7 +94,7 @@ def perform(attempt: Message, send: Send, must_stop: Callable[[], bool]) -> None
     target = import_module(attempt["targets"] or TARGETS[kind])
     if kind is Kind.PUBLISH:
         answers = _answers(spec["outcomes"], directory)
-        target.publish(spec["document"], answers, directory)
+        target.publish(spec["document"], answers, directory, _sections(spec["outcomes"]))
         return
     run = target.Run.from_json(spec)
     if attempt["run"] not in (None, run.id):
@@ -136,6 +137,16 @@ def _answers(outcomes: Iterable[Message], directory: Path) -> dict[str, Message]
         else {"state": outcome["state"], "reason": outcome["reason"]}
         for outcome in outcomes
     }
+
+
+def _sections(outcomes: Iterable[Message]) -> dict[str, Path]:
+    """The sections of each run that has kept them, beside its result."""
+    files = {
+        outcome["run_id"]: Path(outcome["path"]).with_name(SECTIONS)
+        for outcome in outcomes
+        if outcome["path"]
+    }
+    return {id: file for id, file in files.items() if file.is_file()}
 
 
 def _finite(value: Any) -> Any:

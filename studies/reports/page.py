@@ -6,15 +6,18 @@ number its value in full.
 """
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib.resources import files
+from importlib.resources import files as resources
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
+from studies.reports.drawing import Gallery, colour_keys, ramps
 from studies.reports.figures import Figure, Panel, Series
+from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.plot import plot
 from studies.reports.view import Scale
 from studies.values.formats import display_of, kind_of, printed, printed_in, with_unit
@@ -82,14 +85,19 @@ def _only_marked(value: Any) -> Any:
     raise TypeError(f"{bare(value)!r} is printed without a format: use number or quantity")
 
 
-def page(report: dict[str, Any]) -> str:
-    """A document as one HTML file that needs no network."""
+def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> str:
+    """A document as one HTML file that needs no network; ``sections`` are files by run id, for the pictures."""
     drawings = [plot(_figure(figure)) for figure in report["figures"]]
+    files = {run["number"]: (sections or {}).get(run["id"]) for run in report["runs"]}
+    gallery = Gallery({number: file for number, file in files.items() if file})
     return (
         environment()
         .get_template("report.html")
         .render(
             report=Node(report),
+            draw=lambda run, picture, *, full: gallery.picture(bare(run), bare(picture), full=full),
+            ramps=ramps(),
+            colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
             drawings=[_script_json(drawing) for drawing in drawings],
             plotly=Markup(_file("static", "plotly-basic.min.js")),
             style=Markup(_file("templates", "report.css")),
@@ -140,6 +148,16 @@ def _cut_note(rows: Any) -> str:
     )
 
 
+def _thumbnails(pictures: Node, kind: str) -> list[Node]:
+    """The pictures of a run that its thumbnails show."""
+    return [
+        picture
+        for picture in pictures
+        if bare(picture.kind) == kind
+        and (bare(picture.missing) or bare(picture.field) == THUMBNAIL_FIELDS[kind])
+    ]
+
+
 @cache
 def environment() -> Environment:
     environment = Environment(
@@ -170,10 +188,13 @@ def environment() -> Environment:
             reason for reason, _ in zip(reasons, range(MOST_REASONS), strict=False)
         ],
         cut_note=_cut_note,
+        thumbnails=_thumbnails,
+        ends=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "end"],
+        debris=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "debris"],
     )
     return environment
 
 
 @cache
 def _file(folder: str, name: str) -> str:
-    return files("studies.reports").joinpath(folder, name).read_text(encoding="utf-8")
+    return resources("studies.reports").joinpath(folder, name).read_text(encoding="utf-8")

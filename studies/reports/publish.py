@@ -21,27 +21,33 @@ def publish(
     sweep_document: Mapping[str, Any],
     outcomes: Mapping[str, Mapping[str, Any]],
     directory: Path | str,
+    sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
     """Write ``cube.nc``, ``report.html``, ``report.json`` into a folder; paths by name.
 
     ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}``
-    of a run that left none; a run that is not in it is "missing". Each file appears whole or not at
+    of a run that left none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its
+    sections, for the pictures. Each file appears whole or not at
     all, and replaces what was there.
     """
-    return publish_sweep(*_parsed(sweep_document, outcomes), Path(directory))
+    return publish_sweep(*_parsed(sweep_document, outcomes), Path(directory), sections=sections)
 
 
 def publish_sweep(
-    sweep: Any, results: Mapping[str, Any], directory: Path, catalogue: Catalogue | None = None
+    sweep: Any,
+    results: Mapping[str, Any],
+    directory: Path,
+    catalogue: Catalogue | None = None,
+    sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
     """Publish a parsed sweep from results that are records."""
     directory.mkdir(parents=True, exist_ok=True)
     files = {name: directory / name for name in SWEEP_FILES}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
     with xr.open_dataset(files[CUBE]) as dataset:
-        document = report.document(dataset, compare.compare(dataset))
+        document = report.document(dataset, compare.compare(dataset), sections)
     write_text(files[REPORT_JSON], report.as_json(document))
-    write_text(files[REPORT_HTML], page.page(document))
+    write_text(files[REPORT_HTML], page.page(document, sections))
     return {name: str(file) for name, file in files.items()}
 
 

@@ -8,6 +8,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from studies.cubes import variables as cubes
 from studies.cubes.variables import STATES
 from studies.reports.compare import Comparison
 from studies.reports.figures import figures
+from studies.reports.pictures import pictures_of
 from studies.reports.points import (
     Refined,
     axes_of,
@@ -66,8 +68,10 @@ NO_MESH_ERROR = (
 Document = dict[str, Any]
 
 
-def document(dataset: xr.Dataset, comparison: Comparison) -> Document:
-    """Everything that the report says, as plain objects in SI."""
+def document(
+    dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str, Path] | None = None
+) -> Document:
+    """Everything that the report says, as plain objects in SI; ``sections`` are files by run id."""
     runs, points = list(_runs(dataset)), points_of(dataset)
     return {
         "report_version": REPORT_VERSION,
@@ -83,6 +87,7 @@ def document(dataset: xr.Dataset, comparison: Comparison) -> Document:
         "quantities": list(_quantities(dataset)),
         "extremes": list(_extremes(points)),
         "figures": [figure.as_json() for figure in figures(dataset, comparison)],
+        "pictures": pictures_of(dataset, sections or {}),
         "convergence": _convergence(dataset) if refinements_of(dataset) else None,
         **{key: value for key, value in comparison.as_json().items() if key != "statement"},
         "runs": runs,

@@ -19,18 +19,20 @@ from solver.jit import software
 from solver.simulation import Outcome, simulate, threads_for
 from studies import scenarios
 from studies.films.film import Film
+from studies.films.section import SectionRecorder
 from studies.results import ENERGY_DRIFT_LIMIT, NO_CONTROL, Progress, RunControl, RunResult
 from studies.runs.observer import Observer
 from studies.runs.run import Run, materials_of
 from studies.runs.run_log import RunLog
 from studies.scenarios import Setting
-from studies.values.files import FILM, RESULT, STATE, write_atomically, write_text
+from studies.values.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
 
 # Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
 # end; half of it means that single particles have run away.
 HOTTEST_SHARE_FLAG = 0.5
 
-UNFINISHED_FILM = ".film.npz"  # in place of the suffix of the checkpoint
+# In place of the suffix of the checkpoint.
+UNFINISHED_FILM, UNFINISHED_SECTIONS = ".film.npz", ".sections.npz"
 
 
 def execute(
@@ -42,7 +44,8 @@ def execute(
     checkpoint: Path | None = None,
     film: bool = False,
 ) -> RunResult:
-    """Compute a run; leaves ``result.json`` in the directory, and if it succeeded ``state.npz`` (and ``film.npz``).
+    """Compute a run; leaves ``result.json`` in the directory, and if it succeeded ``state.npz`` and ``sections.npz``
+    (and ``film.npz``).
 
     An unphysical state that the solver finds is a result with state "failed"; it is not raised. ``threads``
     (``solver.simulation.threads_for``) decide how long it takes, and no number. With ``checkpoint`` the run goes on
@@ -67,6 +70,7 @@ def execute(
     try:
         observer = observer_of(run, report, film=film)
         problem = observer.setting.problem
+        observer.sections = sections_of(observer)
         threads = threads_for(sum(body.mass.size for body in problem.bodies), threads)
         made_by["threads"] = threads
         log.begin(run, problem, made_by)
@@ -113,6 +117,12 @@ def observer_of(
     return Observer(scenario, scenario.parameters(**run.parameters), setting, report, frames)
 
 
+def sections_of(observer: Observer) -> SectionRecorder:
+    """The recorder of the sections that an observer's scenario asks for."""
+    options = observer.scenario.observer.sections(observer.parameters, observer.setting)
+    return SectionRecorder(observer.setting.problem, options, observer.rate.interval)
+
+
 def setting_of(run: Run) -> Setting:
     """The problem of a run, with the sizes that its observer reads."""
     scenario = scenarios.load(run.scenario)
@@ -139,11 +149,15 @@ def _checkpointing(
 ) -> Checkpointing:
     """Checkpoints of the solver with the readings so far in them, and the film so far in a file beside."""
     film, film_file = observer.film, path.with_suffix(UNFINISHED_FILM)
+    sections, sections_file = observer.sections, path.with_suffix(UNFINISHED_SECTIONS)
 
     def state_text() -> str:
         if film:
             with suppress(OSError):  # no space: the film will begin where the run goes on
                 film.save(film_file)
+        if sections and not sections.is_saved:
+            with suppress(OSError):  # no space: the report will say that they were not kept
+                sections.save(sections_file)
         frames = len(film.times) if film else 0
         return json.dumps({"observer": observer.as_text(), "frames": frames})
 
@@ -152,6 +166,8 @@ def _checkpointing(
         observer.restore(stored["observer"])
         if film:
             film.resume(film_file, stored["frames"])
+        if sections:
+            sections.resume(sections_file)
 
     return Checkpointing(
         path=path,
@@ -174,6 +190,9 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
     _save_state(directory, outcome)
     if observer.film:
         observer.film.save(directory / FILM, compressed=True)
+    if observer.sections:
+        observer.sections.end(outcome.snapshot)
+        observer.sections.save(directory / SECTIONS)
     return RunResult(
         run_id,
         "succeeded",

@@ -12,6 +12,7 @@ import numpy as np
 from solver.state import Snapshot
 from studies import measurements
 from studies.films.film import Film
+from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
 from studies.results import TOO_COARSE, Measured, Progress, numerical_parts
 from studies.scenarios import Scenario, Setting
@@ -33,6 +34,7 @@ class Observer:
     setting: Setting
     report: Callable[[Progress], object] | None
     film: Film | None = None
+    sections: SectionRecorder | None = None
     times: list[float] = field(default_factory=list)
     readings: list[dict[str, Reading]] = field(default_factory=list)
     last_view: Any = None
@@ -51,6 +53,8 @@ class Observer:
         self.times.append(snapshot.time)
         self.readings.append({m.name: m.read(view) for m in self.of_a_state})
         self.readings[-1].update({m.name: self._follow(m) for m in self.of_a_history})
+        if self.sections:
+            self.sections.add(snapshot)
         if self.report:
             self.report(self._progress(snapshot))
         settled = self.rate.early and all(self._settled(name) for name in self.scenario.settles)

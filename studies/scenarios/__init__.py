@@ -19,6 +19,7 @@ from studies.values.quantities import refusal
 
 if TYPE_CHECKING:
     from solver.problem import Problem
+    from studies.films.section import SectionOptions
     from studies.materials import Material
 
 Materials = Mapping[str, "Material"]  # by the name of the parameter that names it: "target"
@@ -77,6 +78,12 @@ def _no_numbers(view: Any) -> dict[str, float]:
     return {}
 
 
+def _end_alone(parameters: Any, setting: Any) -> "SectionOptions":
+    from studies.films.section import SectionOptions
+
+    return SectionOptions()
+
+
 @dataclass(frozen=True)
 class ObserverOptions:
     """Observer's options for the runs of a family of scenarios."""
@@ -84,6 +91,8 @@ class ObserverOptions:
     rate: Callable[[Any, Setting], ObservationRate]  # of the parameters and the built setting
     view: Callable[[Any, Any], Any]  # of a Setting and a Snapshot in it, for measurements
     numbers: Callable[[Any], dict[str, float]] = _no_numbers  # that a last view says of its run
+    # Of the parameters and the built setting: the times at which sections are kept, beside the end.
+    sections: Callable[[Any, Any], "SectionOptions"] = _end_alone
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
     fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
 

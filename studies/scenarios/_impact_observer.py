@@ -1,13 +1,24 @@
 """Observer of impacts: particles about the line of flight, and the part of the target that has come loose."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from studies.scenarios import ImpactSetting, ObservationRate, ObserverOptions
 from studies.scenarios._impact import settled_window
 
+if TYPE_CHECKING:
+    from studies.films.section import SectionOptions
+
 # A cross-check of connectivity, which alone decides what is plate: MPM3D-F90's holes were read from particles slower
 # than this, m/s.
 FAST = 300.0
+
+# Times of the two pictures of debris before the end, in times in which the projectile flies its own length: while it
+# goes through the plate, and when the debris, which is no faster than the projectile, is about to leave a grid of four
+# projectile diameters.
+MOMENTS = (1.5, 4.0)
+# Part of the target in pictures, in projectile diameters from the point of impact: plates of the default size are
+# whole, and craters of copper at 7 km/s have a third of it as their radius.
+REACH = 4.0
 
 
 def _rate(parameters: Any, setting: Any) -> ObservationRate:
@@ -33,10 +44,20 @@ def _share(view: Any, keep: Any) -> float:
     return float(view.mass[keep].sum()) / view.target_mass
 
 
+def _sections(parameters: Any, setting: ImpactSetting) -> "SectionOptions":
+    from studies.films.section import SectionOptions
+
+    diameter = setting.projectile_diameter
+    longest = max(diameter, parameters.projectile_length or 0.0)
+    moments = tuple(moment * longest / parameters.speed for moment in MOMENTS)
+    return SectionOptions(moments=moments, reach=REACH * diameter)
+
+
 IMPACT = ObserverOptions(
     rate=_rate,
     view=_view,
     numbers=_numbers,
+    sections=_sections,
     least_cells={"cells_per_diameter": 16.0, "cells_per_thickness": 4.0},
     # At 6 km/s a plate of a twentieth of the diameter has a hole of 16.4 mm with 0.8 cells through it, 11.3 with 2.4.
     fewest_cells={"cells_per_thickness": 2.0},

@@ -28,8 +28,11 @@ def execute(run: Run, directory: Path, *arguments: Any, **options: Any) -> RunRe
 
 
 def publish(
-    document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]], directory: Path
+    document: Mapping[str, Any],
+    outcomes: Mapping[str, Mapping[str, Any]],
+    directory: Path,
+    sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
     """Cube and report."""
     (directory / "pid").write_text(str(os.getpid()))
-    return real.publish(document, outcomes, directory)
+    return real.publish(document, outcomes, directory, sections)

@@ -95,7 +95,10 @@ def behave(behaviour: str, run: FakeRun, directory: Path) -> None:
 
 
 def publish(
-    document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]], directory: Path
+    document: Mapping[str, Any],
+    outcomes: Mapping[str, Mapping[str, Any]],
+    directory: Path,
+    sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
     """Three files that say what was given."""
     if document.get("name") == "unpublishable":

@@ -285,7 +285,11 @@ def test_execute__leaves_a_result_and_a_state(computed: Computed) -> None:
     assert (result.state, result.reason, result.failure) == ("succeeded", None, None)
     assert (result.run_id, result.stop) == (asked().id, "end_time")
     assert set(result.measurements) == set(scenarios.load("thin_plate").measurements)
-    assert sorted(file.name for file in directory.iterdir()) == ["result.json", "state.npz"]
+    assert sorted(file.name for file in directory.iterdir()) == [
+        "result.json",
+        "sections.npz",
+        "state.npz",
+    ]
     plain = plain_result(directory)
     assert plain == result.as_json()
     assert RunResult.from_json(plain).as_json() == plain

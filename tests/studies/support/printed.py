@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from typing import Any
 
-UNSEEN = ("script", "style", "noscript", "title")
+UNSEEN = ("script", "style", "noscript", "title", "svg")
 
 
 @dataclass(frozen=True)

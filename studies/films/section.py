@@ -1,0 +1,241 @@
+"""The sections of a run: its particles in the plane through the axis at a few times, in few bytes, for pictures.
+
+``sections.npz`` holds ``spacing`` (bodies, 2) of the particles across and along the line of flight (m), ``bodies``,
+their names, ``mirrored``: whether the other side of the axis is the mirror image, ``moments``, the times (s) for which
+states before the end were asked, and for each state, by its number::
+
+    time_0 (s)   moment_0 (index in moments, -1: the end)   position_0 (2, n)   box_0 (2, 2)   body_0 (n,)   FIELDS (n,)
+
+Positions fill their box (lowest and highest, m) with 16 bits, and are differences between neighbours of the initial
+lattice, which compress well; fields are half precision in the units of FIELDS. A finer lattice than a picture shows is
+thinned, evenly.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from solver.debris import flown
+from solver.geometry import impact_axis
+from solver.problem import Face, Problem
+from solver.state import Snapshot
+from studies.values.files import write_atomically
+
+# Particles of a section at most: a thousand across a picture of some hundred pixels.
+MOST = 100_000
+END = -1  # in place of a moment
+STEPS = 65535  # of a position in its box
+HALF = 65504.0  # the largest number of half precision
+
+# Unit of each stored field in SI: half precision ends at 65504, and has a part in two thousand.
+FIELDS: Mapping[str, float] = {
+    "plastic_strain": 1.0,
+    "temperature": 1.0,  # K
+    "pressure": 1e9,  # GPa
+    "density": 1.0,  # kg/m3
+    "speed": 1.0,  # m/s
+}
+
+
+@dataclass(frozen=True)
+class SectionOptions:
+    """Times and part of a run of which sections are kept; the end is always one of them."""
+
+    moments: tuple[float, ...] = ()  # s
+    reach: float = math.inf  # from the origin, of the initial places of the particles, m
+
+
+@dataclass(frozen=True)
+class Section:
+    """The particles in the plane through the axis at one time; SI, single precision."""
+
+    time: float  # s
+    moment: int  # index in the moments that were asked for, END at the end
+    position: np.ndarray  # (n, 2) across and along the line of flight, m
+    body: np.ndarray  # (n,) index
+    fields: Mapping[str, np.ndarray]  # (n,) by the names of FIELDS
+
+
+@dataclass(frozen=True)
+class Sections:
+    """The stored sections of a run."""
+
+    bodies: tuple[str, ...]
+    spacing: np.ndarray  # (bodies, 2) of the particles across and along, initially, m
+    mirrored: bool  # whether the other side of the axis is the mirror image
+    moments: tuple[float, ...]  # s
+    states: tuple[Section, ...]
+
+    def at(self, moment: int) -> Section | None:
+        """The section of a moment, or of END; None where it was not kept."""
+        return next((state for state in self.states if state.moment == moment), None)
+
+
+class SectionRecorder:
+    """Takes the sections of a run on the way."""
+
+    def __init__(
+        self, problem: Problem, options: SectionOptions, interval: float, most: int = MOST
+    ):
+        self.problem = problem
+        self.options = options
+        self.interval = interval  # between two observations, s
+        axis = impact_axis(problem.geometry)
+        self.axes = [0, axis]
+        self.is_flat = axis == 1
+        self.states: list[Section] = []
+        self.is_saved = True
+        self._widths = np.array([body.spacing[1] for body in problem.bodies])
+        # By the permanent numbers of the particles.
+        self._kept, self._stride = self._chosen(most)
+
+    def add(self, snapshot: Snapshot) -> None:
+        """Take the section of each moment to which no other observation will be nearer."""
+        taken = {state.moment for state in self.states}
+        for index, moment in enumerate(self.options.moments):
+            if (
+                index not in taken
+                and 0.0 <= snapshot.time - moment + 0.5 * self.interval < self.interval
+            ):
+                self.states.append(self._section(snapshot, index))
+                self.is_saved = False
+
+    def end(self, snapshot: Snapshot) -> None:
+        """Take the last section."""
+        self.states = [state for state in self.states if state.moment != END]
+        self.states.append(self._section(snapshot, END))
+
+    def save(self, path: Path) -> None:
+        """Write the sections so far: whole, or not at all."""
+        self.is_saved = True
+        bodies = self.problem.bodies
+        spacing = np.array([[body.spacing[axis] for axis in self.axes] for body in bodies])
+        arrays: dict[str, object] = {
+            "bodies": [body.name for body in bodies],
+            "spacing": spacing * self._stride,
+            "mirrored": self.problem.faces[0][0] == Face.SYMMETRIC,
+            "moments": np.array(self.options.moments),
+        }
+        for number, state in enumerate(self.states):
+            arrays |= {f"{name}_{number}": value for name, value in _packed(state).items()}
+
+        def fill(part: Path) -> None:
+            with open(part, "wb") as file:
+                np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+
+        write_atomically(path, fill)
+
+    def resume(self, path: Path) -> None:
+        """Continue after the sections of a saved file; those that are lost stay away."""
+        try:
+            self.states = list(read_sections(path).states)
+        except (OSError, EOFError, KeyError, ValueError, BadZipFile):
+            self.states = []
+
+    def _chosen(self, most: int) -> tuple[np.ndarray, int]:
+        """Which particles (all of them,) may be shown, by their initial places; every how many of a row are."""
+        near, in_plane, place = [], [], []
+        for body in self.problem.bodies:
+            section = body.position[:, self.axes]
+            near.append((section**2).sum(axis=1) < self.options.reach**2)
+            in_plane.append(self._in_plane(body.position, body.spacing[1]))
+            width = np.array([body.spacing[axis] for axis in self.axes])
+            place.append(np.floor(section / width + 1e-6).astype(np.int64))
+        count = sum(int((a & b).sum()) for a, b in zip(near, in_plane, strict=True))
+        stride = max(1, math.ceil(math.sqrt(count / most)))
+        return np.concatenate(near) & (np.concatenate(place) % stride == 0).all(axis=1), stride
+
+    def _in_plane(self, position: np.ndarray, width: float | np.ndarray) -> np.ndarray:
+        """Which particles are in the layer of the lattice beside the plane; all in axisymmetry."""
+        if self.is_flat:
+            return np.ones(len(position), bool)
+        layer: np.ndarray = position[:, 1] < width
+        return layer
+
+    def _section(self, snapshot: Snapshot, moment: int) -> Section:
+        particles, retired = snapshot.particles, snapshot.retired
+        shown = (particles.alive == 1) & self._kept[particles.number]
+        shown &= self._in_plane(particles.position, self._widths[snapshot.body])
+        out = flown(self.problem, retired, snapshot.time)
+        late = np.isfinite(out[:, 0]) & self._kept[retired.number]
+        late &= self._in_plane(out, self._widths[retired.body])
+        nothing = np.full(int(late.sum()), np.nan)
+        fields = {
+            "plastic_strain": (particles.plastic_strain, retired.plastic_strain[late]),
+            "temperature": (particles.temperature, retired.temperature[late]),
+            "pressure": (particles.pressure, nothing),
+            "density": (particles.density, nothing),
+            "speed": (_speed(particles.velocity), _speed(retired.velocity[late])),
+        }
+        number = np.concatenate([particles.number[shown], retired.number[late]])
+        order = np.argsort(number)
+        position = np.concatenate([particles.position[shown], out[late]])
+        return Section(
+            time=snapshot.time,
+            moment=moment,
+            position=position[:, self.axes][order],
+            body=np.concatenate([snapshot.body[shown], retired.body[late]])[order],
+            fields={
+                name: np.concatenate([values[shown], more])[order]
+                for name, (values, more) in fields.items()
+            },
+        )
+
+
+def read_sections(path: Path) -> Sections:
+    """The sections in a file; raises numpy's errors (OSError, ValueError, KeyError, BadZipFile) for anything else."""
+    with np.load(path, allow_pickle=False) as saved:
+        count = sum(name.startswith("time_") for name in saved.files)
+        return Sections(
+            bodies=tuple(saved["bodies"].tolist()),
+            spacing=saved["spacing"],
+            mirrored=bool(saved["mirrored"]),
+            moments=tuple(saved["moments"].tolist()),
+            states=tuple(_unpacked(saved, number) for number in range(count)),
+        )
+
+
+def _speed(velocity: np.ndarray) -> np.ndarray:
+    speed: np.ndarray = np.linalg.norm(velocity, axis=1)
+    return speed
+
+
+def _packed(state: Section) -> dict[str, object]:
+    """The arrays of a section in a file."""
+    low = high = np.zeros(2)
+    if len(state.position):
+        low, high = state.position.min(axis=0), state.position.max(axis=0)
+    steps = np.rint((state.position - low) / np.maximum(high - low, 1e-300) * STEPS)
+    # A difference below zero wraps around, and so does its sum.
+    differences = np.diff(steps.astype(np.uint16), axis=0, prepend=np.zeros((1, 2), np.uint16))
+    fields = {
+        name: np.clip(state.fields[name] / unit, -HALF, HALF).astype(np.float16)
+        for name, unit in FIELDS.items()
+    }
+    return {
+        "time": state.time,
+        "moment": state.moment,
+        "box": np.stack([low, high]),
+        "position": np.ascontiguousarray(differences.T),
+        "body": state.body.astype(np.uint8),
+        **fields,
+    }
+
+
+def _unpacked(saved: "np.lib.npyio.NpzFile", number: int) -> Section:
+    low, high = saved[f"box_{number}"]
+    steps = np.cumsum(saved[f"position_{number}"].T, axis=0, dtype=np.uint16)
+    return Section(
+        time=float(saved[f"time_{number}"]),
+        moment=int(saved[f"moment_{number}"]),
+        position=(low + steps * ((high - low) / STEPS)).astype(np.float32),
+        body=saved[f"body_{number}"],
+        fields={
+            name: saved[f"{name}_{number}"].astype(np.float32) * np.float32(unit)
+            for name, unit in FIELDS.items()
+        },
+    )

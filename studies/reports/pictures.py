@@ -1,0 +1,311 @@
+"""Pictures of runs: which runs a report shows, and what each picture says, from the cube and the stored sections.
+
+:func:`pictures_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
+that :mod:`studies.reports.drawing` has nothing left to decide. Pictures of a kind share their scale and their colours,
+so that runs compare.
+"""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
+
+import numpy as np
+import xarray as xr
+
+from studies.cubes import variables as cubes
+from studies.films.section import END, FIELDS, Section, Sections, read_sections
+from studies.reports.points import axes_of, by_run, places_of, refinements_of, simulated
+from studies.reports.raster import Frame
+from studies.reports.view import spread, title_of
+from studies.sweeps.sweep import OFFSET, RESOLUTION
+from studies.values.formats import display_of, printed, printed_in
+
+Document = dict[str, Any]
+
+MOST_RUNS = 30  # thumbnails; beyond, runs of the finest resolution, evenly
+MOST_FULL = 4  # runs in full size
+MOST_DEBRIS = 2  # states before the end
+
+UNITS = {"temperature": "K", "pressure": "Pa", "density": "kg m-3", "speed": "m s-1"}
+THUMBNAIL_FIELDS = {"debris": "speed", "end": "plastic_strain"}
+
+# Measured lengths that a picture shows: across the axis, or along it from the original surface or the wall.
+ACROSS = ("hole_diameter", "crater_diameter", "mushroom_diameter")
+ALONG = ("crater_depth", "final_length")
+
+# Shares of the shown matter below (and above) which colours end: single particles do not set the scale.
+OUTLIERS = 0.02
+STRAINED = 0.01  # plastic strain of matter that an impact has moved
+STRAY = 0.004  # share of moved matter that a frame may leave out at each end
+BESIDE = 1.6  # half width of a frame, in measured radii
+DEBRIS_HALF_WIDTH = 2.25  # of a frame of debris, in projectile diameters
+TALLEST, FLATTEST = 1.1, 0.3  # of a frame, in its width
+SAME_SCALE = 3.0  # ratio of the widest to the narrowest run that still share a scale
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A run that the report shows."""
+
+    number: int  # of the run
+    title: str
+    sections: Sections | None
+    missing: str  # why there are no sections
+    lengths: Mapping[str, float]  # measured, m, by quantity
+    diameter: float  # of the projectile, m; NaN where there is none
+
+
+def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
+    """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
+    shown = [_shown(dataset, number, files) for number in _chosen(dataset)]
+    kept = [run for run in shown if run.sections]
+    full = [run.number for run in spread(kept, MOST_FULL)]
+    frames = {kind: _frames(kept, kind) for kind in ("end", "debris")}
+    limits = {kind: _limits(kept, kind) for kind in ("end", "debris")}
+    runs = []
+    for run in shown:
+        pictures = list(_pictures(run, frames, limits, full=run.number in full))
+        runs.append(
+            {
+                "run": run.number,
+                "title": run.title,
+                "missing": run.missing or None,
+                "full": run.number in full,
+                "pictures": pictures,
+            }
+        )
+    return {"runs": runs, "left_out": dataset.run_state.size - len(runs)}
+
+
+def first_of_kinds(document: Document) -> list[Document]:
+    """The first thumbnail of each kind, end before debris; colours are the same in all."""
+    firsts = {}
+    for picture in (picture for run in document["runs"] for picture in run["pictures"]):
+        kind = picture["kind"]
+        if not picture["missing"] and picture["field"] == THUMBNAIL_FIELDS[kind]:
+            firsts.setdefault(kind, picture)
+    return [firsts[kind] for kind in ("end", "debris") if kind in firsts]
+
+
+# ---- which runs ----------------------------------------------------------------------------------
+
+
+def _chosen(dataset: xr.Dataset) -> tuple[int, ...]:
+    """Numbers of the runs with a thumbnail."""
+    numbers = np.arange(dataset.run_state.size).reshape(dataset.run_state.shape)
+    if numbers.size > MOST_RUNS:
+        refined = refinements_of(dataset)
+        last = {name: place for name, place in ((RESOLUTION, -1), (OFFSET, 0)) if name in refined}
+        numbers = xr.DataArray(numbers, dims=dataset.run_state.dims).isel(last).values
+    return spread(numbers.ravel().tolist(), MOST_RUNS)
+
+
+def _shown(dataset: xr.Dataset, number: int, files: Mapping[str, Path]) -> Shown:
+    place = places_of(dataset)[number]
+    sections, missing = _sections(dataset, number, files)
+    values = {
+        name: float(simulated(dataset, name).values.ravel()[number])
+        for name in (*ACROSS, *ALONG)
+        if name in cubes.quantities_of(dataset)
+    }
+    diameter = cubes.EQUIVALENT_DIAMETER.name
+    return Shown(
+        number=number,
+        title=title_of(dataset, place) if axes_of(dataset) else "",
+        sections=sections,
+        missing=missing,
+        lengths={name: value for name, value in values.items() if math.isfinite(value)},
+        diameter=float(by_run(dataset, diameter)[number]) if diameter in dataset else math.nan,
+    )
+
+
+def _sections(
+    dataset: xr.Dataset, number: int, files: Mapping[str, Path]
+) -> tuple[Sections | None, str]:
+    """The stored sections of a run, or the reason why there are none."""
+    state = cubes.STATES[int(dataset.run_state.values.ravel()[number])]
+    if state != "succeeded":
+        return None, f"no picture: the run is {state}"
+    file = files.get(str(cubes.RUN_ID.of(dataset).values.ravel()[number]))
+    if file is None:
+        return None, "no picture: no section was kept with this run"
+    try:
+        return read_sections(file), ""
+    except (OSError, EOFError, KeyError, ValueError, BadZipFile) as error:
+        return None, f"no picture: the file of its sections cannot be read ({type(error).__name__})"
+
+
+# ---- what a picture says -------------------------------------------------------------------------
+
+
+def _pictures(
+    run: Shown,
+    frames: Mapping[str, Mapping[int, Frame]],
+    limits: Mapping[str, Mapping[str, tuple[float, float]]],
+    *,
+    full: bool,
+) -> Iterator[Document]:
+    """The pictures of a run: debris in the order of time, then the end, in all fields where it is shown in full."""
+    if run.sections is None:
+        return
+    for moment, asked in [*enumerate(run.sections.moments[:MOST_DEBRIS]), (END, math.nan)]:
+        kind = "end" if moment == END else "debris"
+        section = run.sections.at(moment)
+        if section is None:
+            yield {"kind": kind, "missing": _why_missing(run.sections, asked)}
+            continue
+        for field in FIELDS if full and kind == "end" else (THUMBNAIL_FIELDS[kind],):
+            yield _picture(run, section, kind, field, frames[kind][run.number], limits[kind][field])
+
+
+def _picture(
+    run: Shown,
+    section: Section,
+    kind: str,
+    field: str,
+    frame: Frame,
+    limits: tuple[float, float],
+) -> Document:
+    lengths = run.lengths if kind == "end" else {}
+    unit = UNITS.get(field, "1")
+    label = field.replace("_", " ")
+    time = f"{printed_in(float(f'{section.time:.3g}'), 's')} {display_of('s').unit}"
+    low, high = (printed_in(limit, unit) for limit in limits)
+    measured = "; ".join(
+        f"{name.replace('_', ' ')} {printed(value, 'length')} {display_of('m').unit}"
+        for name, value in lengths.items()
+    )
+    scene = "Section at the end" if kind == "end" else "Section of the debris"
+    where = f", {run.title}" if run.title else ""
+    alt = (
+        f"{scene} ({time}){where}, coloured by {label} from {low} to {high} {display_of(unit).unit}".rstrip()
+        + (f"; {measured}" if measured else "")
+    )
+    return {
+        "kind": kind,
+        "missing": None,
+        "moment": section.moment,
+        "time": section.time,
+        "field": field,
+        "label": label,
+        "unit": unit,
+        "limits": list(limits),
+        "frame": asdict(frame),
+        "across": [_length(run, name) for name in ACROSS if name in lengths],
+        "along": [_length(run, name) for name in ALONG if name in lengths],
+        "alt": f"{alt}.",
+    }
+
+
+def _length(run: Shown, name: str) -> Document:
+    return {"quantity": name, "label": name.replace("_", " "), "value": run.lengths[name]}
+
+
+def _why_missing(sections: Sections, asked: float) -> str:
+    """Why the state of a moment is not there."""
+    end = sections.at(END)
+    when = f"{printed_in(float(f'{asked:.3g}'), 's')} {display_of('s').unit}"
+    if end is not None and end.time < asked:
+        return f"no picture: the run ended before {when}"
+    return f"no picture: the state at {when} was not kept when the run was resumed"
+
+
+# ---- frames and colours --------------------------------------------------------------------------
+
+
+def _frames(runs: Sequence[Shown], kind: str) -> dict[int, Frame]:
+    """The frame of each run for a kind of picture: one for all, unless their sizes differ too much."""
+    frames = {run.number: frame for run in runs if (frame := _frame(run, kind))}
+    if not frames:
+        return {}
+    widths = [frame.width for frame in frames.values()]
+    if max(widths) > SAME_SCALE * min(widths):
+        return frames
+    same = Frame(
+        left=min(frame.left for frame in frames.values()),
+        right=max(frame.right for frame in frames.values()),
+        top=min(frame.top for frame in frames.values()),
+        bottom=max(frame.bottom for frame in frames.values()),
+    )
+    return dict.fromkeys(frames, same)
+
+
+def _frame(run: Shown, kind: str) -> Frame | None:
+    """The part of a run's sections that pictures of a kind show."""
+    assert run.sections
+    states = [state for state in run.sections.states if (state.moment == END) == (kind == "end")]
+    states = [state for state in states if len(state.position)]
+    if not states:
+        return None
+    across = np.concatenate([np.abs(state.position[:, 0]) for state in states])
+    along = np.concatenate([state.position[:, 1] for state in states])
+    strained = np.concatenate([state.fields["plastic_strain"] for state in states]) > STRAINED
+    half = 1.05 * float(across.max())
+    if kind == "debris" and math.isfinite(run.diameter):
+        half = min(half, DEBRIS_HALF_WIDTH * run.diameter)
+    elif radii := [0.5 * run.lengths[name] for name in ACROSS if name in run.lengths]:
+        half = min(half, BESIDE * max(radii))
+    moved = along[(across < half) & strained]
+    if not moved.size:
+        moved = along[across < half]
+    top, bottom = (float(at) for at in np.quantile(moved, [STRAY, 1.0 - STRAY]))
+    if kind == "end":
+        depths = [run.lengths[name] for name in ALONG if name in run.lengths]
+        bottom = max([bottom, *(1.1 * depth for depth in depths)])
+    width, margin = 2.0 * half, 0.08 * half
+    top, bottom = top - margin, bottom + margin
+    bottom = min(bottom, top + TALLEST * width)
+    missing = max(0.0, FLATTEST * width - (bottom - top))
+    return Frame(-half, half, top - 0.5 * missing, bottom + 0.5 * missing)
+
+
+def _limits(runs: Sequence[Shown], kind: str) -> dict[str, tuple[float, float]]:
+    """The ends of the colours of each field, for all runs."""
+    states = [
+        state
+        for run in runs
+        if run.sections
+        for state in run.sections.states
+        if (state.moment == END) == (kind == "end")
+    ]
+    return {field: _limits_of(field, states) for field in FIELDS}
+
+
+def _limits_of(field: str, states: Sequence[Section]) -> tuple[float, float]:
+    values = [state.fields[field][np.isfinite(state.fields[field])] for state in states]
+    values = [each for each in values if each.size]
+    if not values:
+        return (0.0, 1.0)
+    lows = [np.quantile(each, [0.0, OUTLIERS]) for each in values]
+    high = float(max(np.quantile(each, 1.0 - OUTLIERS) for each in values))
+    if field == "pressure":
+        most = rounded_up(max(high, -float(min(low[1] for low in lows))))
+        return (-most, most)
+    if field == "temperature":
+        low = float(f"{min(low[0] for low in lows):.3g}")
+        return (low, max(rounded_up(high), low + 1.0))
+    if field == "density":
+        step = rounded_up(high / 20.0)
+        low = math.floor(float(min(low[1] for low in lows)) / step) * step
+        return (low, max(math.ceil(high / step), low / step + 1.0) * step)
+    return (0.0, rounded_up(high))
+
+
+def rounded_up(value: float) -> float:
+    """The next number at or above a value that reads well; 1 for what is not above 0.
+
+    >>> rounded_up(0.83), rounded_up(2.1), rounded_up(4.1e9), rounded_up(0.0)
+    (1.0, 2.5, 5000000000.0, 1.0)
+    """
+    if value <= 0.0:
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    step = next(
+        step
+        for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+        if step * power >= value * 0.999
+    )
+    return float(f"{step * power:.12g}")

@@ -1,0 +1,123 @@
+"""The sections of a run: its particles in the plane through the axis, kept in few bytes."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from solver.errors import Interrupted
+from solver.simulation import start
+from solver.state import records
+from studies.films import section
+from studies.films.section import END, SectionOptions, SectionRecorder, Sections, read_sections
+from studies.results import RunControl
+from studies.runs.execution import execute, observer_of
+from studies.runs.remeasure import load_state
+from studies.runs.run import Run
+from tests.studies.runs.solved import asked, solved
+
+QUANTISED = 1.0 / section.STEPS  # of the box of all positions
+HALF_PRECISION = 2.0**-10
+
+
+def end_of(folder: Path) -> tuple[Sections, section.Section]:
+    sections = read_sections(folder / "sections.npz")
+    end = sections.at(END)
+    assert end
+    return sections, end
+
+
+@pytest.mark.parametrize("scenario", ["thin_plate", "taylor_bar"])
+def test_section__at_the_end_is_the_final_state(scenario: str) -> None:
+    folder = solved(scenario)
+    sections, end = end_of(folder)
+    state = load_state(folder / "state.npz")
+    order = np.argsort(state.particles.number)
+    position = state.particles.position[order][:, :2]  # across and along, of bodies of revolution
+    box = np.ptp(position, axis=0).max()
+    assert end.time == state.time
+    assert sections.mirrored
+    np.testing.assert_allclose(end.position, position, atol=QUANTISED * box)
+    np.testing.assert_array_equal(end.body, state.body[order])
+    for name in ("plastic_strain", "temperature", "pressure", "density"):
+        expected = getattr(state.particles, name)[order]
+        unit = section.FIELDS[name]
+        np.testing.assert_allclose(
+            end.fields[name], expected, rtol=HALF_PRECISION, atol=1e-7 * unit
+        )
+    speed = np.linalg.norm(state.particles.velocity[order], axis=1)
+    np.testing.assert_allclose(end.fields["speed"], speed, rtol=HALF_PRECISION, atol=1e-6)
+
+
+def test_section__of_each_moment_is_the_nearest_observation() -> None:
+    sections, end = end_of(solved("thin_plate"))
+    interval = observer_of(asked("thin_plate")).rate.interval
+    assert sections.moments == pytest.approx((4e-6, 8e-3 / 3e3 * 4))
+    for moment, at in enumerate(sections.moments):
+        kept = sections.at(moment)
+        assert (kept is not None) == (at < end.time + 0.5 * interval)
+        assert kept is None or abs(kept.time - at) <= 0.5 * interval
+
+
+def test_section__of_three_dimensions_is_the_layer_beside_the_plane() -> None:
+    problem = observer_of(asked("taylor_bar", geometry="quarter")).setting.problem
+    recorder = SectionRecorder(problem, SectionOptions(), interval=1.0)
+    recorder.end(start(problem, threads=1).snapshot())
+    [body], [state] = problem.bodies, recorder.states
+    layer = body.position[body.position[:, 1] < body.spacing[1]]
+    assert 0 < len(layer) < len(body.position)
+    np.testing.assert_array_equal(state.position, layer[:, [0, 2]])
+
+
+def test_section__of_a_fine_lattice_is_thinned_evenly() -> None:
+    problem = observer_of(asked("taylor_bar")).setting.problem
+    count = problem.bodies[0].mass.size
+    recorder = SectionRecorder(problem, SectionOptions(), interval=1.0, most=count // 3)
+    recorder.end(start(problem, threads=1).snapshot())
+    [state] = recorder.states
+    rows = np.unique(state.position[:, 1])
+    assert len(state.position) < 0.4 * count
+    np.testing.assert_allclose(np.diff(rows), 2.0 * problem.bodies[0].spacing[1], rtol=1e-6)
+
+
+def test_section__shows_retired_debris_on_its_straight_way() -> None:
+    problem = observer_of(asked("taylor_bar")).setting.problem
+    snapshot = start(problem, threads=1).snapshot()
+    particles, gone = snapshot.particles, np.array([3, 5])
+    particles.velocity[gone] = (0.0, 100.0, 0.0)
+    retired = records(0.0, particles, snapshot.body, gone)
+    particles.alive[gone] = 0
+    time = 0.1 * problem.geometry.spacing / 100.0
+    recorder = SectionRecorder(problem, SectionOptions(), interval=1.0)
+    recorder.end(snapshot._replace(time=time, retired=retired))
+    [state] = recorder.states
+    moved = retired.position[:, :2] + np.array([0.0, 100.0 * time])
+    np.testing.assert_allclose(state.position[retired.number], moved, rtol=1e-9)
+    assert np.isnan(state.fields["pressure"][retired.number]).all()
+
+
+def test_sections__of_a_resumed_run_are_those_of_one_that_never_stopped(tmp_path: Path) -> None:
+    run, left = asked("thin_plate", end_time=12e-6), tmp_path / "left"
+    whole = sections_of(run, tmp_path / "whole")
+    checkpoint, states = tmp_path / "checkpoint.npz", 0
+
+    def must_stop() -> bool:
+        return states > 8  # between the two moments
+
+    def count(_: object) -> None:
+        nonlocal states
+        states += 1
+
+    with pytest.raises(Interrupted):
+        execute(run, left, RunControl(progress=count, must_stop=must_stop), checkpoint=checkpoint)
+    resumed = sections_of(run, left, checkpoint)
+    assert [state.moment for state in resumed.states] == [0, 1, END]
+    for before, after in zip(whole.states, resumed.states, strict=True):
+        assert before.time == after.time
+        # What was read from the file of the checkpoint was stored twice.
+        np.testing.assert_allclose(after.position, before.position, atol=1e-6)
+
+
+def sections_of(run: Run, folder: Path, checkpoint: Path | None = None) -> Sections:
+    execute(run, folder, threads=1, checkpoint=checkpoint)
+    return read_sections(folder / "sections.npz")

@@ -1,0 +1,159 @@
+"""Pictures of runs in a report: from stored sections, with what they measure; and words where there are none."""
+
+import base64
+import io
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from studies.films.section import END, Section, Sections, read_sections
+from studies.reports import page
+from studies.reports.pictures import MOST_FULL, MOST_RUNS
+from studies.reports.publish import publish_sweep
+from studies.reports.raster import VIRIDIS, Frame, nearest, png, ramp
+from studies.values.formats import printed
+from tests.studies.runs.solved import solved
+from tests.studies.support import fakes
+from tests.studies.support.fakes import Axis, Sweep
+
+MOST_BYTES = 8 << 20  # of a report
+Reported = tuple[dict, str]
+
+
+def reported(sweep: Sweep, folder: Path, sections: dict[str, Path]) -> Reported:
+    files = publish_sweep(
+        sweep, fakes.results(sweep), folder, fakes.catalogue(sweep.scenario), sections
+    )
+    document = json.loads(Path(files["report.json"]).read_text())
+    return document, Path(files["report.html"]).read_text()
+
+
+def pictures_of_run(document: dict, number: int) -> list[dict]:
+    return document["pictures"]["runs"][number]["pictures"]
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Reported:
+    """A run with sections, one with a torn file, one without, and one that failed."""
+    folder = tmp_path_factory.mktemp("report")
+    sweep = Sweep((Axis("speed", "m s-1", (2e3, 3e3, 4e3)),))
+    file = solved("thin_plate") / "sections.npz"
+    torn = folder / "torn.npz"
+    torn.write_bytes(file.read_bytes()[:1000])
+    first, second, _ = (point.run.id for point in sweep.runs())
+    return reported(sweep, folder / "out", {first: file, second: torn})
+
+
+def test_picture__says_what_was_measured_and_when(report: Reported) -> None:
+    document, html = report
+    [end] = [
+        p
+        for p in pictures_of_run(document, 0)
+        if p["kind"] == "end" and p["field"] == "plastic_strain"
+    ]
+    hole = document["runs"][0]["values"]["hole_diameter"]
+    assert end["across"] == [{"quantity": "hole_diameter", "label": "hole diameter", "value": hole}]
+    assert f"hole diameter {printed(hole, 'length')} mm" in end["alt"]
+    assert end["alt"] in html
+    assert re.search(rf">{printed(hole, 'length')} mm</text>", html)
+    sections = read_sections(solved("thin_plate") / "sections.npz")
+    state = sections.at(END)
+    assert state
+    assert end["time"] == state.time
+
+
+def test_picture__that_is_missing_leaves_its_reason(report: Reported) -> None:
+    document, html = report
+    torn, absent = (document["pictures"]["runs"][number]["missing"] for number in (1, 2))
+    assert "cannot be read" in torn
+    assert "no section was kept" in absent
+    late = [picture["missing"] for picture in pictures_of_run(document, 0) if picture["missing"]]
+    assert len(late) == 1
+    assert "the run ended before" in late[0]
+    for reason in (torn, absent, *late):
+        assert reason in html
+
+
+def test_run__in_full_size_shows_every_field(report: Reported) -> None:
+    document, _ = report
+    shown = document["pictures"]["runs"][0]
+    assert shown["full"]
+    fields = [picture["field"] for picture in shown["pictures"] if picture["kind"] == "end"]
+    assert fields == ["plastic_strain", "temperature", "pressure", "density", "speed"]
+
+
+def test_pictures__of_many_runs_are_of_some_and_the_report_stays_small(tmp_path: Path) -> None:
+    sweep = fakes.refined_holes()
+    file = solved("thin_plate") / "sections.npz"
+    document, html = reported(sweep, tmp_path, {p.run.id: file for p in sweep.runs()})
+    runs = document["pictures"]["runs"]
+    assert len(sweep.runs()) > MOST_RUNS >= len(runs)
+    assert document["pictures"]["left_out"] == len(sweep.runs()) - len(runs)
+    finest = max(fakes.CELLS)
+    assert {document["runs"][run["run"]]["at"]["cells_per_diameter"] for run in runs} == {finest}
+    assert sum(run["full"] for run in runs) == MOST_FULL
+    assert len(html.encode()) < MOST_BYTES
+
+
+def test_page__embeds_pictures_that_can_be_opened(report: Reported) -> None:
+    _, html = report
+    found = re.findall(r'href="data:image/png;base64,([^"]+)"', html)
+    # Thumbnails of the end and of one moment; five fields and that moment in full.
+    assert len(found) == 2 + 5 + 1
+    for text in found:
+        picture = Image.open(io.BytesIO(base64.b64decode(text)))
+        shown = np.asarray(picture.convert("RGBA"))
+        assert 0.0 < (shown[..., 3] > 0).mean() < 1.0
+        np.testing.assert_array_equal(shown, shown[:, ::-1])  # the mirror image
+
+
+def bar(*, mirrored: bool = True) -> tuple[Sections, Section]:
+    """A square of 2 by 2 mm beside the axis, its temperature growing along it."""
+    at = (np.arange(10) + 0.5) * 2e-4
+    position = np.stack([place.ravel() for place in np.meshgrid(at, at)], axis=-1)
+    state = Section(0.0, END, position, np.zeros(100, int), {"temperature": position[:, 1]})
+    return Sections(("bar",), np.full((1, 2), 2e-4), mirrored, (), (state,)), state
+
+
+def test_raster__has_matter_to_half_a_width_from_its_particles() -> None:
+    sections, state = bar()
+    particles = nearest(sections, state, Frame(-4e-3, 4e-3, -1e-3, 3e-3), 400)
+    rows, columns = np.nonzero(particles >= 0)
+    pixel = 8e-3 / 400
+    assert columns.min() * pixel == pytest.approx(2e-3, abs=2 * pixel)
+    assert (columns.max() + 1) * pixel == pytest.approx(6e-3, abs=2 * pixel)
+    assert rows.min() * pixel == pytest.approx(1e-3, abs=2 * pixel)
+    assert (rows.max() + 1) * pixel == pytest.approx(3e-3, abs=2 * pixel)
+    assert (
+        particles[rows.min() + 2 : rows.max() - 2, columns.min() + 2 : columns.max() - 2] >= 0
+    ).all()
+
+
+def test_raster__without_a_mirror_has_one_side_alone() -> None:
+    sections, state = bar(mirrored=False)
+    particles = nearest(sections, state, Frame(-4e-3, 4e-3, -1e-3, 3e-3), 400)
+    assert (particles[:, :195] < 0).all()
+    assert (particles >= 0).any()
+
+
+def test_png__colours_values_between_the_limits_and_leaves_the_rest_clear() -> None:
+    values = np.array([-1.0, 0.5, 2.0, np.nan])
+    picture = Image.open(io.BytesIO(png(np.array([[0, 1, 2, 3, -1]]), values, (0.0, 1.0), VIRIDIS)))
+    low, middle, high, unknown, nothing = np.asarray(picture.convert("RGBA"))[0]
+    shades = ramp(VIRIDIS, 255)
+    np.testing.assert_allclose(low[:3], shades[0])
+    np.testing.assert_allclose(middle[:3], shades[127], atol=2)
+    np.testing.assert_allclose(high[:3], shades[-1])
+    assert len(set(unknown[:3])) == 1
+    assert nothing[3] == 0 != unknown[3]
+
+
+def test_page__of_a_report_without_sections_says_so_for_each_run(tmp_path: Path) -> None:
+    document, html = reported(fakes.holes(), tmp_path, {})
+    runs = document["pictures"]["runs"]
+    assert {run["missing"] for run in runs} == {"no picture: no section was kept with this run"}
+    assert html == page.page(document)
