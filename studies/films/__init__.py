@@ -1,6 +1,5 @@
 """Films of runs: written while a run is solved, read as a dataset over time and particle, exported to VTK.
 
-``section`` keeps a few sections of every run, which the pictures of reports show.
-
 ``film`` is called by ``runs``; ``film_dataset`` and ``film_vtk`` by ``whipple.open_film`` and the command line.
+``section`` keeps a few sections of every run: ``runs`` records them, ``reports`` draws them.
 """

@@ -6,7 +6,7 @@ classes of the page's style sheet, so that a picture reads in light and dark and
 
 import base64
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -111,7 +111,7 @@ def thumbnail(picture: Document, frame: Frame, raster: bytes, width: int) -> str
     return _svg("thumbnail", width, height + FOOT, parts, picture["alt"])
 
 
-def colour_keys(pictures: list[Document]) -> Markup:
+def colour_keys(pictures: Sequence[Document]) -> Markup:
     """The colour bars that thumbnails share, each with the label of its field."""
     keys = []
     for picture in pictures:

@@ -82,7 +82,7 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
 
 def first_of_kinds(document: Document) -> list[Document]:
     """The first thumbnail of each kind, end before debris; colours are the same in all."""
-    firsts = {}
+    firsts: dict[str, Document] = {}
     for picture in (picture for run in document["runs"] for picture in run["pictures"]):
         kind = picture["kind"]
         if not picture["missing"] and picture["field"] == THUMBNAIL_FIELDS[kind]:

@@ -101,10 +101,10 @@ def test_pictures__of_many_runs_are_of_some_and_the_report_stays_small(tmp_path:
 
 def test_page__embeds_pictures_that_can_be_opened(report: Reported) -> None:
     _, html = report
-    found = re.findall(r'href="data:image/png;base64,([^"]+)"', html)
+    embedded = re.findall(r'href="data:image/png;base64,([^"]+)"', html)
     # Thumbnails of the end and of one moment; five fields and that moment in full.
-    assert len(found) == 2 + 5 + 1
-    for text in found:
+    assert len(embedded) == 2 + 5 + 1
+    for text in embedded:
         picture = Image.open(io.BytesIO(base64.b64decode(text)))
         shown = np.asarray(picture.convert("RGBA"))
         assert 0.0 < (shown[..., 3] > 0).mean() < 1.0
