@@ -50,7 +50,7 @@ def main(directory: Path) -> None:
     try:
         from docs.recipe_study.figures import draw, draw_finals
     except ImportError:
-        print("the figures need matplotlib: pip install 'whipple[figures]'")
+        print("the figures need matplotlib: pip install 'whipple[plot]'")
         return
     draw(results, directory / "variants.png")
     draw_finals(finals, directory / "candidates.png")

@@ -164,6 +164,9 @@ class EstimateModel(Answer):
     )
     bytes: int = Field(description="Size of the results")
     is_measured: bool = Field(description="Whether the times are measured here for this scenario")
+    warnings: list[str] = Field(
+        description="Doubts about points that are allowed and hardly useful"
+    )
     presets: list[PresetModel] = Field(description="Cost of the sweep at each `accuracy`")
 
 

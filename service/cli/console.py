@@ -1,5 +1,6 @@
 """Output of the command line: errors, sweeps, runs, events, and the progress of a sweep."""
 
+import json
 import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -8,16 +9,21 @@ from functools import cache
 from typing import IO, TYPE_CHECKING, Any
 
 from studies.values.errors import InvalidInput
-from studies.values.formats import duration
+from studies.values.formats import display_of, duration, with_unit
 
 if TYPE_CHECKING:
+    from datetime import datetime
+
     from service.cli.backup import Backup
     from service.cli.doctor import Check
     from service.cli.remeasuring import Remeasured, RemeasurePlan
     from service.client.client import SweepEvent
     from service.records.jobs import KeyRow, SweepStatus
     from studies.sweeps.cost import Cost, PresetCost
+    from studies.sweeps.sweep import Sweep
 
+SHORT_ID = 12  # digits of an id in a table; commands take the beginning of an id
+LONGEST_LINE = 10_000  # characters, where the output is no terminal
 MOST_LINES = 20  # printed lines of a list of runs
 COMPUTED = ("succeeded", "failed")  # states of a computed point
 
@@ -33,6 +39,41 @@ def print_findings(error: InvalidInput) -> None:
         print(f"  and {error.more} more", file=sys.stderr)
 
 
+def print_warnings(sweep: "Sweep") -> None:
+    """Print the doubts about the points of a sweep to the error stream."""
+    from studies.sweeps.warnings import warnings_of
+
+    for warning in warnings_of(sweep):
+        print(f"whipple: warning: {warning}", file=sys.stderr)
+
+
+# --- tables and JSON ------------------------------------------------------------------------------
+
+
+def print_json(value: object) -> None:
+    """Print a value as JSON; times in ISO 8601, sets as sorted lists."""
+    print(json.dumps(value, indent=2, default=_plain, ensure_ascii=False))
+
+
+def _plain(value: Any) -> Any:
+    return sorted(value) if isinstance(value, frozenset) else value.isoformat()
+
+
+def print_table(
+    columns: Sequence[str], rows: Iterable[Sequence[str]], *, file: IO[str] | None = None
+) -> None:
+    """Print rows below their headings; wrapped on a terminal, one line each elsewhere."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*columns, box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for row in rows:
+        table.add_row(*row)
+    stream = file or sys.stdout
+    width = None if stream.isatty() else LONGEST_LINE
+    Console(file=stream, width=width, markup=False, highlight=False, emoji=False).print(table)
+
+
 # --- sweeps and runs ------------------------------------------------------------------------------
 
 
@@ -46,21 +87,37 @@ def print_sweep(sweep: "SweepStatus") -> None:
         print(f"  {duration(sweep.eta_seconds)} left")
 
 
-def print_sweep_line(sweep: "SweepStatus") -> None:
-    """One of many sweeps."""
-    print(
-        f"{sweep.id}  {sweep.state:<10}  {sweep.progress:>4.0%}  {sweep.planned:>6} runs  {sweep.name}"
+def print_sweeps(sweeps: "Iterable[SweepStatus]") -> None:
+    """A table of sweeps."""
+    rows = (
+        (
+            *(sweep.id[:SHORT_ID], sweep.state, f"{sweep.progress:.0%}", str(sweep.planned)),
+            *(duration(sweep.eta_seconds or None), sweep.name),
+        )
+        for sweep in sweeps
     )
+    print_table(("id", "state", "done", "runs", "time left", "name"), rows)
 
 
-def print_point(point: Mapping[str, Any], units: Mapping[str, str | None]) -> None:
-    """A point with its state and, if it failed, the reason; ``units`` are those of the axes."""
-    run = point["run"]
-    attempts = f"  attempt {run['attempt']}" if run["attempt"] > 1 else ""
-    coordinates = _quantities(point["coordinates"], units)
-    print(f"{run['id']}  {point['state']:<10}  {coordinates}{attempts}")
-    if run["cause"]:
-        print(f"  {run['cause']}: {run['reason']}")
+def print_points(points: Iterable[Mapping[str, Any]], axes: Mapping[str, str | None]) -> None:
+    """A table of points with the values and units of their axes; failed ones with the reason."""
+    headings = [with_unit(name, unit) for name, unit in axes.items()]
+    rows = (
+        (
+            *(point["run"]["id"][:SHORT_ID], point["state"], str(point["run"]["attempt"])),
+            *(_in_unit(point["coordinates"].get(name), unit) for name, unit in axes.items()),
+            f"{cause}: {point['run']['reason']}" if (cause := point["run"]["cause"]) else "",
+        )
+        for point in points
+    )
+    print_table(("run", "state", "attempt", *headings, "failure"), rows)
+
+
+def _in_unit(value: Any, unit: str | None) -> str:
+    """A value in the display unit of its column, with every digit that it has."""
+    if isinstance(value, str) or value is None:
+        return value or ""
+    return f"{value * display_of(unit).factor:.12g}"
 
 
 def print_event(event: "SweepEvent") -> None:
@@ -137,13 +194,22 @@ def nonzero(counts: Mapping[str, int]) -> str:
 # --- maintenance ----------------------------------------------------------------------------------
 
 
-def print_key(key: "KeyRow", *, file: IO[str] | None = None) -> None:
-    """A key without its secret."""
-    expires = f"until {key.expires:%Y-%m-%d %H:%M}" if key.expires else "without expiry"
-    used = f"used {key.used:%Y-%m-%d %H:%M}" if key.used else "never used"
-    state = f"revoked {key.revoked:%Y-%m-%d %H:%M}" if key.revoked else expires
-    scopes = " ".join(sorted(key.scopes))
-    print(f"{key.id}  {key.prefix}...  {key.name}: {scopes}, {state}, {used}", file=file)
+def print_keys(keys: "Iterable[KeyRow]", *, file: IO[str] | None = None) -> None:
+    """A table of keys without their secrets."""
+    rows = (
+        (
+            *(key.id[:SHORT_ID], f"{key.prefix}...", key.name, " ".join(sorted(key.scopes))),
+            *(_moment(key.revoked) and "revoked", _moment(key.expires) or "never"),
+            _moment(key.used) or "never",
+        )
+        for key in keys
+    )
+    columns = ("id", "secret", "name", "scopes", "state", "expires (UTC)", "used (UTC)")
+    print_table(columns, rows, file=file)
+
+
+def _moment(time: "datetime | None") -> str:
+    return "" if time is None else f"{time:%Y-%m-%d %H:%M}"
 
 
 def print_check(check: "Check") -> None:

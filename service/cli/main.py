@@ -4,24 +4,53 @@ Exit status: 0 success, 1 failure, 2 invalid input, 3 some runs failed.
 """
 
 import sys
-from typing import NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 
-from service.cli.commands import client, computing, maintenance, serving
+from service.cli.commands import catalogue, client, computing, maintenance, serving
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
 from studies.values.errors import InvalidInput
 
 app = typer.Typer(
     name="whipple",
-    help="Compute sweeps of hypervelocity impacts, and compare the results with published laws.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
-for part in (computing, serving, client, maintenance):
+PANELS = {
+    "On this machine, without a service": computing,
+    "What ships": catalogue,
+    "The service": serving,
+    "Requests to a service": client,
+    "Maintenance of a service": maintenance,
+}
+for title, part in PANELS.items():
+    for entry in (*part.app.registered_commands, *part.app.registered_groups):
+        entry.rich_help_panel = title
     app.add_typer(part.app)
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        from service.records.version import version
+
+        print(version())
+        raise typer.Exit
+
+
+@app.callback()
+def whipple(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    """Compute sweeps of hypervelocity impacts, and compare the results with published laws."""
 
 
 def main() -> NoReturn:

@@ -10,6 +10,7 @@ A service on another machine needs an API key: ``Client(url, key=...)``, or the 
 
 import json
 import os
+import re
 import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping
@@ -23,6 +24,7 @@ from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
+from studies.values.errors import Finding, InvalidInput
 from studies.values.files import SWEEP_FILES
 
 if TYPE_CHECKING:
@@ -42,6 +44,8 @@ DEFAULT_URL = "http://127.0.0.1:8000"
 URL_VARIABLE = "WHIPPLE_SERVICE"
 KEY_VARIABLE = "WHIPPLE_API_KEY"
 POLL_SECONDS = 1.0  # interval between two requests of ``wait``
+MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
+_PREFIX = re.compile("[0-9a-f]{1,31}")  # of an id of 32 digits
 PATIENCE = 30.0  # s, for a service that restarts or is busy
 
 Document = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file
@@ -122,6 +126,10 @@ class Client:
         """The sweep of an id; its first request reports whether it exists."""
         return SweepHandle(self, id)
 
+    def find_sweep(self, prefix: str) -> "SweepHandle":
+        """The sweep whose id begins so; raises InvalidInput with the candidates if they are several."""
+        return self.sweep(self._whole_id("sweeps", prefix, lambda item: item["name"]))
+
     def sweeps(self, state: str | None = None) -> Iterator[SweepStatus]:
         """Every sweep, newest first; or those in a state."""
         query = {} if state is None else {"state": state}
@@ -132,6 +140,10 @@ class Client:
     def run(self, id: str) -> dict[str, Any]:
         """A run with its parameters."""
         return self._connection.json("GET", f"/v1/runs/{id}")
+
+    def find_run(self, prefix: str) -> str:
+        """The id of the run whose id begins so; raises InvalidInput with the candidates if they are several."""
+        return self._whole_id("runs", prefix, lambda item: item["state"])
 
     def run_files(self, id: str) -> list[dict[str, Any]]:
         """The stored files of a run: name, size, sha256."""
@@ -179,6 +191,18 @@ class Client:
     def accuracies(self) -> list[dict[str, Any]]:
         """Every preset of resolutions and offsets."""
         return self._items("accuracies")
+
+    def _whole_id(self, kind: str, prefix: str, label: Callable[[Mapping[str, Any]], str]) -> str:
+        """The only id that begins so; what is no prefix of an id stays as it is, for the service to refuse."""
+        if not _PREFIX.fullmatch(prefix):
+            return prefix
+        query = {"prefix": prefix, "limit": str(MOST_CANDIDATES)}
+        items = self._connection.json("GET", f"/v1/{kind}", params=query)["items"]
+        if len(items) > 1:
+            candidates = ", ".join(f"{item['id'][:16]} ({label(item)})" for item in items)
+            cure = f"write more of it: {candidates}"
+            raise InvalidInput([Finding("ID", prefix, "the beginning of one id", cure)])
+        return items[0]["id"] if items else prefix
 
     def _items(self, kind: str) -> list[dict[str, Any]]:
         return self._connection.json("GET", f"/v1/{kind}")["items"]

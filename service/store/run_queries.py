@@ -11,6 +11,7 @@ from service.store.connection import Part
 from service.store.statements import (
     RUN_COLUMNS,
     batches,
+    begins,
     ended_by_accident,
     one_row,
     run_record,
@@ -28,6 +29,13 @@ class RunQueries(Part):
         query = sa.select(*RUN_COLUMNS).where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
         with self._database.reading() as connection:
             return run_record(one_row(connection, query, "run", id))
+
+    def runs(self, prefix: str, limit: int) -> tuple[RunRow, ...]:
+        """Runs whose ids begin so, in the order of their ids."""
+        query = sa.select(*RUN_COLUMNS).where(JOBS.c.kind == Kind.RUN, begins(JOBS.c.id, prefix))
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(JOBS.c.id).limit(limit))
+            return tuple(run_record(row) for row in rows)
 
     def run_spec(self, id: str) -> Mapping[str, Any]:
         """A run as it is computed, complete (``Run.as_json``); raises NotFound."""

@@ -218,6 +218,11 @@ def log_attempts(
     connection.execute(EVENTS.insert(), rows)
 
 
+def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]:
+    """The id, of hexadecimal digits, begins so; by its index."""
+    return sa.and_(column >= prefix, column < prefix + "g")
+
+
 def one_row(connection: sa.Connection, query: sa.Select[Any], kind: str, id: str) -> Row:
     """The single row of a query; raises NotFound."""
     row = connection.execute(query).first()

@@ -27,6 +27,7 @@ from service.store.statements import (
     PUBLICATIONS,
     RUN_COLUMNS,
     Row,
+    begins,
     literal,
     number_of,
     one_row,
@@ -153,10 +154,15 @@ class SweepQueries(Part):
         return status, file
 
     def sweeps(
-        self, *, state: SweepState | None = None, cursor: str | None = None, limit: int = 50
+        self,
+        *,
+        state: SweepState | None = None,
+        prefix: str = "",
+        cursor: str | None = None,
+        limit: int = 50,
     ) -> Page[SweepStatus]:
-        """Sweeps, the youngest first: two statements, whatever the number of runs."""
-        query = _youngest(SWEEP_ROWS, cursor, limit)
+        """Sweeps whose ids begin so, the youngest first: two statements, whatever the number of runs."""
+        query = _youngest(SWEEP_ROWS, cursor, limit).where(begins(SWEEPS.c.id, prefix))
         if state is not None:
             query = query.where(SWEEP_STATE.in_([state]))
         with self._database.reading() as connection:

@@ -18,6 +18,11 @@ def names() -> list[str]:
     )
 
 
+def folder() -> str:
+    """The folder that holds them."""
+    return str(files(__package__))
+
+
 def text(name: str) -> str:
     """The YAML text of an example; raises InvalidInput with the nearest name."""
     if name not in names():

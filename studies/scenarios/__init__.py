@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from solver.registry import entries
 from studies.values.errors import Finding
 from studies.values.nearest import nearest_cure
+from studies.values.parameters import declared, describe
 from studies.values.quantities import refusal
 
 if TYPE_CHECKING:
@@ -118,6 +119,17 @@ class Scenario:
     estimate: Callable[[Any, Materials], Size]
     cells: Callable[[Any], dict[str, float]]  # across the diameter, through the thickness
     observer: ObserverOptions
+
+    def describe(self) -> dict[str, Any]:
+        """The scenario as plain values, for a catalogue."""
+        return {
+            "name": self.name,
+            "title": self.title,
+            "description": self.description,
+            "materials": self.materials,
+            "measurements": self.measurements,
+            "parameters": describe(declared(self.parameters).values()),
+        }
 
 
 def names() -> list[str]:

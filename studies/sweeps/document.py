@@ -13,9 +13,9 @@ try:  # libyaml's, ten times faster
 except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]  # the same interface in Python
 
+from studies import examples, scenarios
 from studies import materials as shipped
 from studies import observations as published
-from studies import scenarios
 from studies.materials import Material, read_document
 from studies.observations import AllowedNames, read_observations, written
 from studies.sweeps.axes import Axis, AxisReader, repeated
@@ -41,6 +41,7 @@ KEYS = (
 )
 COMBINATIONS: tuple[Combine, ...] = ("grid", "zip")
 LONGEST_NAME = 200  # characters of a sweep's name or title
+MOST_BESIDE = 20  # files that are compared with the name of a missing one
 MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
 
 Read = TypeVar("Read")
@@ -100,10 +101,21 @@ class _StrictLoader(SafeLoader):
 def _text_of(file: Path, name: str) -> str:
     try:
         return file.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise no_such_file(file, name) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidInput(
             [Finding(name, str(file), "a text file that can be read", str(error))]
         ) from None
+
+
+def no_such_file(file: Path, name: str = "file") -> InvalidInput:
+    """The error for a missing file: files beside its place that have its ending, and the examples that ship."""
+    beside = sorted(other.name for other in file.parent.glob(f"*{file.suffix}"))[:MOST_BESIDE]
+    cure = nearest_cure(file.name, beside) if beside else "correct the path."
+    if file.suffix in (".yaml", ".yml", ".json", ""):
+        cure += f" Examples: {', '.join(f'{each}.yaml' for each in examples.names())} in {examples.folder()}"
+    return InvalidInput([Finding(name, f"{file}: no such file", "a file that is there", cure)])
 
 
 class _DocumentReading:

@@ -4,8 +4,9 @@ import itertools
 import math
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from studies import materials as shipped
 from studies import measurements, scenarios
@@ -17,6 +18,9 @@ from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import Parameter, Value, declared
 from studies.values.quantities import round_quantity
 from studies.values.recipes import ACCURACY
+
+if TYPE_CHECKING:
+    from studies.laws import Shot
 
 Combine = Literal["grid", "zip"]
 
@@ -143,6 +147,17 @@ class Sweep:
             )
         return points
 
+    def shots(self) -> "Iterator[Shot]":
+        """The shot of each point, before it is refined; none where the scenario describes none."""
+        from studies.laws import shot_from
+
+        defaults = declared(scenarios.load(self.scenario).parameters)
+        filled = {name: parameter.default for name, parameter in defaults.items()}
+        for _, coordinates in self._points():
+            values = {**self.fixed, **coordinates}
+            with suppress(KeyError):
+                yield shot_from({**filled, **values}, self._materials_at(values))
+
     def roles(self) -> dict[str, tuple[str, ...]]:
         """The names of the materials that each material parameter takes."""
         scenario = scenarios.load(self.scenario)
@@ -192,9 +207,16 @@ class Sweep:
         if len(self.resolutions) == 1:
             values[RESOLUTION] = self.resolutions[0]
         parameters = {name: value for name, value in values.items() if "." not in name}
+        materials = self._materials_at(values)
+        resolved = run.resolve(self.scenario, parameters, materials)
+        self._check_particles(resolved, materials)
+        return resolved
+
+    def _materials_at(self, values: Mapping[str, Value]) -> dict[str, Material]:
+        """The materials by role, with the constants among the values of a point."""
         defaults = declared(scenarios.load(self.scenario).parameters)
         materials = {
-            role: self.material(str(parameters.get(role, defaults[role].default)))
+            role: self.material(str(values.get(role, defaults[role].default)))
             for role in scenarios.load(self.scenario).materials
         }
         for path, value in values.items():
@@ -202,9 +224,7 @@ class Sweep:
             if dot:
                 assert value is None or isinstance(value, float)
                 materials[role] = materials[role].with_value(constant, value)
-        resolved = run.resolve(self.scenario, parameters, materials)
-        self._check_particles(resolved, materials)
-        return resolved
+        return materials
 
     def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
         """A run fits into a machine."""

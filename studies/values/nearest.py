@@ -1,5 +1,6 @@
 """The nearest allowed name, for the cure of a finding."""
 
+import re
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 
@@ -8,11 +9,35 @@ LONGEST_NAME = 100  # characters of a text that may be meant for a name
 MOST_NAMES = 200  # that are compared with it, and listed: one takes up to 30 us (2026-11)
 
 
+# Words that people write for a word of a name, of parameters and materials alike.
+SYNONYMS: Mapping[str, str] = {
+    "alu": "al",
+    "aluminium": "al",
+    "aluminum": "al",
+    "angle": "obliquity",
+    "bullet": "projectile",
+    "cu": "copper",
+    "impactor": "projectile",
+    "obliqueness": "obliquity",
+    "pb": "lead",
+    "sphere": "projectile",
+    "v": "speed",
+    "velocity": "speed",
+    "w": "tungsten",
+    "wolfram": "tungsten",
+}
+MOST_SUGGESTED = 3  # names in one cure
+
+
 def nearest_cure(value: object, allowed: Iterable[str]) -> str:
-    """The cure for an unknown name: the nearest allowed one, or all of them where none is near.
+    """The cure for an unknown name: the nearest allowed ones, or all of them where none is near.
 
     >>> nearest_cure("thin_plat", ["thin_plate", "thick_plate"])
     "did you mean 'thin_plate'?"
+    >>> nearest_cure("impact velocity", ["speed", "target"])
+    "did you mean 'speed'?"
+    >>> nearest_cure("aluminium", ["al-1100-o", "al-6061-t6", "lead"])
+    "did you mean 'al-1100-o' or 'al-6061-t6'?"
     >>> nearest_cure("x", ["speed", "target"])
     'use one of: speed, target'
     """
@@ -20,17 +45,40 @@ def nearest_cure(value: object, allowed: Iterable[str]) -> str:
     written = value if isinstance(value, str) else ""
     close = _close(written, names) if len(written) <= LONGEST_NAME else []
     if close:
-        return f"did you mean {close[0]!r}?"
+        first, last = ", ".join(map(repr, close[:-1])), repr(close[-1])
+        return f"did you mean {first + ' or ' if first else ''}{last}?"
     more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
     return "use one of: " + ", ".join(names[:MOST_NAMES]) + more if names else "leave it out"
 
 
 def _close(written: str, names: list[str]) -> list[str]:
-    """The name that is meant, if one is near; of many only one that differs in case."""
+    """The names that are meant, if some are near: by words, else by spelling; of many, one that differs in case."""
     same = [name for name in names if name.lower() == written.lower()]
     if same or len(names) > MOST_NAMES:
         return same
-    return get_close_matches(written, names, n=1, cutoff=0.6)
+    words = _words(written)
+    return (
+        _sharing(words, names, least=len({*words}))
+        or get_close_matches(written, names, n=1, cutoff=0.6)
+        or _sharing(words, names)
+    )
+
+
+_WORDS = re.compile(r"[a-z]+|\d+")
+
+
+def _words(name: str) -> list[str]:
+    """The words and numbers of a name, each as names spell it."""
+    return [SYNONYMS.get(word, word) for word in _WORDS.findall(name.lower())]
+
+
+def _sharing(words: list[str], names: list[str], least: int = 1) -> list[str]:
+    """The names with most of these words and at least so many, those of the fewest others first."""
+    shared = {name: len({*words} & {*_words(name)}) for name in names}
+    most = max(shared.values(), default=0)
+    best = [name for name, count in shared.items() if count == most >= max(1, least)]
+    same = [name for name in best if _words(name) == words]
+    return same or sorted(best, key=lambda name: (len(_words(name)), name))[:MOST_SUGGESTED]
 
 
 def shown(value: object) -> str:

@@ -17,6 +17,7 @@ from solver.units import Described, Unit, marked, marks_of
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure
 from studies.values.quantities import (
+    Bounds,
     a_quantity,
     exact_number,
     is_number,
@@ -60,6 +61,11 @@ class Parameter:
     optional: bool = False  # null is an answer
     required: bool = True  # there is no default
     default: Value = None
+
+    @property
+    def bounds(self) -> Bounds:
+        """The allowed numbers."""
+        return Bounds(self.minimum, self.maximum)
 
     def limit(self) -> str:
         """The allowed values as a text."""
@@ -230,16 +236,16 @@ def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> Kind:
 def _parse_quantity(parameter: Parameter, raw: Any, field: str) -> float:
     assert parameter.unit is not None
     if parameter.unit == "1":
-        exact = exact_number(raw, field, readable(_nearest(0.5, parameter), "1"))
+        exact = exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
     else:
-        exact = parse_quantity(raw, parameter.unit, field)
+        exact = parse_quantity(raw, parameter.unit, field, parameter.bounds)
     return _within(round_quantity(exact), parameter, raw, field)
 
 
 def _parse_integer(parameter: Parameter, raw: Any, field: str) -> int:
-    value = exact_number(raw, field, str(_nearest(1, parameter)))
+    value = exact_number(raw, field, str(parameter.bounds.nearest(1)))
     if value != value.to_integral_value():
-        cure = f"write {_nearest(round(value), parameter)}"
+        cure = f"write {parameter.bounds.nearest(round(value))}"
         raise refusal(field, raw, parameter.limit(), cure)
     return int(_within(int(value), parameter, raw, field))
 
@@ -276,20 +282,11 @@ def _parse_material(raw: Any, field: str, materials: Collection[str]) -> str:
 
 
 def _within(value: Any, parameter: Parameter, raw: Any, field: str) -> Any:
-    nearest = _nearest(value, parameter)
+    nearest = parameter.bounds.nearest(value)
     if nearest != value:
         assert parameter.unit is not None
         cure = f"the nearest allowed value is {readable(nearest, parameter.unit)}"
         raise refusal(field, raw, parameter.limit(), cure)
-    return value
-
-
-def _nearest(value: Any, parameter: Parameter) -> Any:
-    """The allowed number that is nearest to a value."""
-    if parameter.minimum is not None and value < parameter.minimum:
-        return parameter.minimum
-    if parameter.maximum is not None and value > parameter.maximum:
-        return parameter.maximum
     return value
 
 

@@ -138,10 +138,30 @@ def readable(value: float, unit: str) -> str:
     return f"{value:.12g} {unit}"
 
 
-def parse_quantity(raw: object, unit: str, field: str) -> Decimal:
+@dataclass(frozen=True)
+class Bounds:
+    """The allowed values of a quantity, in SI; None where there is no bound."""
+
+    minimum: float | None = None
+    maximum: float | None = None
+
+    def nearest(self, value: Any) -> Any:
+        """The allowed number that is nearest to a value."""
+        if self.minimum is not None and value < self.minimum:
+            return self.minimum
+        if self.maximum is not None and value > self.maximum:
+            return self.maximum
+        return value
+
+
+UNBOUNDED = Bounds()
+
+
+def parse_quantity(raw: object, unit: str, field: str, bounds: Bounds = UNBOUNDED) -> Decimal:
     """A quantity given as text with its unit, as an exact number of the SI ``unit``.
 
-    Raises InvalidInput: not a text, no unit, unknown unit, another dimension, not finite.
+    Raises InvalidInput: not a text, no unit, unknown unit, another dimension, not finite. Every value that its
+    cure proposes lies inside ``bounds``, which are not checked here.
 
     >>> parse_quantity("6.1 km/s", "m s-1", "speed")
     Decimal('6100')
@@ -151,27 +171,29 @@ def parse_quantity(raw: object, unit: str, field: str) -> Decimal:
     if is_number(raw):
         digits, unit_text = _digits(raw), ""
     else:
-        digits, unit_text = _split(raw, unit, field)
-    number = _decimal(digits, raw, field, _cure(unit))
+        digits, unit_text = _split(raw, unit, field, bounds)
+    number = _decimal(digits, raw, field, _cure(unit, bounds))
     if not unit_text:
-        raise refusal(field, raw, _allowed(unit), _cure_for_bare_number(number, unit))
-    return convert(number, unit_text, unit, field)
+        raise refusal(field, raw, _allowed(unit), _cure_for_bare_number(number, unit, bounds))
+    return convert(number, unit_text, unit, field, bounds)
 
 
-def convert(number: Decimal, unit_text: str, unit: str, field: str) -> Decimal:
+def convert(
+    number: Decimal, unit_text: str, unit: str, field: str, bounds: Bounds = UNBOUNDED
+) -> Decimal:
     """A number in any unit, as an exact number of the SI ``unit``; raises InvalidInput."""
-    raw = f"{number} {unit_text}"
+    raw, cure = f"{number} {unit_text}", _cure(unit, bounds)
     if len(unit_text) > LONGEST_TEXT:
-        raise refusal(field, raw, _allowed(unit), _cure(unit))
+        raise refusal(field, raw, _allowed(unit), cure)
     try:
         factor = _FACTORS.get((unit_text, unit))
         factor, offset = (factor, Decimal(0)) if factor else _conversion(unit_text, unit)
     except WrongDimension:
-        raise refusal(field, raw, _allowed(unit), _cure(unit)) from None
+        raise refusal(field, raw, _allowed(unit), cure) from None
     except ValueError:
         limit = f"{_allowed(unit)}; {unit_text!r} is not a known unit (upper and lower case matter)"
-        raise refusal(field, raw, limit, _cure(unit)) from None
-    return _bounded(number * factor + offset, raw, field, _cure(unit))
+        raise refusal(field, raw, limit, cure) from None
+    return _bounded(number * factor + offset, raw, field, cure)
 
 
 def exact_number(raw: object, field: str, sample: str = "0.5") -> Decimal:
@@ -222,13 +244,11 @@ def refusal(field: str, raw: object, limit: str, cure: str) -> InvalidInput:
     return InvalidInput([Finding(field, shown(raw), limit, cure)])
 
 
-def _split(raw: object, unit: str, field: str) -> tuple[str, str]:
+def _split(raw: object, unit: str, field: str, bounds: Bounds) -> tuple[str, str]:
     """Number text and unit text of a quantity."""
-    if not isinstance(raw, str) or len(raw) > LONGEST_TEXT:
-        raise refusal(field, raw, _allowed(unit), _cure(unit))
-    match = _QUANTITY.fullmatch(raw)
+    match = _QUANTITY.fullmatch(raw) if isinstance(raw, str) and len(raw) <= LONGEST_TEXT else None
     if match is None:
-        raise refusal(field, raw, _allowed(unit), _cure(unit))
+        raise refusal(field, raw, _allowed(unit), _cure(unit, bounds))
     return match[1], (match[2] or "").strip()
 
 
@@ -268,13 +288,30 @@ def _sample_units(unit: str) -> tuple[str, ...]:
     return _DIMENSIONS[unit][1] if unit in _DIMENSIONS else (unit,)
 
 
-def _cure(unit: str) -> str:
-    return f"write for example '1 {_sample_units(unit)[0]}'"
+@lru_cache(maxsize=1024)  # of declared bounds; asked for with every value
+def _cure(unit: str, bounds: Bounds) -> str:
+    """A sample of an allowed value."""
+    sample = f"1 {_sample_units(unit)[0]}"
+    if bounds != UNBOUNDED and not _inside(Decimal(1), _sample_units(unit)[0], unit, bounds):
+        sample = readable(bounds.nearest(0.0), unit)
+    return f"write for example '{sample}'"
 
 
-def _cure_for_bare_number(number: Decimal, unit: str) -> str:
+def _cure_for_bare_number(number: Decimal, unit: str, bounds: Bounds) -> str:
+    """The number with each usual unit that makes it an allowed value."""
     digits = f"{number:.{SIGNIFICANT_DIGITS}g}"
-    return "write " + " or ".join(f"'{digits} {sample}'" for sample in _sample_units(unit))
+    samples = [
+        f"'{digits} {sample}'"
+        for sample in _sample_units(unit)
+        if bounds == UNBOUNDED or _inside(number, sample, unit, bounds)
+    ]
+    return "write " + " or ".join(samples) if samples else _cure(unit, bounds)
+
+
+def _inside(number: Decimal, unit_text: str, unit: str, bounds: Bounds) -> bool:
+    """Whether a number in a unit is an allowed value."""
+    value = round_quantity(convert(number, unit_text, unit, ""))
+    return bool(bounds.nearest(value) == value)
 
 
 @lru_cache(maxsize=4096)  # user text: bounded, and far more than the units of one sweep

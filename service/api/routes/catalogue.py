@@ -4,9 +4,8 @@ from dataclasses import asdict
 
 from fastapi import APIRouter
 
-from service.api.schemas import CatalogueModel, Items, ParameterModel, ScenarioModel
+from service.api.schemas import CatalogueModel, Items, ScenarioModel
 from studies import laws, materials, scenarios
-from studies.values.parameters import declared, describe
 from studies.values.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
@@ -15,7 +14,9 @@ router = APIRouter(prefix="/v1", tags=["catalogue"])
 @router.get("/scenarios")
 def list_scenarios() -> Items[ScenarioModel]:
     """Every scenario, with unit, bounds, default and meaning of its parameters."""
-    return Items(items=[_scenario(name) for name in scenarios.names()])
+    return Items(
+        items=[ScenarioModel(**scenarios.load(name).describe()) for name in scenarios.names()]
+    )
 
 
 @router.get("/materials")
@@ -46,17 +47,4 @@ def list_recipes() -> CatalogueModel:
             {"name": name, **asdict(recipe), **asdict(IMPACT_RECIPES[name])}
             for name, recipe in RECIPES.items()
         ]
-    )
-
-
-def _scenario(name: str) -> ScenarioModel:
-    scenario = scenarios.load(name)
-    parameters = describe(declared(scenario.parameters).values())
-    return ScenarioModel(
-        name=scenario.name,
-        title=scenario.title,
-        description=scenario.description,
-        materials=scenario.materials,
-        measurements=scenario.measurements,
-        parameters=[ParameterModel(**parameter) for parameter in parameters],
     )

@@ -66,6 +66,9 @@ AppEventStreams = Annotated[EventStreams, Depends(_event_streams)]
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
 RunId = Annotated[str, Path(description="Run id from the list of a sweep's runs")]
 Cursor = Annotated[str | None, Query(description="`next_cursor` of the previous page")]
+Prefix = Annotated[
+    str, Query(pattern="^[0-9a-f]{0,32}$", description="Only ids that begin with these digits")
+]
 Limit = Annotated[int, Query(ge=1, le=1000, description="Items per page")]
 
 

@@ -14,6 +14,7 @@ from service.api.routes.dependencies import (
     PatchedSweep,
     PostedSubmission,
     PostedSweep,
+    Prefix,
     SweepId,
     check_directory,
     link_next,
@@ -32,6 +33,7 @@ from service.records.jobs import RUN_STATES, State, SweepState
 from service.store import Store
 from studies.runs.run import estimate
 from studies.sweeps.cost import presets_of
+from studies.sweeps.warnings import warnings_of
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
 
@@ -109,6 +111,7 @@ def estimate_sweep(
         seconds=core_seconds / max(1, min(workers, len(estimates))),
         bytes=sum(each.bytes for each in estimates),
         is_measured=measured_rate is not None,
+        warnings=warnings_of(sweep),
         presets=[PresetModel.of(preset, rate) for preset in presets_of(sweep, settings.max_runs)],
     )
 
@@ -119,11 +122,12 @@ def list_sweeps(
     request: Request,
     response: Response,
     state: Annotated[SweepState | None, Query(description="Sweeps in this state only")] = None,
+    prefix: Prefix = "",
     cursor: Cursor = None,
     limit: Limit = 50,
 ) -> PageOf[SweepModel]:
     """Sweeps, newest first."""
-    page = store.sweeps(state=state, cursor=cursor, limit=limit)
+    page = store.sweeps(state=state, prefix=prefix, cursor=cursor, limit=limit)
     link_next(request, response, page.next_cursor)
     items = [SweepModel.of(row) for row in page.items]
     return PageOf(items=items, next_cursor=page.next_cursor)

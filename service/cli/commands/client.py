@@ -13,6 +13,7 @@ from service.cli.commands.options import (
     LOCAL,
     SOME_FAILED,
     SUCCESS,
+    Json,
     KeyFile,
     Out,
     Overwrite,
@@ -23,6 +24,7 @@ from service.cli.commands.options import (
     client_of,
     folder_of,
 )
+from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.client import SweepHandle, SweepStatus
@@ -51,11 +53,17 @@ def submit(
     key_file: KeyFile = None,
 ) -> None:
     """Submit a sweep to a service, and print its id."""
-    from service.cli.console import print_sweep, showing_progress
+    from service.cli.console import print_sweep, print_warnings, showing_progress
+    from studies.sweeps.document import read_sweep_file
+    from studies.sweeps.sweep import ACCEPTED, Sweep
 
+    document = read_sweep_file(file)
     with client_of(url, key_file) as client:
-        handle = client.submit(file, priority=priority, keep=keep, idempotency_key=idempotency_key)
+        handle = client.submit(
+            document, priority=priority, keep=keep, idempotency_key=idempotency_key
+        )
         accepted = handle.status()
+        print_warnings(Sweep.parse(document, ACCEPTED))
         print_sweep(accepted)
         print(
             f"{accepted.planned} runs: {accepted.reused} reused, {accepted.new} new",
@@ -75,24 +83,32 @@ def submit(
 def status(
     id: Annotated[
         str | None,
-        typer.Argument(metavar="[ID]", help="Id of a sweep; by default all sweeps are shown."),
+        typer.Argument(
+            metavar="[ID]", help="Id of a sweep, or its beginning; by default all sweeps are shown."
+        ),
     ] = None,
     watch: Annotated[
         bool, typer.Option("--watch", help="Print events until the sweep has ended.")
     ] = False,
+    as_json: Json = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
     """Show the status of a sweep, or of all sweeps. With --watch: its events as they happen."""
-    from service.cli.console import print_event, print_sweep, print_sweep_line
+    from service.cli.console import print_event, print_json, print_sweep, print_sweeps
 
+    if watch and (as_json or id is None):
+        raise InvalidInput(
+            [Finding("--watch", "--watch", "with an ID and without --json", "leave it out")]
+        )
     with client_of(url, key_file) as client:
         if id is None:
-            for sweep in client.sweeps():
-                print_sweep_line(sweep)
+            sweeps = list(client.sweeps())
+            print_json([vars(sweep) for sweep in sweeps]) if as_json else print_sweeps(sweeps)
             return
-        handle = client.sweep(id)
-        print_sweep(handle.status())
+        handle = client.find_sweep(id)
+        status = handle.status()
+        print_json(vars(status)) if as_json else print_sweep(status)
         if watch:
             for event in handle.events():
                 print_event(event)
@@ -108,19 +124,22 @@ def runs(
         str | None,
         typer.Option(help="Show only runs in this state: queued, running, succeeded, failed, ..."),
     ] = None,
+    as_json: Json = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
     """List the runs of a sweep, each with its state and, if it failed, the reason."""
-    from service.cli.console import print_point
+    from service.cli.console import print_json, print_points
     from studies.sweeps.sweep import ACCEPTED, Sweep
 
     with client_of(url, key_file) as client:
-        handle = client.sweep(id)
+        handle = client.find_sweep(id)
+        if as_json:
+            print_json(list(handle.runs(state)))
+            return
         sweep = Sweep.parse(handle.document(), ACCEPTED)
         units = {axis.name: axis.unit for axis in (*sweep.axes, *sweep.refinements)}
-        for point in handle.runs(state):
-            print_point(point, units)
+        print_points(handle.runs(state), units)
 
 
 @app.command()
@@ -133,7 +152,7 @@ def fetch(
 ) -> None:
     """Download cube and report of a sweep."""
     with client_of(url, key_file) as client:
-        folder = client.sweep(id).fetch(folder_of(out), overwrite=overwrite)
+        folder = client.find_sweep(id).fetch(folder_of(out), overwrite=overwrite)
     print(f"report: {folder / 'report.html'}")
 
 
@@ -146,7 +165,7 @@ def fetch_run(
 ) -> None:
     """Download the stored files of a run: result, final state, film, log."""
     with client_of(url, key_file) as client:
-        folder = client.fetch_run(run, folder_of(out))
+        folder = client.fetch_run(client.find_run(run), folder_of(out))
     print(", ".join(sorted(str(file) for file in folder.iterdir())))
 
 
@@ -154,7 +173,7 @@ def fetch_run(
 def log(run: RunId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Print the output of the solver in the last attempt of a run, up to now."""
     with client_of(url, key_file) as client:
-        print(client.log(run), end="")
+        print(client.log(client.find_run(run)), end="")
 
 
 @app.command()
@@ -200,17 +219,19 @@ def priority(
 def delete(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Delete a sweep that has ended, with cube and report; other sweeps keep its runs."""
     with client_of(url, key_file) as client:
-        client.sweep(id).delete()
-    print(f"{id} is deleted")
+        handle = client.find_sweep(id)
+        handle.delete()
+    print(f"{handle.id} is deleted")
 
 
 @app.command()
-def queue(url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def queue(as_json: Json = False, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Show the queue: its jobs by state, its leader, and what blocks it."""
-    from service.cli.console import print_queue
+    from service.cli.console import print_json, print_queue
 
     with client_of(url, key_file) as client:
-        print_queue(client.queue())
+        state = client.queue()
+    print_json(state) if as_json else print_queue(state)
 
 
 @app.command()
@@ -237,7 +258,7 @@ def _commanding(id: str, url: str, key_file: Path | None) -> "Iterator[SweepHand
     from service.cli.console import print_sweep
 
     with client_of(url, key_file) as client:
-        handle = client.sweep(id)
+        handle = client.find_sweep(id)
         yield handle
         print_sweep(handle.status())
 

@@ -14,6 +14,7 @@ from service.cli.commands.options import (
     FAILURE,
     SOME_FAILED,
     SUCCESS,
+    Json,
     Out,
     Overwrite,
     SweepFile,
@@ -52,8 +53,15 @@ def demo(out: Out = Path("demo"), threads: Threads = None) -> None:
 @app.command()
 def sweep(file: SweepFile, out: Out, overwrite: Overwrite = False, threads: Threads = None) -> None:
     """Compute a sweep on this machine, without a service. Repeated, it resumes."""
+    from service.cli.console import print_warnings
+    from service.records.settings import Settings
+    from studies.sweeps.document import read_sweep_file
+    from studies.sweeps.sweep import Sweep, SweepLimits
+
+    document = read_sweep_file(file)
+    print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
     raise typer.Exit(
-        _compute(file, file.stem, folder_of(out), overwrite=overwrite, threads=threads)
+        _compute(document, file.stem, folder_of(out), overwrite=overwrite, threads=threads)
     )
 
 
@@ -65,7 +73,10 @@ def export(
     """Convert the film of a run to VTK files for ParaView."""
     from studies.films.film_dataset import open_film
     from studies.films.film_vtk import bodies, export_vtk
+    from studies.sweeps.document import no_such_file
 
+    if not film.exists():
+        raise no_such_file(film)
     with open_film(film) as opened:
         listed = export_vtk(opened, folder_of(vtk))
         names = ", ".join(f"{number} {name}" for number, name in enumerate(bodies(opened)) if name)
@@ -73,9 +84,34 @@ def export(
 
 
 @app.command()
-def estimate(file: SweepFile) -> None:
+def plot(
+    cube: Annotated[
+        Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for the files, one for each figure.")] = Path(),
+    format: Annotated[
+        str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")
+    ] = "png",
+) -> None:
+    """Draw the figures of the report of a cube into files. Needs whipple[plot]."""
+    from studies.reports.printing import FORMATS, draw_figures
+    from studies.sweeps.document import no_such_file
+
+    formats = [name for name in FORMATS if name == format.lower()]
+    if not formats:
+        raise InvalidInput([Finding("--format", format, ", ".join(FORMATS), "write one of these")])
+    if not cube.exists():
+        raise no_such_file(cube)
+    for file in draw_figures(cube, folder_of(out), formats[0]):
+        print(file)
+
+
+@app.command()
+def estimate(file: SweepFile, as_json: Json = False) -> None:
     """Estimate the cost of a sweep, as it is and at each accuracy. Nothing is computed."""
-    from service.cli.console import print_cost
+    from dataclasses import asdict
+
+    from service.cli.console import print_cost, print_json, print_warnings
     from service.records.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
     from studies.sweeps.document import read_sweep_file
@@ -83,7 +119,14 @@ def estimate(file: SweepFile) -> None:
 
     limit = Settings().max_runs
     sweep = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=limit))
-    print_cost(sweep.name, cost_of(sweep), presets_of(sweep, limit))
+    cost, presets = cost_of(sweep), list(presets_of(sweep, limit))
+    if as_json:
+        print_json(
+            {"name": sweep.name, **asdict(cost), "presets": [asdict(each) for each in presets]}
+        )
+    else:
+        print_cost(sweep.name, cost, presets)
+    print_warnings(sweep)
 
 
 @app.command()
@@ -151,14 +194,6 @@ def _examples() -> Sequence[Mapping[str, Any]]:
         for document in documents
     ]
     return documents + thesis
-
-
-@app.command()
-def version() -> None:
-    """Print the version."""
-    from service.records.version import version
-
-    print(version())
 
 
 def _compute(

@@ -14,6 +14,7 @@ from service.cli.commands.options import (
     SUCCESS,
     Data,
     DatabaseUrl,
+    Json,
     settings_of,
 )
 from studies.values.errors import Finding, InvalidInput
@@ -50,7 +51,7 @@ def create_key(
     """Create a key, and print its secret once: it is not stored."""
     from datetime import UTC, datetime
 
-    from service.cli.console import print_key
+    from service.cli.console import print_keys
     from service.cli.offline import open_store
     from service.records.jobs import Scope
 
@@ -65,20 +66,19 @@ def create_key(
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
         row, secret = store.create_key(name.strip(), scopes, until)
     print(secret)
-    print_key(row, file=sys.stderr)
+    print_keys([row], file=sys.stderr)
     print("save the secret: it cannot be shown again", file=sys.stderr)
 
 
 @keys.command("list")
-def list_keys(data: Data = None, database_url: DatabaseUrl = None) -> None:
+def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """List all keys, without their secrets."""
-    from service.cli.console import print_key
+    from service.cli.console import print_json, print_keys
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         rows = store.keys()
-    for row in rows:
-        print_key(row)
+    print_json([vars(row) for row in rows]) if as_json else print_keys(rows)
 
 
 @keys.command("revoke")
@@ -90,11 +90,11 @@ def revoke_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Revoke a key, from the next request on."""
-    from service.cli.console import print_key
+    from service.cli.console import print_keys
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
-        print_key(store.revoke_key(_matching(key, store.keys()).id))
+        print_keys([store.revoke_key(_matching(key, store.keys()).id)])
 
 
 def _lifetime(text: str | None) -> "timedelta | None":
@@ -110,11 +110,15 @@ def _lifetime(text: str | None) -> "timedelta | None":
 
 
 def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
-    """The one key of an id or prefix; raises InvalidInput."""
-    matching = [row for row in rows if text in (row.id, row.prefix)]
+    """The one key whose id or secret begins so; raises InvalidInput with the candidates."""
+    from service.cli.console import SHORT_ID
+
+    matching = [row for row in rows if text and (row.id.startswith(text) or text == row.prefix)]
     if len(matching) != 1:
-        limit = "the id, because several keys have this prefix" if matching else "the id of a key"
-        raise InvalidInput([Finding("KEY", text, limit, "see `whipple keys list`")])
+        candidates = ", ".join(f"{row.id[:SHORT_ID]} ({row.name})" for row in matching)
+        limit = "the beginning of one id" if matching else "the id of a key"
+        cure = f"write more of it: {candidates}" if matching else "see `whipple keys list`"
+        raise InvalidInput([Finding("KEY", text, limit, cure)])
     return matching[0]
 
 
@@ -122,15 +126,19 @@ def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
 
 
 @app.command()
-def doctor(data: Data = None, database_url: DatabaseUrl = None) -> None:
+def doctor(as_json: Json = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Check data directory, database and workers, and print cures. The exit status is 1 on an error."""
-    from service.cli.console import print_check
+    from service.cli.console import print_check, print_json
     from service.cli.doctor import CheckStatus, examine
 
-    errors = 0
+    checks = []
     for check in examine(settings_of(data=data, database_url=database_url)):
-        print_check(check)
-        errors += check.status is CheckStatus.ERROR
+        checks.append(check)
+        if not as_json:
+            print_check(check)
+    if as_json:
+        print_json([vars(check) for check in checks])
+    errors = sum(check.status is CheckStatus.ERROR for check in checks)
     raise typer.Exit(FAILURE if errors else SUCCESS)
 
 

@@ -33,8 +33,9 @@ KeyFile = Annotated[
     ),
 ]
 SweepFile = Annotated[Path, typer.Argument(metavar="FILE", help="A sweep document (YAML or JSON).")]
-SweepId = Annotated[str, typer.Argument(metavar="ID", help="Sweep id printed by `whipple submit`.")]
-RunId = Annotated[str, typer.Argument(metavar="RUN", help="Run id printed by `whipple runs`.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
+SweepId = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
+RunId = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
 Data = Annotated[
     Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")
 ]

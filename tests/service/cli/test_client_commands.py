@@ -1,5 +1,6 @@
 """The commands that ask a service: orders, what they print, and the key that goes with them."""
 
+import json
 import re
 import threading
 from collections.abc import Iterator
@@ -107,7 +108,38 @@ def test_runs__are_told_with_values_as_a_sweep_has_them(
     file.write_text(text.replace("axes:", "axes:\n  target.strength.A: [90 MPa]"))
     assert run("runs", submitted(capsys, file)) == 0
     output = capsys.readouterr().out
-    assert "target.strength.A=90 MPa, speed=6 km/s, offset=0.5\n" in output
+    heading, *rows = output.splitlines()
+    assert re.split(r"\s{2,}", heading)[3:6] == [
+        "target.strength.A (MPa)",
+        "speed (km/s)",
+        "offset",
+    ]
+    assert ["90", "6", "0.5"] in [row.split()[3:6] for row in rows]
+
+
+def test_id__may_be_its_beginning_unless_several_have_it(
+    api: Api, tmp_path: Path, capsys: Capsys
+) -> None:
+    file = tmp_path / "sweep.yaml"
+    file.write_text(examples.text("smoke").replace("3 km/s", "5.5 km/s"))
+    ids = [submitted(capsys, file, "--idempotency-key", f"k{number}") for number in range(17)]
+    twice = next(a[0] for a in ids if sum(b[0] == a[0] for b in ids) > 1)
+    assert run("status", twice) == 2  # of 17 ids two begin alike
+    candidates = [id for id in ids if id.startswith(twice)]
+    output = capsys.readouterr().err
+    assert "beginning of one id" in output
+    assert all(id[:16] in output for id in candidates)
+    assert run("status", ids[0][:20], "--json") == 0
+    assert json.loads(capsys.readouterr().out)["id"] == ids[0]
+    run_id = api.store.sweep_runs(ids[0]).items[0].run.id
+    assert run("log", run_id[:20]) == 1
+    assert run_id in capsys.readouterr().err
+    assert run("runs", ids[0][:20], "--json") == 0
+    assert json.loads(capsys.readouterr().out)[0]["run"]["id"] == run_id
+    assert run("status", "--json") == 0
+    assert {each["id"] for each in json.loads(capsys.readouterr().out)} >= set(ids)
+    assert run("queue", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["paused"] is None
 
 
 def test_orders__move_a_sweep(api: Api, tmp_path: Path, capsys: Capsys) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 from service.cli import local
 from service.cli.commands import computing
+from service.cli.console import SHORT_ID
 from service.records.jobs import RUN_STATES, Keep, SweepState, SweepStatus
 from service.records.settings import Settings
 from studies import examples, verification
@@ -262,6 +263,66 @@ def test_validate__of_a_case_prints_its_rows_and_writes_them(
         assert row["claim"] in line
 
 
+@pytest.mark.parametrize(
+    ("kind", "name", "words"),
+    [
+        ("materials", "copper-ofhc", ["8930 kg m-3", "Steinberg (1996)", "strength.A", "90 MPa"]),
+        ("laws", "maiden_c", ["2.40 (v/C) (t/d)^(2/3)", "v <= 8 km/s"]),
+        ("scenarios", "thin_plate", ["from 100 m/s to 20 km/s", "required", "hole_diameter"]),
+    ],
+)
+def test_catalogue__is_that_of_the_api_in_tables_with_units(
+    whipple: Run,
+    api: Api,
+    capsys: pytest.CaptureFixture[str],
+    kind: str,
+    name: str,
+    words: list[str],
+) -> None:
+    items = api.http.get(f"/v1/{kind}").json()["items"]
+    assert whipple(kind, "--json") == 0
+    assert json.loads(capsys.readouterr().out) == items
+    assert whipple(kind) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:]] == [item["name"] for item in items]
+    assert whipple(kind, name) == 0
+    table = capsys.readouterr().out
+    assert all(word in table for word in words), table
+    assert whipple(kind, f"{name}x") == 2
+    assert f"did you mean '{name}'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["-h", "--help", "--version"])
+def test_option__that_every_command_line_has_is_there(
+    whipple: Run, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    assert whipple(option) == 0
+    output = capsys.readouterr().out
+    assert ("Requests to a service" in output) is (option != "--version")
+
+
+def test_sweep__of_a_missing_file_names_the_one_beside_it_and_the_examples(
+    whipple: Run, smoke: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    missing = smoke.with_name("smok.yaml")
+    assert whipple("sweep", missing, "--out", tmp_path / "out") == 2
+    output = capsys.readouterr().err
+    for words in (f"{missing}: no such file", "did you mean 'smoke.yaml'", "holes.yaml"):
+        assert words in output
+
+
+def test_estimate__warns_of_what_is_allowed_and_hardly_useful(
+    whipple: Run, smoke: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("estimate", smoke) == 0
+    assert "warning" not in capsys.readouterr().err
+    smoke.write_text(smoke.read_text().replace("3 km/s", "0.1 km/s"))
+    assert whipple("estimate", smoke, "--json") == 0
+    output = capsys.readouterr()
+    assert "warning: speed 100 m/s: rho v^2/Y" in output.err
+    assert json.loads(output.out)["runs"] == 2
+
+
 # --- with a service ---------------------------------------------------------------------------------
 
 
@@ -279,8 +340,8 @@ def test_submit_status_fetch__bring_a_sweep_home(
     assert whipple("status", id, "--url", url) == 0
     assert "succeeded, 100% (2 succeeded)" in capsys.readouterr().out
     assert whipple("status", "--url", url) == 0
-    assert id in capsys.readouterr().out
-    assert whipple("fetch", id, "--out", tmp_path / "out", "--url", url) == 0
+    assert id[:SHORT_ID] in capsys.readouterr().out
+    assert whipple("fetch", id[:4], "--out", tmp_path / "out", "--url", url) == 0
     assert {file.name for file in (tmp_path / "out").iterdir()} == set(FILES)
 
 

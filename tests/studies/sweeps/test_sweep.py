@@ -278,7 +278,7 @@ def test_runs__name_the_points_that_are_refused() -> None:
         ("fixed/shape", "spere", ["fixed.shape", "sphere"]),
         ("fixed/heating", "yes", ["fixed.heating", "true or false"]),
         ("fixed/threads", 1.5, ["fixed.threads", "whole number"]),
-        ("fixed/projectile_diameter", 8, ["fixed.projectile_diameter", "write '8 mm' or '8 m'"]),
+        ("fixed/projectile_diameter", 8, ["fixed.projectile_diameter", "; write '8 mm'"]),
         ("fixed/projectile_diameter", "8 kg", ["fixed.projectile_diameter", "length"]),
         ("fixed/projectile_diameter", "-8 mm", ["from 10 um to 1 m", "nearest allowed"]),
         ("fixed/projectile_diameter", "nan mm", ["fixed.projectile_diameter"]),

@@ -1,0 +1,172 @@
+"""The catalogue that ships: materials, laws and scenarios, as the API lists them; no service is needed."""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Annotated, Any
+
+import typer
+
+from service.cli.commands.options import Json
+
+app = typer.Typer()
+
+Document = Mapping[str, Any]
+Name = Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show this one in full.")]
+
+
+@app.command()
+def materials(name: Name = None, as_json: Json = False) -> None:
+    """List the materials, or the constants of one with unit, source and confidence."""
+    from studies import materials as shipped
+
+    def document(name: str) -> Document:
+        return shipped.load(name).document()
+
+    _show(name, as_json, shipped.names, document, _list_materials, _show_material)
+
+
+@app.command()
+def laws(name: Name = None, as_json: Json = False) -> None:
+    """List the published laws, or the equation, source and range of one."""
+    from studies import laws as shipped
+
+    def document(name: str) -> Document:
+        return shipped.load(name).describe()
+
+    _show(name, as_json, shipped.names, document, _list_laws, _show_law)
+
+
+@app.command()
+def scenarios(name: Name = None, as_json: Json = False) -> None:
+    """List the scenarios, or the parameters of one with limits and defaults."""
+    from studies import scenarios as shipped
+
+    def document(name: str) -> Document:
+        return shipped.load(name).describe()
+
+    _show(name, as_json, shipped.names, document, _list_scenarios, _show_scenario)
+
+
+def _show(
+    name: str | None,
+    as_json: bool,
+    names: Callable[[], Iterable[str]],
+    document: Callable[[str], Document],
+    show_all: Callable[[list[Document]], None],
+    show_entry: Callable[[Document], None],
+) -> None:
+    """Print an entry, or the list of all; raises InvalidInput for an unknown name."""
+    from service.cli.console import print_json
+
+    if name is not None:
+        entry = document(name)
+        print_json(entry) if as_json else show_entry(entry)
+        return
+    entries = [document(each) for each in names()]
+    print_json(entries) if as_json else show_all(entries)
+
+
+def _list_materials(entries: list[Document]) -> None:
+    from service.cli.console import print_table
+
+    rows = (
+        (
+            *(entry["name"], entry["title"], entry["family"], _value(entry["density"])),
+            *(entry["eos"]["kind"], entry["strength"]["kind"]),
+        )
+        for entry in entries
+    )
+    print_table(("name", "title", "family", "density", "equation of state", "strength"), rows)
+
+
+def _show_material(material: Document) -> None:
+    from service.cli.console import print_table
+
+    print(f"{material['name']}: {material['title']} ({material['family']})")
+    rows = [
+        (path, _value(each), each["confidence"], each["source"])
+        for path, each in _constants(material)
+    ]
+    rows += [
+        (f"yield stress: {each['label']}", _value(each), each["confidence"], each["source"])
+        for each in material["yield_stresses"]
+    ]
+    print_table(("constant", "value", "confidence", "source"), rows)
+
+
+def _constants(material: Document) -> Iterable[tuple[str, Document]]:
+    """The constants of a material by dotted path; the kind of a section first."""
+    for key, entry in material.items():
+        if isinstance(entry, Mapping):
+            if "value" in entry:
+                yield key, entry
+                continue
+            for name, constant in entry.items():
+                kind = {"value": constant, "unit": None, "source": "", "confidence": ""}
+                yield f"{key}.{name}", constant if isinstance(constant, Mapping) else kind
+
+
+def _list_laws(entries: list[Document]) -> None:
+    from service.cli.console import print_table
+
+    rows = (
+        (
+            law["name"],
+            law["title"],
+            law["quantity"],
+            "; ".join(each["words"] for each in law["range"]),
+        )
+        for law in entries
+    )
+    print_table(("name", "title", "quantity", "range"), rows)
+
+
+def _show_law(law: Document) -> None:
+    from service.cli.console import print_table
+
+    print(f"{law['name']}: {law['title']}, for {law['quantity']}")
+    print(f"  equation  {law['equation']}")
+    print(f"  source    {law['source']} ({law['confidence']})")
+    scatter = "not published" if law["scatter"] is None else f"{law['scatter']:.0%}"
+    print(f"  scatter   {scatter} (relative standard deviation)")
+    rows = (
+        (each["words"], each["source"], "yes" if each["machine_checked"] else "no")
+        for each in law["range"]
+    )
+    print_table(("range", "source of the limit", "checked"), rows)
+
+
+def _list_scenarios(entries: list[Document]) -> None:
+    from service.cli.console import print_table
+
+    rows = ((each["name"], each["title"], ", ".join(each["measurements"])) for each in entries)
+    print_table(("name", "title", "measures"), rows)
+
+
+def _show_scenario(scenario: Document) -> None:
+    from service.cli.console import print_table
+
+    print(f"{scenario['name']}: {scenario['title']}\n{scenario['description']}")
+    print(f"measures: {', '.join(scenario['measurements'])}")
+    rows = (
+        (each["name"], _default(each), each["limit"], each["meaning"])
+        for each in scenario["parameters"]
+    )
+    print_table(("parameter", "default", "allowed", "meaning"), rows)
+
+
+def _default(parameter: Document) -> str:
+    if parameter["required"]:
+        return "required"
+    return (
+        "" if parameter["default"] is None else _value({"value": parameter["default"], **parameter})
+    )
+
+
+def _value(quantity: Document) -> str:
+    """A value with its unit, as a sweep document writes it."""
+    from studies.values.quantities import readable
+
+    value, unit = quantity["value"], quantity["unit"]
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return readable(value, unit) if unit and isinstance(value, int | float) else str(value)

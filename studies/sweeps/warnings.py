@@ -1,0 +1,53 @@
+"""Warnings about a sweep that is allowed and hardly useful: an impact too slow, a plate that nothing perforates."""
+
+from studies import laws
+from studies.laws import Shot
+from studies.sweeps.sweep import Sweep
+from studies.values.quantities import readable
+
+# Damage number rho v^2 / Y from which on an impact deforms metal extensively: Johnson (1972), Impact Strength of
+# Materials, chapter 1 (bullets about 10, hypervelocity from 1000).
+EXTENSIVE = 10.0
+# A target thicker than three crater depths does not even spall: Gehring, in Cour-Palais (1987).
+NO_SPALL = 3.0
+
+
+def warnings_of(sweep: Sweep) -> list[str]:
+    """One sentence for each doubt about the points of a sweep, with the farthest of them."""
+    shots = list(sweep.shots())
+    numbers, ratios = [damage_number(shot) for shot in shots], [depths(shot) for shot in shots]
+    slow, thick = sum(number < EXTENSIVE for number in numbers), sum(r > NO_SPALL for r in ratios)
+    warnings = []
+    if slow:
+        number = min(numbers)
+        speed = readable(shots[numbers.index(number)].speed, "m s-1")
+        warnings.append(
+            f"speed {speed}: rho v^2/Y = {number:.2g} is below {EXTENSIVE:g}, so that strength decides the outcome, "
+            f"and no law of hypervelocity holds ({slow} of {len(shots)} points)"
+        )
+    if thick:
+        ratio = max(ratios)
+        thickness = shots[ratios.index(ratio)].thickness_ratio
+        warnings.append(
+            f"t/d = {thickness:.3g}: the plate is {ratio:.0f} times as thick as the crater in a thick block is deep "
+            "(Charters and Summers), so that no hole is expected; use scenario thick_plate "
+            f"({thick} of {len(shots)} points)"
+        )
+    return warnings
+
+
+def damage_number(shot: Shot) -> float:
+    """rho v^2 / Y with the target's density and its smallest published yield stress; infinite without one."""
+    stresses = [stress.value for stress in shot.target.yield_stresses]
+    return shot.target.density * shot.speed**2 / min(stresses) if stresses else float("inf")
+
+
+def depths(shot: Shot) -> float:
+    """Thickness of the plate over the depth of a crater in a thick block; zero without a plate.
+
+    Also zero of a plate no thicker than the projectile, which stops only what the damage number calls slow; so a
+    sweep of thin plates loads no law.
+    """
+    if shot.plate_thickness is None or shot.thickness_ratio <= 1.0:
+        return 0.0
+    return shot.plate_thickness / laws.load("charters_summers").evaluate(shot).value
