@@ -9,7 +9,7 @@ how far off it is.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -26,6 +26,9 @@ from studies.reports.points import (
     refinements_of,
     simulated,
 )
+from studies.reports.verdict import Verdict, verdict
+from studies.reports.verdict.evidence import axes_in, evidence_of
+from studies.reports.verdict.trends import is_uneven
 from studies.values.formats import display_of, of_share, printed_in
 
 Reference = Literal["simulation", "observation"]
@@ -66,10 +69,15 @@ class Statistics:
     """Residuals of one subject over some points."""
 
     n: int
-    bias: float | None = None  # mean, in the unit of the quantity
+    # Mean, in the unit of the quantity; None where residuals change sign or vary by more than a factor of two.
+    bias: float | None = None
+    smallest: float | None = None  # with its sign
+    greatest: float | None = None
     rms: float | None = None
     largest: Extreme | None = None
     relative_bias: float | None = None  # bias of residual / reference
+    relative_smallest: float | None = None
+    relative_greatest: float | None = None
     relative_rms: float | None = None
     relative_largest: Extreme | None = None
     judged: int = 0  # points with an error bar that judges: it includes the mesh error
@@ -100,12 +108,14 @@ class Comparison:
     statement: str
     residuals: tuple[Residual, ...]
     observations: tuple[MatchedObservation, ...]
+    verdict: Verdict
     # Quantities with which nothing is compared because their runs mix versions of the definition; the sentence for it.
-    mixed: Mapping[str, str] = field(default_factory=dict)
+    mixed: Mapping[str, str]
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for the report."""
         return {
+            "verdict": self.verdict.as_json(),
             "statement": self.statement,
             "residuals": [{**asdict(each), "sentence": sentence(each)} for each in self.residuals],
             "observations": [asdict(each) for each in self.observations],
@@ -135,11 +145,13 @@ def compare(cube: xr.Dataset) -> Comparison:
         mine = list(matched_observations(points, name))
         against_observations += _against_observations(points, name, mine)
         observations += mine
+    unlike = mixed(cube)
     return Comparison(
         statement=WITH_OBSERVATIONS if observations else ONLY_SIMULATION,
         residuals=(*against_simulation, *against_observations),
         observations=tuple(observations),
-        mixed=mixed(cube),
+        verdict=verdict(list(evidence_of(points, observations)), axes_in(points), unlike),
+        mixed=unlike,
     )
 
 
@@ -166,7 +178,9 @@ def statistics(subject: np.ndarray, reference: References) -> Statistics:
     residual = subject[answered] - expected
     absolute = Statistics(
         n=len(answered),
-        bias=float(residual.mean()),
+        bias=_average(residual),
+        smallest=float(residual.min()),
+        greatest=float(residual.max()),
         rms=_rms(residual),
         largest=_largest(residual, answered, reference.places),
         converged=None if reference.converged is None else int(reference.converged[answered].sum()),
@@ -177,9 +191,13 @@ def statistics(subject: np.ndarray, reference: References) -> Statistics:
     if not sized.any():
         return absolute
     relative = residual[sized] / expected[sized]
+    average = _average(relative)
     return replace(
         absolute,
-        relative_bias=float(relative.mean()),
+        bias=None if average is None else absolute.bias,
+        relative_bias=average,
+        relative_smallest=float(relative.min()),
+        relative_greatest=float(relative.max()),
         relative_rms=_rms(relative),
         relative_largest=_largest(relative, answered[sized], reference.places),
     )
@@ -198,6 +216,11 @@ def _inside(residual: np.ndarray, reference: np.ndarray, bars: np.ndarray) -> di
         "bar": float(np.median(bars[barred])),
         "relative_bar": relative,
     }
+
+
+def _average(residuals: np.ndarray) -> float | None:
+    """The mean; None where it would hide what the residuals do."""
+    return None if is_uneven(residuals) else float(residuals.mean())
 
 
 def _rms(values: np.ndarray) -> float:
@@ -304,7 +327,7 @@ def _with_judging_bars(points: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def sentence(residual: Residual) -> str:
-    """A residual as a sentence: mean difference, number of points, and how many lie inside the error bar."""
+    """A residual as a sentence: difference, number of points, and how many lie inside the error bar."""
     quantity = residual.quantity.replace("_", " ")
     subject = "the simulation" if residual.subject == "simulation" else residual.title
     variant = residual.subject.partition("/")[2]
@@ -328,15 +351,10 @@ def sentence(residual: Residual) -> str:
 
 
 def _difference(summary: Statistics, residual: Residual) -> str:
-    """Mean difference, and whether error bars cover it."""
+    """Mean difference, or its range where a mean would hide it, and whether error bars cover it."""
     # The direction is that of the number that is printed: the mean of ratios may have the other sign.
-    mean = summary.bias if summary.relative_bias is None else summary.relative_bias
-    assert mean is not None
-    relative = summary.relative_bias is not None
-    size = _length(abs(mean), residual.unit, relative)
-    direction = "larger" if mean > 0 else "smaller"
-    average = "on average " if summary.n > 1 else ""
-    text = f"{average}{size} {direction} than {_reference(summary, residual)}"
+    relative = summary.relative_smallest is not None
+    text = f"{_size(summary, residual.unit, relative)} than {_reference(summary, residual)}"
     if not summary.judged:
         return text + _why_unjudged(residual)
     bar = summary.relative_bar if relative else summary.bar
@@ -347,6 +365,23 @@ def _difference(summary: Statistics, residual: Residual) -> str:
         f"{text}; inside {bars} (median ± {median}) at {summary.within} of {summary.judged} "
         f"point{plural}"
     )
+
+
+def _size(summary: Statistics, unit: str, relative: bool) -> str:
+    """The mean difference and its direction; the two ends of the differences where there is no mean."""
+    mean = summary.relative_bias if relative else summary.bias
+    if mean is not None:
+        return ("on average " if summary.n > 1 else "") + _directed(mean, unit, relative)
+    low = summary.relative_smallest if relative else summary.smallest
+    high = summary.relative_greatest if relative else summary.greatest
+    assert low is not None
+    assert high is not None
+    return f"{_directed(low, unit, relative)} to {_directed(high, unit, relative)}"
+
+
+def _directed(residual: float, unit: str, relative: bool) -> str:
+    """A residual as people say it: "3.2 % smaller"."""
+    return f"{_length(abs(residual), unit, relative)} {'larger' if residual > 0 else 'smaller'}"
 
 
 def _length(value: float, unit: str, relative: bool) -> str:

@@ -180,6 +180,7 @@ def environment() -> Environment:
         plain_kind=lambda kind: kind.removesuffix("_residual"),
         keys=lambda node: list(bare(node)),
         matching=_matching,
+        main_ones=lambda quantities: [each for each in quantities if bare(each.main)],
         troubled=lambda runs: [
             run for run in runs if bare(run.flags) or bare(run.state) != "succeeded"
         ],

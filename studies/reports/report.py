@@ -42,7 +42,8 @@ from studies.sweeps.sweep import OFFSET, RESOLUTION
 # 2: converged values and their error bars, a sentence about each law
 # 3: an error bar without the mesh's part judges nothing
 # 4: figures of residuals have the error bar as a band
-REPORT_VERSION = 4
+# 5: the verdict; no mean of residuals that change sign or vary by more than a factor of two
+REPORT_VERSION = 5
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -72,12 +73,12 @@ def document(
     dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str, Path] | None = None
 ) -> Document:
     """Everything that the report says, as plain objects in SI; ``sections`` are files by run id."""
-    runs, points = list(_runs(dataset)), points_of(dataset)
+    runs, points, compared = list(_runs(dataset)), points_of(dataset), comparison.as_json()
     return {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
         "scenario": {"name": dataset.attrs["scenario"], "title": dataset.attrs["scenario_title"]},
-        "statement": comparison.statement,
+        "verdict": compared.pop("verdict"),
         "overview": _overview(runs),
         "mesh": _mesh(dataset),
         "axes": [_axis(dataset, name) for name in axes_of(points)],
@@ -89,7 +90,7 @@ def document(
         "figures": [figure.as_json() for figure in figures(dataset, comparison)],
         "pictures": pictures_of(dataset, sections or {}),
         "convergence": _convergence(dataset) if refinements_of(dataset) else None,
-        **{key: value for key, value in comparison.as_json().items() if key != "statement"},
+        **compared,
         "runs": runs,
         "audit": list(_audit(dataset)),
         "laws": list(_laws(dataset)),
@@ -111,7 +112,8 @@ def _overview(runs: Sequence[Document]) -> Document:
     return {
         "runs": len(runs),
         "states": [{"state": state, "runs": states[state]} for state in STATES if states[state]],
-        "flagged": sum(bool(run["flags"]) for run in runs),
+        "flagged": sum(run["doubted"] for run in runs),
+        "flagged_elsewhere": sum(bool(run["flags"]) and not run["doubted"] for run in runs),
         "without_value": sum(run["state"] == "succeeded" and not run["has_value"] for run in runs),
     }
 
@@ -253,6 +255,10 @@ def _runs(dataset: xr.Dataset) -> Iterator[Document]:
     flags = _flags(dataset)
     states = cubes.RUN_STATE.of(dataset).values.ravel()
     main = main_quantities(dataset)
+    doubted = np.logical_or.reduce(
+        [cubes.FLAGS_OF_RUN.of(dataset).values.ravel() != 0]
+        + [cubes.FLAGS.of(dataset, name).values.ravel() != 0 for name in main]
+    )
     for number, place in enumerate(places_of(dataset)):
         values = {name: _finite(float(column[number])) for name, column in columns.items()}
         diameter = values.get(cubes.EQUIVALENT_DIAMETER.name)
@@ -262,6 +268,8 @@ def _runs(dataset: xr.Dataset) -> Iterator[Document]:
             "state": STATES[states[number]],
             **{key: str(column[number]) for key, column in texts.items()},
             "flags": flags[number],
+            # By a flag of the run itself or of a main quantity: the value is drawn as an open mark.
+            "doubted": bool(doubted[number]),
             "has_value": any(values[name] is not None for name in main),
             "values": values,
             "ratios": {name: _ratio(values[name], diameter) for name in main},

@@ -222,8 +222,17 @@ def _compute(
     print(
         f"{name}: {nonzero(finished.counts)} in {seconds:.1f} s; report: {folder / 'report.html'}"
     )
+    for line in _verdict(folder):
+        print(f"  {line}")
     has_all = finished.counts["succeeded"] == finished.sweep.planned
     return SUCCESS if has_all else SOME_FAILED
+
+
+def _verdict(folder: Path) -> Sequence[str]:
+    """The verdict of a report in two lines; none where an earlier version made the report."""
+    report = json.loads((folder / "report.json").read_text("utf-8"))
+    lines: Sequence[str] = report.get("verdict", {}).get("summary", ())
+    return lines
 
 
 def _compile_kernels(sweeps: Sequence[Mapping[str, Any]]) -> None:

@@ -109,10 +109,15 @@ def _rows(subject: str, reported: dict[str, Any], pairs: list[Pair]) -> Iterator
         return
     settled = sum(hole.verdict == "converging" for _, hole in pairs)
     yield _equal(f"{subject}: converged points", settled, reported["converged"])
-    bias = math.fsum(law - hole.value for law, hole in pairs) / len(pairs)
-    yield _same(f"{subject}: mean difference (m)", bias, reported["bias"])
-    relative = math.fsum((law - hole.value) / hole.value for law, hole in pairs) / len(pairs)
-    yield _same(f"{subject}: mean relative difference", relative, reported["relative_bias"])
+    relative = [(law - hole.value) / hole.value for law, hole in pairs]
+    for key, least_or_most in (("relative_smallest", min), ("relative_greatest", max)):
+        yield _same(f"{subject}: {key.replace('_', ' ')}", least_or_most(relative), reported[key])
+    sizes = [abs(each) for each in relative]
+    if len(pairs) == 1 or (min(relative) * max(relative) > 0 and max(sizes) <= 2 * min(sizes)):
+        mean = math.fsum(relative) / len(pairs)
+        yield _same(f"{subject}: mean relative difference", mean, reported["relative_bias"])
+    else:
+        yield Row(f"{subject}: mean", None, reported["bias"], reported["bias"] is None)
     barred = [(law, hole) for law, hole in pairs if math.isfinite(hole.mesh)]
     yield _equal(f"{subject}: points with an error bar", len(barred), reported["judged"])
     inside = sum(abs(law - hole.value) <= hole.uncertainty for law, hole in barred)

@@ -55,12 +55,18 @@ def of(subject: list[float], reference: list[float]) -> Statistics:
 
 
 def test_statistics__are_those_of_subject_minus_reference() -> None:
-    entry = of([1.0, 2.0, 9.0], [2.0, 4.0, 6.0])
-    assert (entry.n, entry.bias) == (3, 0.0)
+    entry = of([3.0, 6.0, 9.0], [2.0, 4.0, 6.0])
+    assert (entry.n, entry.relative_bias) == (3, 0.5)
     assert entry.rms == pytest.approx(math.sqrt((1 + 4 + 9) / 3))
     assert entry.largest is not None
     assert (entry.largest.value, entry.largest.at) == (3.0, {"speed": 2.0})
-    assert entry.relative_bias == pytest.approx((-0.5 - 0.5 + 0.5) / 3)
+
+
+@pytest.mark.parametrize("residuals", [[-1.0, 2.0], [1.0, 2.1]])
+def test_statistics__have_no_mean_where_it_would_hide_the_residuals(residuals: list[float]) -> None:
+    entry = of([10.0 + each for each in residuals], [10.0, 10.0])
+    assert (entry.bias, entry.relative_bias) == (None, None)
+    assert (entry.smallest, entry.greatest) == pytest.approx(residuals)
 
 
 def test_statistics__over_no_points_is_n_0_and_no_number() -> None:
@@ -80,8 +86,8 @@ def test_law__is_judged_where_it_answers_and_again_inside_its_range() -> None:
     inside = difference.sel(speed=[3e3, 4e3, 5e3])
     assert entry.in_range is not None
     assert (entry.everywhere.n, entry.in_range.n, entry.points) == (18, 9, 18)
-    assert entry.everywhere.bias == pytest.approx(float(difference.mean()))
-    assert entry.in_range.bias == pytest.approx(float(inside.mean()))
+    assert entry.everywhere.rms == pytest.approx(float((difference**2).mean() ** 0.5))
+    assert entry.in_range.rms == pytest.approx(float((inside**2).mean() ** 0.5))
     assert "inside its stated range (9 of 18 points)" in sentence(entry)
 
 
@@ -145,7 +151,7 @@ def test_error_bar__judges_where_resolutions_show_the_mesh_error() -> None:
         - dataset.hole_diameter_converged
     )
     bars = dataset.hole_diameter_converged_uncertainty
-    assert entry.everywhere.bias == pytest.approx(float(difference.mean()))
+    assert entry.everywhere.rms == pytest.approx(float((difference**2).mean() ** 0.5))
     assert (entry.everywhere.judged, entry.everywhere.converged) == (6, 3)
     assert entry.everywhere.within == int((np.abs(difference) <= bars).sum())
     assert entry.everywhere.bar == pytest.approx(float(bars.median()))
@@ -163,7 +169,9 @@ def test_error_bar__of_a_single_grid_judges_nothing(offsets: tuple[float, ...]) 
 
 def test_sentence__names_the_direction_of_the_number_that_it_prints() -> None:
     # Law 20.5 and 0.5 mm against 20 and 0.8 mm: 0.1 mm larger, 17.5 % smaller.
-    apart = Statistics(2, bias=1e-4, rms=1.0, relative_bias=-0.175, relative_rms=1.0)
+    apart = Statistics(
+        2, bias=1e-4, rms=1.0, relative_bias=-0.175, relative_smallest=-0.2, relative_rms=1.0
+    )
     entry = Residual("hole_diameter", "m", "law", "a law", "simulation", apart, apart, points=2)
     assert "17.5\u202f% smaller than the simulation" in sentence(entry)
 

@@ -1,0 +1,206 @@
+"""The verdict: for each law, in which bands of the axes it may be used, how wrong it is elsewhere, how sure that is.
+
+A pure function of the ``evidence``, which is read from a cube of points: the same numbers give the same words.
+``bands`` groups the points, ``trends`` fits what an average would hide, ``texts`` has every word and its definition.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from studies.reports.points import Place
+from studies.reports.verdict import texts
+from studies.reports.verdict.bands import Band, Value, bands_of
+from studies.reports.verdict.evidence import (
+    AxisOfSweep,
+    Evidence,
+    Reference,
+    Subject,
+    Word,
+)
+from studies.reports.verdict.trends import Exponent, Trend, exponents_of, is_uneven, trend_of
+
+__all__ = ["LawVerdict", "QuantityVerdict", "StatedBand", "Verdict", "of_law", "verdict"]
+
+
+@dataclass(frozen=True)
+class StatedBand:
+    """A band with the words for it; shares are over the reference."""
+
+    word: Word
+    where: str  # "from 6 km/s"
+    says: str  # "trusted to 6 %"
+    abscissa: str
+    values: tuple[Value, ...]  # of the abscissa, SI
+    slices: tuple[Place, ...]  # values of the other axes; empty for all
+    points: int
+    judged: int
+    smallest: float | None  # residual
+    largest: float | None
+    limit: float  # largest difference or joint uncertainty of the judged points
+    untested: int  # judged points at which error bars are no test
+    unjudged: tuple[str, ...]  # why points of the band are not judged
+
+
+@dataclass(frozen=True)
+class LawVerdict:
+    """The verdict on one law, or on the simulation, against one reference."""
+
+    subject: str
+    title: str
+    reference: Reference
+    bands: tuple[StatedBand, ...]
+    points: int
+    judged: int  # points inside the range with a value and without a flag
+    trusted_points: frozenset[int]  # numbers of the points at which it is close
+    smallest: float | None  # residual over the reference, of the judged points
+    largest: float | None
+    average: float | None  # None where it would hide what the residuals do
+    trend: Trend | None  # where there is no average
+    exponents: tuple[Exponent, ...]
+    tested: int  # judged points whose uncertainty is a test
+    inside: int  # of these, points with the difference inside the joint uncertainty
+    sentence: str = ""
+    details: tuple[str, ...] = ()  # sentences on residuals, exponents and error bars
+
+    @property
+    def trusted(self) -> int:
+        """Number of points at which it is close."""
+        return len(self.trusted_points)
+
+
+@dataclass(frozen=True)
+class QuantityVerdict:
+    """The verdict on all laws of one quantity."""
+
+    quantity: str
+    recommendation: str
+    laws: tuple[
+        LawVerdict, ...
+    ]  # against observations first, and those that are trusted at most points
+    unjudged: tuple[str, ...]  # sentences on the laws that no point can judge
+    flags: tuple[str, ...]  # sentences
+    bars: str  # what the error bars hold
+    rests: str  # what the judgement rests on
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on a sweep."""
+
+    reason: str  # why there is none; empty where there is one
+    summary: tuple[str, ...]  # two lines, or the reason alone
+    quantities: tuple[QuantityVerdict, ...] = ()  # those with a law or an observation
+    without_law: str = ""  # a sentence about the others
+    terms: tuple[tuple[str, str], ...] = ()  # each word with its definition
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain objects for the report."""
+        plain = asdict(self)
+        for quantity in plain["quantities"]:
+            for law in quantity["laws"]:
+                law["trusted"] = len(law.pop("trusted_points"))
+        return {**plain, "terms": [{"word": word, "meaning": text} for word, text in self.terms]}
+
+
+def verdict(
+    evidence: Sequence[Evidence],
+    axes: Sequence[AxisOfSweep],
+    mixed: Mapping[str, str],
+) -> Verdict:
+    """The verdict on the quantities of a sweep.
+
+    ``mixed`` has the quantities whose runs mix versions of the definition, each with a sentence: their values do not
+    compare, so there is no verdict.
+    """
+    if mixed_mains := [
+        text for name, text in mixed.items() if name in {each.quantity for each in evidence}
+    ]:
+        reason = " ".join(["No verdict.", *mixed_mains])
+        return Verdict(reason, (reason,))
+    quantities = tuple(_of_quantity(each, axes) for each in evidence if each.subjects)
+    without_law = texts.without_law([each.quantity for each in evidence if not each.subjects])
+    lines = (
+        " ".join(filter(None, [*(each.recommendation for each in quantities), without_law])),
+        " ".join(each.rests for each in quantities),
+    )
+    return Verdict("", tuple(filter(None, lines)), quantities, without_law, texts.terms())
+
+
+def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep]) -> QuantityVerdict:
+    laws = tuple(
+        of_law(subject, axes, has_model=evidence.has_model) for subject in evidence.subjects
+    )
+    return QuantityVerdict(
+        evidence.quantity,
+        texts.recommendation(evidence, laws),
+        tuple(sorted(laws, key=lambda law: (law.reference, not law.judged, *_rank(law)))),
+        texts.outside_texts([law for law in laws if not law.judged]),
+        texts.flag_sentences(evidence),
+        texts.bars_text(evidence),
+        texts.rests_text(evidence),
+    )
+
+
+def _rank(law: LawVerdict) -> tuple[int, float]:
+    """The place among laws of one reference: trusted at most points, then nearest."""
+    return -law.trusted, max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
+
+
+def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = False) -> LawVerdict:
+    """The verdict on one law against one reference."""
+    judged = [point for point in subject.points if point.state == "judged"]
+    residuals = np.array([point.residual for point in judged])
+    uneven = is_uneven(residuals)
+    tested = [point for point in judged if point.tests]
+    is_simulation = subject.name == "simulation"
+    law = LawVerdict(
+        subject=subject.name,
+        title=subject.title,
+        reference=subject.reference,
+        bands=tuple(
+            _stated(band, axes, subject.reference, is_simulation)
+            for band in bands_of(subject.points, axes)
+        ),
+        points=len(subject.points),
+        judged=len(judged),
+        trusted_points=frozenset(
+            number for number, point in enumerate(subject.points) if point.word == "close"
+        ),
+        smallest=float(residuals.min()) if judged else None,
+        largest=float(residuals.max()) if judged else None,
+        average=float(residuals.mean()) if judged and not uneven else None,
+        trend=trend_of([point.at for point in judged], residuals, axes) if uneven else None,
+        exponents=() if is_simulation else tuple(exponents_of(judged, axes)),
+        tested=len(tested),
+        inside=sum(abs(point.residual) <= point.bar for point in tested),
+    )
+    details = (
+        texts.residual_text(law),
+        texts.exponents_text(law),
+        texts.agreement_text(law, has_model),
+    )
+    return replace(law, sentence=texts.sentence(law), details=tuple(filter(None, details)))
+
+
+def _stated(
+    band: Band, axes: Sequence[AxisOfSweep], reference: Reference, is_simulation: bool
+) -> StatedBand:
+    residuals = band.residuals
+    return StatedBand(
+        word=band.word,
+        where=texts.where(band, axes),
+        says=texts.word_of(band, reference, is_simulation),
+        abscissa=band.abscissa,
+        values=band.values,
+        slices=band.slices,
+        points=len(band.points),
+        judged=len(band.judged),
+        smallest=min(residuals, default=None),
+        largest=max(residuals, default=None),
+        limit=band.limit,
+        untested=band.untested,
+        unjudged=tuple(f"{reason} ({count})" for reason, count in band.unjudged),
+    )

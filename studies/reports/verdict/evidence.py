@@ -1,0 +1,352 @@
+"""The evidence behind a verdict: each law and its reference point by point, read from a cube of points."""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from studies.cubes import variables as cubes
+from studies.reports.joint import joint_uncertainty
+from studies.reports.matched import ELSEWHERE, MatchedObservation, interpolate
+from studies.reports.points import (
+    Place,
+    axes_of,
+    comparable,
+    main_quantities,
+    places_of,
+    simulated,
+)
+
+Reference = Literal["simulation", "observation"]
+State = Literal["judged", "outside", "unjudged"]
+Word = Literal["close", "undecided", "under", "over", "outside", "unjudged"]
+
+# The largest difference with which a law is called trusted: a tenth, by convention and whatever the numbers are.
+TRUST = 0.10
+# Parts of an error bar that no run states by itself; each is a variable of the cube where it was assessed.
+DEFINITION, MODEL, SCATTER = "definition", "model", "scatter"
+NO_SIZE = "nothing is relative to zero"
+UNSTATED = "a limit of its source is not met"
+# The parts that a run states, as people call them.
+PARTS = {
+    "resolution": "position on the grid",
+    "azimuth": "scatter around the edge",
+    "growth": "growth at the end of the run",
+}
+
+
+@dataclass(frozen=True)
+class AxisOfSweep:
+    """The name of an axis of a sweep, and its unit."""
+
+    name: str
+    unit: str | None  # SI; None for text
+
+
+@dataclass(frozen=True)
+class JudgedPoint:
+    """A law and its reference at one place."""
+
+    at: Place
+    law: float  # NaN where the law has no answer
+    reference: float  # NaN where there is nothing to compare with
+    uncertainty: float = (
+        math.nan
+    )  # of both together, over the reference; NaN where no part is known
+    # Whether the uncertainty includes what makes it a test: the mesh error, or the error of the observation.
+    tests: bool = False
+    outside: str = ""  # why it is outside the range of the law, or the law has no answer
+    unjudged: str = ""  # why nothing is judged here: no value, or a flag
+
+    @property
+    def residual(self) -> float:
+        """Law minus reference, over the reference."""
+        return self.law / self.reference - 1.0
+
+    @property
+    def bar(self) -> float:
+        """The joint uncertainty over the reference; 0 where no part of it is known."""
+        return 0.0 if math.isnan(self.uncertainty) else self.uncertainty
+
+    @property
+    def state(self) -> State:
+        if self.outside:
+            return "outside"
+        return "unjudged" if self.unjudged else "judged"
+
+    @property
+    def word(self) -> Word:
+        """How the law does here."""
+        if self.state != "judged":
+            return self.state
+        difference = abs(self.residual)
+        if max(difference, self.bar) <= TRUST:
+            return "close"
+        if difference <= self.bar:
+            return "undecided"
+        return "under" if self.residual < 0.0 else "over"
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A law (or the simulation) against one reference."""
+
+    name: str  # label of the law, or "simulation"
+    title: str
+    reference: Reference
+    points: tuple[JudgedPoint, ...]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything that the verdict on one quantity rests on."""
+
+    quantity: str
+    subjects: tuple[Subject, ...]  # against observations first
+    parts: Mapping[str, int]  # parts of the error bars, each with the points that have it
+    points: int  # points with a value
+    flagged: tuple[tuple[str, ...], ...]  # the flags of each point and of its run
+    has_scatter: bool  # whether the published scatter of any law is known
+
+    @property
+    def flags(self) -> Mapping[str, int]:
+        """Points by flag."""
+        return Counter(flag for flags in self.flagged for flag in flags)
+
+    @property
+    def all_points(self) -> int:
+        return len(self.flagged)
+
+    @property
+    def has_model(self) -> bool:
+        """Whether the model part is assessed at each point with a value."""
+        return 0 < self.points == self.parts.get(MODEL, 0)
+
+
+def evidence_of(
+    points: xr.Dataset, observations: Sequence[MatchedObservation]
+) -> Iterator[Evidence]:
+    """The evidence on each main quantity of a cube of points."""
+    for name in main_quantities(points):
+        quantity = _Quantity(points, name)
+        shots = [shot for shot in observations if shot.quantity == name]
+        yield Evidence(
+            quantity=name,
+            subjects=(*quantity.against_shots(shots), *quantity.against_simulation()),
+            parts=quantity.parts(),
+            points=int(np.isfinite(quantity.values).sum()),
+            flagged=tuple(quantity.flags),
+            has_scatter=any(map(math.isfinite, quantity.scatter().values())),
+        )
+
+
+def axes_in(points: xr.Dataset) -> list[AxisOfSweep]:
+    """The axes of a cube of points."""
+    return [AxisOfSweep(name, points[name].attrs.get("units")) for name in axes_of(points)]
+
+
+class _Quantity:
+    """A quantity of a cube of points, flattened."""
+
+    def __init__(self, points: xr.Dataset, name: str):
+        self.points, self.name = points, name
+        self.places = places_of(points)
+        self.values = comparable(points, name).values.ravel()
+        run_flags = cubes.flag_words(cubes.FLAGS_OF_RUN.of(points))
+        own_flags = cubes.flag_words(cubes.FLAGS.of(points, name))
+        self.flags = [(*own, *run) for own, run in zip(own_flags, run_flags, strict=True)]
+
+    # ---- error bars: standard uncertainties in the quantity's unit ----
+
+    def bars(self, law: str = "") -> np.ndarray:
+        """The joint uncertainty, (points,), of the parts there are, whether they are a test or not; NaN without any."""
+        joint = joint_uncertainty(self.points, self.name, law)
+        numerical = simulated(self.points, self.name, cubes.UNCERTAINTY).values.ravel()
+        parts = [numerical, *(part for name, part in joint.parts.items() if name != "numerical")]
+        total = np.sqrt(sum(np.nan_to_num(part) ** 2 for part in parts))
+        return np.where(np.isnan(parts).all(axis=0), np.nan, total)
+
+    def tests(self) -> np.ndarray:
+        """Whether error bars include the mesh error, bool (points,): no other bar is a test."""
+        return np.isfinite(joint_uncertainty(self.points, self.name).total)
+
+    def parts(self) -> dict[str, int]:
+        """Each part with the number of points that have it."""
+        joint = joint_uncertainty(self.points, self.name).parts
+        counts = {"mesh error": self.tests()}
+        offsets = cubes.OFFSETS_PART
+        if offsets.is_in(self.points, self.name):
+            counts["scatter over offsets"] = offsets.of(self.points, self.name).values.ravel() > 0.0
+        for part, words in PARTS.items():
+            variable = cubes.uncertainty_part(part)
+            if variable.is_in(self.points, self.name):
+                counts[words] = variable.of(self.points, self.name).values.ravel() > 0.0
+        for part in (DEFINITION, MODEL):
+            counts[part] = np.isfinite(joint[part])
+        valued = np.isfinite(self.values)
+        return {part: int((has & valued).sum()) for part, has in counts.items()}
+
+    # ---- subjects ----
+
+    def against_simulation(self) -> Iterator[Subject]:
+        """Each law against the simulation."""
+        if not cubes.BY_LAW.is_in(self.points, self.name):
+            return
+        tests = self.tests()
+        unjudged = [self._why_unjudged(number) for number in range(len(self.places))]
+        for law in self._laws(cubes.BY_LAW, cubes.BY_LAW_IN_RANGE, cubes.LAW_TITLE):
+            bars = self.bars(law.label)
+            yield Subject(
+                law.label,
+                law.title,
+                "simulation",
+                tuple(
+                    JudgedPoint(
+                        place,
+                        float(law.answers[number]),
+                        float(self.values[number]),
+                        _over(bars[number], self.values[number]),
+                        bool(tests[number]),
+                        law.outside[number],
+                        unjudged[number],
+                    )
+                    for number, place in enumerate(self.places)
+                ),
+            )
+
+    def _why_unjudged(self, number: int) -> str:
+        """Why the value of a point judges no law; empty where it does."""
+        if self.flags[number]:
+            return ", ".join(flag.replace("_", " ") for flag in self.flags[number])
+        value = self.values[number]
+        if math.isfinite(value):
+            return "" if value else NO_SIZE
+        state = cubes.STATES[cubes.RUN_STATE.of(self.points).values.ravel()[number]]
+        return "no value" if state == "succeeded" else state.replace("_", " ")
+
+    def against_shots(self, shots: Sequence[MatchedObservation]) -> Iterator[Subject]:
+        """The simulation and each law against the observed shots."""
+        if not shots:
+            return
+        yield Subject(
+            "simulation", "simulation", "observation", tuple(map(self._simulated_shot, shots))
+        )
+        if not cubes.BY_LAW_AT_OBSERVATION.is_in(self.points, self.name):
+            return
+        rows = [shot.observation for shot in shots]
+        for law in self._laws(
+            cubes.BY_LAW_AT_OBSERVATION,
+            cubes.BY_LAW_AT_OBSERVATION_IN_RANGE,
+            cubes.OBSERVED_LAW_TITLE,
+            rows,
+        ):
+            yield Subject(
+                law.label,
+                law.title,
+                "observation",
+                tuple(
+                    JudgedPoint(
+                        shot.at,
+                        float(law.answers[number]),
+                        shot.value,
+                        _over(math.hypot(shot.uncertainty or 0.0, law.spread(number)), shot.value),
+                        shot.uncertainty is not None,
+                        law.outside[number],
+                        "" if shot.value else NO_SIZE,
+                    )
+                    for number, shot in enumerate(shots)
+                ),
+            )
+
+    def _simulated_shot(self, shot: MatchedObservation) -> JudgedPoint:
+        """The simulation at the parameters of a shot, by unflagged points alone."""
+        name, bars = self.name, cubes.UNCERTAINTY.named(self.name)
+        unflagged = self._shaped([not flags for flags in self.flags])
+        usable = self.points.assign(
+            {name: self.points[name].where(unflagged), bars: self._shaped(self.bars())}
+        )
+        value, bar, how = interpolate(usable, name, shot.at)
+        meshed = usable.assign({bars: usable[bars].where(self._shaped(self.tests()))})
+        known = math.isfinite(interpolate(meshed, name, shot.at)[1])
+        away = how if math.isnan(value) else ""
+        return JudgedPoint(
+            shot.at,
+            value,
+            shot.value,
+            _over(math.hypot(_zero(bar), shot.uncertainty or 0.0), shot.value),
+            known and shot.uncertainty is not None,
+            outside=away if away.startswith((ELSEWHERE, "outside")) else "",
+            unjudged=away or ("" if shot.value else NO_SIZE),
+        )
+
+    def _shaped(self, values: ArrayLike) -> xr.DataArray:
+        """Values of each point with the dimensions of the points."""
+        shape = self.points.run_state
+        return xr.DataArray(np.reshape(values, shape.shape), dims=shape.dims)
+
+    def _laws(
+        self,
+        answers: cubes.Variable,
+        in_range: cubes.Variable,
+        titles: cubes.Variable,
+        rows: Sequence[int] | None = None,
+    ) -> Iterator["_Law"]:
+        """Each law with its answers, (points,) or at some observed shots."""
+        found = answers.of(self.points, self.name)
+        inside = in_range.of(self.points, self.name)
+        if rows is not None:
+            found, inside = found.isel(observation=list(rows)), inside.isel(observation=list(rows))
+        reasons = cubes.BY_LAW_REASON.of(self.points, self.name) if rows is None else None
+        scatter = self.scatter()
+        for number, label in enumerate(found[str(found.dims[-1])].values):
+            values = found.values[..., number].ravel()
+            whole = inside.values[..., number].ravel() == 1
+            why = [""] * len(values)
+            if reasons is not None:
+                why = [str(text) for text in reasons.values[..., number].ravel()]
+            yield _Law(
+                str(label),
+                str(titles.of(self.points, self.name).values[number]),
+                values,
+                [
+                    "" if inside_range and math.isfinite(value) else text or UNSTATED
+                    for value, inside_range, text in zip(values, whole, why, strict=True)
+                ],
+                scatter.get(str(label), math.nan),
+            )
+
+    def scatter(self) -> dict[str, float]:
+        """The published scatter of each law of the runs, relative; NaN where none is published."""
+        if not cubes.LAW_SCATTER.is_in(self.points, self.name):
+            return {}
+        scatter = cubes.LAW_SCATTER.of(self.points, self.name)
+        labels = cubes.LAW_LABEL.of(self.points, self.name).values
+        return dict(zip(map(str, labels), map(float, scatter.values), strict=True))
+
+
+@dataclass(frozen=True)
+class _Law:
+    """The answers of one law with one of its variants."""
+
+    label: str
+    title: str
+    answers: np.ndarray
+    outside: Sequence[str]  # why an answer is outside the range; empty inside
+    scatter: float  # published, relative; NaN where none is
+
+    def spread(self, number: int) -> float:
+        """The published scatter about an answer, in its unit; 0 where none is published."""
+        return _zero(self.scatter * self.answers[number])
+
+
+def _zero(number: float) -> float:
+    return 0.0 if math.isnan(number) else float(number)
+
+
+def _over(size: float, value: float) -> float:
+    return abs(float(size / value)) if value and math.isfinite(value) else math.nan

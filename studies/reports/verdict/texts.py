@@ -1,0 +1,472 @@
+"""The verdict in words: bands, recommendations, what the error bars hold, and the definitions of the words."""
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from studies.reports.points import Place
+from studies.reports.verdict.bands import Band
+from studies.reports.verdict.evidence import (
+    DEFINITION,
+    MODEL,
+    SCATTER,
+    TRUST,
+    AxisOfSweep,
+    Evidence,
+    Reference,
+)
+from studies.reports.verdict.trends import CONFIDENCE, UNEVEN, Exponent, Trend
+from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
+
+if TYPE_CHECKING:
+    from studies.reports.verdict import LawVerdict
+
+MOST_SLICES = 3  # combinations of other axes that a band lists
+MOST_REASONS = 3
+SIMPLE = 1e-6  # an exponent this close to a fraction of small numbers is that fraction
+LARGEST_DENOMINATOR = 6
+SAME = 5e-4  # a difference that rounds to 0.0 %
+OF = {"simulation": "the simulation", "observation": "the observed shots"}
+UNTESTED = {
+    ("simulation", False): "mesh error unknown",
+    ("observation", False): "the shots state no uncertainty",
+    ("observation", True): "an error of simulation or shot is unknown",
+}
+NUMERICS_ONLY = "rests on numerics only: the model part is not assessed"
+HOW_PARTS_READ = {
+    DEFINITION: "definition of the measure",
+    MODEL: "material and model",
+    SCATTER: "published scatter of the laws",
+}
+# Shown as not assessed where no point has them.
+EXPECTED = ("mesh error", DEFINITION, MODEL)
+
+
+# ---- bands ---------------------------------------------------------------------------------------
+
+
+def word_of(band: Band, reference: Reference, is_simulation: bool) -> str:
+    """How a law does in a band: "trusted to 6 %", "under-predicts by 16 to 25 %"."""
+    if band.word == "close":
+        limit = at_most(band.limit)
+        if not band.untested:
+            return f"trusted to {limit}"
+        return f"within {limit} ({untested(band.untested, len(band.judged), reference, is_simulation)})"
+    if band.word in ("under", "over"):
+        return f"{band.word}-predicts by {spread(map(abs, band.residuals))}"
+    if band.word == "undecided":
+        bar = at_most(max(point.bar for point in band.judged))
+        return f"not judged because the joint uncertainty of up to ±{bar} covers the difference"
+    if band.word == "unjudged":
+        return f"not judged because of {_listed(band.unjudged)}"
+    gives = f" (it gives {difference(band.residuals)})" if band.residuals else ""
+    return f"outside its range: {_listed(band.outside)}{gives}"
+
+
+def untested(count: int, judged: int, reference: Reference, is_simulation: bool) -> str:
+    """Why error bars are no test at some or all points: "mesh error unknown"."""
+    text = UNTESTED[reference, is_simulation]
+    return text if count == judged else f"{text} at {count} of {judged} points"
+
+
+def where(band: Band, axes: Sequence[AxisOfSweep]) -> str:
+    """The place of a band: "from 6 km/s", "at 4 km/s with plate thickness 2 mm"."""
+    (axis,) = [axis for axis in axes if axis.name == band.abscissa]
+    text = _along(band, axis)
+    if not band.slices:
+        return text
+    units = {axis.name: axis.unit for axis in axes}
+    if len(band.slices) > MOST_SLICES:
+        return f"{text} at {len(band.slices)} combinations of the other axes"
+    return f"{text} with {_places(band.slices, units)}" if any(band.slices) else text
+
+
+def _along(band: Band, axis: AxisOfSweep) -> str:
+    name = "" if axis.name == "speed" else f"{_words(axis.name)} "
+    values = [value for value in band.values if value is not None]
+    if not values:
+        return f"without a {_words(axis.name)}"
+    if axis.unit is None:
+        return f"for {name}{' and '.join(map(str, values))}"
+    low, high = (_number(value, axis.unit) for value in (values[0], values[-1]))
+    unit = _unit(axis.unit)
+    if len(values) == 1:
+        return f"at {name}{high}{unit}"
+    if band.begins == band.ends:
+        return f"from {name}{low} to {high}{unit}"
+    return f"from {name}{low}{unit}" if band.ends else f"up to {name}{high}{unit}"
+
+
+def _places(slices: Sequence[Place], units: Mapping[str, str | None]) -> str:
+    """Combinations of the other axes: "plate thickness 2 and 3 mm"."""
+    names = {name for place in slices for name in place}
+    if len(names) == 1:
+        (name,) = names
+        values = _joined([_number(place[name], units[name]) for place in slices if name in place])
+        return f"{_words(name)} {values}{_unit(units[name])}"
+    return " and ".join(_place(place, units) for place in slices)
+
+
+def _place(place: Place, units: Mapping[str, str | None]) -> str:
+    return ", ".join(
+        f"{_words(name)} {value if isinstance(value, str) else _number(value, units[name]) + _unit(units[name])}"
+        for name, value in place.items()
+    )
+
+
+def _listed(reasons: Sequence[tuple[str, int]]) -> str:
+    """Reasons, those of the same kind once: "t/d = 0.25 is below 0.55" is "t/d below 0.55"."""
+    kinds = list(
+        dict.fromkeys(
+            re.sub(r" = \S+(?: [^\d\s]\S*)? is (?=below|above)", " ", reason)
+            for reason, _ in reasons
+        )
+    )
+    more = f"; and {len(kinds) - MOST_REASONS} more" if len(kinds) > MOST_REASONS else ""
+    return "; ".join(kinds[:MOST_REASONS]) + more
+
+
+# ---- laws ----------------------------------------------------------------------------------------
+
+
+def sentence(law: "LawVerdict") -> str:
+    """The verdict on a law as a sentence."""
+    name = title(law)
+    parts = [f"{band.where} {band.says}" for band in law.bands]
+    if not parts:
+        return f"{name}: nothing to compare."
+    return f"{name}, against {OF[law.reference]}: {'; '.join(parts)}."
+
+
+def residual_text(law: "LawVerdict") -> str:
+    """The average where residuals are alike, else the trend."""
+    if not law.judged or law.smallest is None or law.largest is None:
+        return ""
+    if law.judged == 1:
+        return f"At the one judged point {difference([law.smallest])}."
+    if law.average is not None:
+        return f"On average {difference([law.average])}, from {difference([law.smallest, law.largest])}."
+    text = f"From {difference([law.smallest, law.largest])}, so no average is given"
+    return f"{text}; {_trend(law.trend)}."
+
+
+def _trend(trend: Trend | None) -> str:
+    if trend is None or not trend.slopes:
+        return "too few points for a trend"
+    changes = " and ".join(
+        f"{signed(100.0 * slope.value, 1)} ± {decimals(100.0 * slope.interval, 1)} percentage points per "
+        f"{_per(slope.unit)}of {_words(slope.axis)}"
+        for slope in trend.slopes
+    )
+    return f"linear trend over {trend.n} points: {changes} ({CONFIDENCE:.0%} interval)".replace(
+        "%", f"{NARROW_SPACE}%"
+    )
+
+
+def _per(unit: str) -> str:
+    return f"{unit} " if unit else "unit "
+
+
+def exponents_text(law: "LawVerdict") -> str:
+    """The fitted exponents of the reference beside those of the law."""
+    texts = []
+    for axis in dict.fromkeys(each.axis for each in law.exponents):
+        mine = [each for each in law.exponents if each.axis == axis]
+        texts.append(
+            f"of {_words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law"
+        )
+    return f"Exponents fitted to the same points: {'; '.join(texts)}." if texts else ""
+
+
+def _exponents(mine: Sequence[Exponent]) -> str:
+    if len(mine) == 1:
+        return f"{decimals(mine[0].reference, 2)} ± {decimals(mine[0].interval, 2)}"
+    values = [each.reference for each in mine]
+    return f"{decimals(min(values), 2)} to {decimals(max(values), 2)}"
+
+
+def _of_law(mine: Sequence[Exponent]) -> str:
+    low, high = (_simple(pick(each.law for each in mine)) for pick in (min, max))
+    return low if low == high else f"{low} to {high}"
+
+
+def _simple(number: float) -> str:
+    """An exponent; as a fraction where it is one.
+
+    >>> _simple(0.6666666666), _simple(0.52)
+    ('2/3', '0.52')
+    """
+    fraction = Fraction(number).limit_denominator(LARGEST_DENOMINATOR)
+    if fraction.denominator > 1 and abs(number - float(fraction)) < SIMPLE:
+        return str(fraction)
+    return decimals(number, 2)
+
+
+def outside_texts(laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
+    """The laws that no point can judge, each once for all its variants, with the reasons."""
+    groups: dict[tuple[str, str, str], list[LawVerdict]] = {}
+    for law in laws:
+        says = "; ".join(
+            f"{band.where} {band.says.partition(' (it gives')[0]}" for band in law.bands
+        )
+        groups.setdefault((law.reference, law.title, says), []).append(law)
+    return tuple(
+        f"{name}{_variants(mine)}{'' if reference == 'simulation' else ', for the observed shots'}: {says}."
+        for (reference, name, says), mine in groups.items()
+    )
+
+
+def _variants(laws: Sequence["LawVerdict"]) -> str:
+    variants = [law.subject.partition("/")[2] for law in laws]
+    return f" ({'; '.join(variants)})" if any(variants) else ""
+
+
+def agreement_text(law: "LawVerdict", has_model: bool) -> str:
+    """How many differences lie inside the joint uncertainty, and what that does not say."""
+    if not law.judged:
+        return ""
+    if not law.tested:
+        return "No difference is tested by error bars, because a part without which they are no test is unknown."
+    text = f"Inside the joint uncertainty at {law.inside} of {law.tested} tested points"
+    if has_model or law.inside == law.tested or law.subject == "simulation":
+        return f"{text}."
+    if law.reference == "observation":
+        return f"{text}."
+    return f"{text}; this {NUMERICS_ONLY}, so a difference outside of it does not refute the law."
+
+
+# ---- quantities ----------------------------------------------------------------------------------
+
+
+def recommendation(evidence: Evidence, laws: Sequence["LawVerdict"]) -> str:
+    """Which law to use where, and what it does elsewhere; against observations where any is judged."""
+    quantity = _words(evidence.quantity)
+    laws = [law for law in laws if law.subject != "simulation"]
+    if not laws:
+        return f"{quantity.capitalize()}: no law predicts it."
+    shots = [law for law in laws if law.reference == "observation" and law.judged]
+    compared = shots or [law for law in laws if law.reference == "simulation"]
+    judged = [law for law in compared if law.judged]
+    if not judged:
+        return f"{quantity.capitalize()}: no recommendation, because {_why_none(compared)}."
+    best = max(judged, key=_merit)
+    if not best.trusted:
+        nearest = min(
+            judged, key=lambda law: max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
+        )
+        return (
+            f"{quantity.capitalize()}: no law stays within {at_most(TRUST)} of {OF[best.reference]} at any judged "
+            f"point; the nearest is {title(nearest)}, which {_elsewhere(nearest)}."
+        )
+    clauses = [_use(best), _elsewhere(best)]
+    second = _second(best, judged)
+    if second is not None:
+        clauses.append(_use(second))
+    return f"{quantity.capitalize()}: {'; '.join(filter(None, clauses))}."
+
+
+def _merit(law: "LawVerdict") -> tuple[int, float]:
+    """Trusted points first, then the smaller limit."""
+    return law.trusted, -max(
+        (band.limit for band in law.bands if band.word == "close"), default=1.0
+    )
+
+
+def _use(law: "LawVerdict") -> str:
+    close = [band for band in law.bands if band.word == "close"]
+    places = _joined([band.where for band in close])
+    limit = at_most(max(band.limit for band in close))
+    judged, unknown = sum(band.judged for band in close), sum(band.untested for band in close)
+    notes = [untested(unknown, judged, law.reference, is_simulation=False)] if unknown else []
+    notes += ["a single point"] if law.trusted == 1 else []
+    note = f" ({', '.join(notes)})" if notes else ""
+    return f"{places} use {title(law)}: within {limit} of {OF[law.reference]}{note}"
+
+
+def _elsewhere(law: "LawVerdict") -> str:
+    """What a law does where it is not trusted, in the order of its bands."""
+    texts = [f"{band.where} it {band.says}" for band in law.bands if band.word in ("under", "over")]
+    return _joined(texts) or _joined(
+        [f"{band.where} it is {band.says}" for band in law.bands if band.word == "undecided"]
+    )
+
+
+def _second(best: "LawVerdict", laws: Sequence["LawVerdict"]) -> "LawVerdict | None":
+    """The law that is trusted at most points at which the best is not; None where no other is."""
+    done = best.trusted_points
+    others = [law for law in laws if law is not best and law.trusted_points - done]
+    if not others:
+        return None
+    return max(others, key=lambda law: (len(law.trusted_points - done), _merit(law)))
+
+
+def _why_none(laws: Sequence["LawVerdict"]) -> str:
+    """Why no law is judged anywhere."""
+    inside = [law for law in laws if any(band.word == "unjudged" for band in law.bands)]
+    if not inside:
+        return "no point lies inside the range of any law"
+    reasons = dict.fromkeys(
+        reason for law in inside for band in law.bands for reason in band.unjudged
+    )
+    return f"no point inside a law's range can be judged: {'; '.join(list(reasons)[:MOST_REASONS])}"
+
+
+def flag_sentences(evidence: Evidence) -> tuple[str, ...]:
+    """The flags that take points out of the judgement."""
+    return tuple(
+        f"{_words(flag).capitalize()}: {count} of {_plural(evidence.all_points, 'point')} "
+        f"{'is' if count == 1 else 'are'} drawn open and not judged"
+        for flag, count in sorted(evidence.flags.items(), key=lambda item: -item[1])
+    )
+
+
+def bars_text(evidence: Evidence) -> str:
+    """What the error bars hold, and what is not assessed."""
+    if not evidence.points:
+        return "No point has a value, so there is no error bar."
+    held = [
+        f"{HOW_PARTS_READ.get(part, part)}"
+        + ("" if count == evidence.points else f" (at {count} of {evidence.points} points)")
+        for part, count in evidence.parts.items()
+        if count
+    ]
+    missing = [HOW_PARTS_READ.get(part, part) for part in EXPECTED if not evidence.parts.get(part)]
+    if not evidence.has_scatter:
+        missing.append(HOW_PARTS_READ[SCATTER])
+    text = f"Error bars hold: {', '.join(held) or 'nothing'}."
+    return f"{text} Not assessed: {', '.join(missing)}." if missing else text
+
+
+def without_law(quantities: Sequence[str]) -> str:
+    """The quantities that no law predicts."""
+    names = [f"the {_words(name)}" for name in quantities]
+    return f"No law predicts {_joined(names)}." if names else ""
+
+
+def rests_text(evidence: Evidence) -> str:
+    """What the judgement of a quantity rests on, and how many points are left out."""
+    if not evidence.points:
+        return f"{_words(evidence.quantity).capitalize()}: no point has a value."
+    basis = (
+        "numerics and model"
+        if evidence.has_model
+        else "numerics only, the model part is not assessed"
+    )
+    mesh = "" if evidence.parts.get("mesh error") else "; one mesh, whose error is unknown"
+    flagged = sum(bool(flags) for flags in evidence.flagged)
+    left = (
+        f"; {flagged} of {_plural(evidence.all_points, 'point')} flagged and not judged"
+        if flagged
+        else ""
+    )
+    quantity = _words(evidence.quantity).capitalize()
+    return f"{quantity}: rests on {basis}{mesh}{left}."
+
+
+def terms() -> tuple[tuple[str, str], ...]:
+    """Each word of the verdict with its definition."""
+    limit = at_most(TRUST)
+    return (
+        (
+            "trusted to x",
+            "at every judged point of the band the law lies inside its stated range, differs from the reference by at "
+            f"most x, and the joint uncertainty is at most x too; x is at most {limit} and rounded up to whole per "
+            "cent. It says that the law meets this reference, not why.",
+        ),
+        (
+            "within x",
+            "the same, where an error without which error bars are no test is unknown: the mesh error of a single "
+            "resolution, or the error of an observed shot.",
+        ),
+        (
+            "under-predicts, over-predicts by a to b",
+            f"at every judged point of the band the law is smaller (larger) than the reference by more than {limit} "
+            "and by more than the joint uncertainty; a and b are the smallest and the largest difference, over the "
+            "reference.",
+        ),
+        (
+            "outside its range",
+            "a limit that the law's source states, or that its formula has, is not met; what it gives there is no "
+            "test of the law.",
+        ),
+        (
+            "not judged",
+            "the point has no value, or carries a flag, or the joint uncertainty exceeds "
+            f"{limit} and covers the difference.",
+        ),
+        (
+            "joint uncertainty",
+            "root of the sum of the squares of the parts that are assessed: numerical, definition of the measure, "
+            "material and model, scatter of the law, and of an observed shot the error that it states.",
+        ),
+        (
+            "average, trend",
+            f"an average is given where residuals have one sign and vary by no more than a factor of {digits(UNEVEN)}; "
+            "elsewhere a linear trend against the axes that vary, by least squares, with its interval.",
+        ),
+    )
+
+
+# ---- numbers -------------------------------------------------------------------------------------
+
+
+def title(law: "LawVerdict") -> str:
+    """The title of a law, with its variant."""
+    variant = law.subject.partition("/")[2]
+    return f"{law.title} ({variant})" if variant else law.title
+
+
+def at_most(share: float) -> str:
+    """A share rounded up to whole per cent: "6 %".
+
+    >>> at_most(0.0501), at_most(0.1), at_most(0.0)
+    ('6\\u202f%', '10\\u202f%', '1\\u202f%')
+    """
+    return f"{max(1, math.ceil(round(100.0 * share, 6)))}{NARROW_SPACE}%"
+
+
+def spread(shares: Iterable[float]) -> str:
+    """The smallest and the largest of some shares: "16 to 25 %"."""
+    listed = list(shares)
+    low, high = (_whole(pick(listed)) for pick in (min, max))
+    return f"{high}{NARROW_SPACE}%" if low == high else f"{low} to {high}{NARROW_SPACE}%"
+
+
+def difference(residuals: Sequence[float]) -> str:
+    """Relative differences in words: "16 to 25 % less", "3 % less to 4 % more"."""
+    low, high = min(residuals), max(residuals)
+    if max(-low, high) < SAME:
+        return "no difference"
+    if low < 0.0 < high and (_whole(-low) != "0" or _whole(high) != "0"):
+        return f"{_whole(-low)}{NARROW_SPACE}% less to {_whole(high)}{NARROW_SPACE}% more"
+    return f"{spread(map(abs, residuals))} {'less' if low < 0.0 else 'more'}"
+
+
+def _whole(share: float) -> str:
+    return decimals(100.0 * share, 0 if abs(share) >= 0.01 else 1).removesuffix(".0")
+
+
+def _number(value: float | str, unit: str | None) -> str:
+    return value if isinstance(value, str) else printed_in(value, unit)
+
+
+def _unit(unit: str | None) -> str:
+    name = display_of(unit).unit
+    return f" {name}" if name else ""
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" + ("" if count == 1 else "s")
+
+
+def _joined(parts: Sequence[str]) -> str:
+    """ "a", "a and b", "a, b and c"."""
+    if len(parts) < 2:
+        return "".join(parts)
+    return f"{', '.join(parts[:-1])} and {parts[-1]}"

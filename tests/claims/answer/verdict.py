@@ -1,0 +1,398 @@
+"""The verdict: its sentences recomputed from cube.nc, and its words on cubes whose answer is known."""
+
+import math
+import re
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from studies.cubes import cube
+from studies.reports.compare import compare
+from studies.results import Measured, RunResult
+from tests.claims import Row, claim
+from tests.studies.support import fakes
+
+NAME = "hole_diameter"
+MOST = 0.10  # the difference up to which the report calls a law trusted
+PERCENT = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))?\u202f%")
+NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?")
+BAR = 0.001  # relative uncertainty of the invented runs
+T_95 = {1: 12.706, 2: 4.303, 3: 3.182, 4: 2.776, 5: 2.571, 13: 2.160, 15: 2.131}  # Student, 95 %
+
+
+# ---- sentences -----------------------------------------------------------------------------------
+
+
+@claim(
+    "verdict-sentences",
+    says="each sentence of the verdict is recomputed from cube.nc with xarray and numpy alone",
+    quick=True,
+)
+def verdict_sentences() -> Iterator[Row]:
+    sweeps = {"holes": fakes.holes(), "refined": fakes.refined_holes(), "craters": fakes.craters()}
+    with tempfile.TemporaryDirectory() as folder:
+        for name, sweep in sweeps.items():
+            file = Path(folder) / f"{name}.nc"
+            results = fakes.results(sweep) if name == "craters" else fakes.with_trouble(sweep)
+            cube.write(cube.build(sweep, results, fakes.catalogue(sweep.scenario)), file)
+            with xr.open_dataset(file) as dataset:
+                verdict = compare(dataset).as_json()["verdict"]
+            yield from recomputed(file, verdict)
+
+
+def recomputed(file: Path, verdict: Mapping[str, Any]) -> Iterator[Row]:
+    """Rows about each sentence of a verdict, a part of ``report.json``, on laws against the simulation."""
+    for stated in verdict["quantities"]:
+        with xr.open_dataset(file) as dataset:
+            yield from _recomputed(dataset, file.stem, stated)
+
+
+def _recomputed(dataset: xr.Dataset, case: str, stated: Mapping[str, Any]) -> Iterator[Row]:
+    name = stated["quantity"]
+    points = _points(dataset, name)
+    for law in stated["laws"]:
+        if law["reference"] == "simulation":
+            where = f"{case}, {law['subject']}"
+            frame = points.sel({f"{name}_law": law["subject"]})
+            yield from _bands(where, law["bands"], frame)
+            yield from _details(where, law["details"], frame)
+    best = max(stated["laws"], key=lambda law: law["trusted"])
+    clauses = [band["where"] for band in best["bands"] if band["word"] == "close"]
+    said = all(clause in stated["recommendation"] for clause in clauses)
+    yield Row(f"{case}: recommendation names the bands", clauses, stated["recommendation"], said)
+
+
+def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
+    """Residual, relative uncertainty, range and usability of each point and law, from the cube alone."""
+    refined = f"{name}_converged" in dataset
+    value = dataset[f"{name}_converged"] if refined else dataset[name].where(dataset.run_state == 0)
+    bar = dataset[f"{name}_converged_uncertainty" if refined else f"{name}_uncertainty"]
+    flags = (dataset[f"{name}_flags"] != 0) | (dataset.run_flags != 0)
+    for dim in set(flags.dims) - set(value.dims):
+        # The flags of a point are those of its finest runs, at any offset.
+        flags = flags.isel({dim: -1}) if dim == "cells_per_diameter" else flags.any(dim)
+    for part in ("definition", "model"):
+        if f"{name}_{part}_part" in dataset:
+            bar = (bar**2 + dataset[f"{name}_{part}_part"].fillna(0.0) ** 2) ** 0.5
+    mesh = dataset[f"{name}_converged_uncertainty_mesh"] if refined else value * np.nan
+    inside = (dataset[f"{name}_by_law_in_range"] == 1) & dataset[f"{name}_by_law"].notnull()
+    return xr.Dataset(
+        {
+            "residual": dataset[f"{name}_by_law"] / value - 1.0,
+            "bar": bar / value,
+            "tests": mesh.notnull(),
+            "inside": inside,
+            "usable": value.notnull() & ~flags,
+            "value": value,
+            "law": dataset[f"{name}_by_law"],
+        }
+    )
+
+
+def _bands(where: str, bands: list[dict[str, Any]], frame: xr.Dataset) -> Iterator[Row]:
+    """Each band's words against the points that its own text selects."""
+    covered = 0
+    for band in bands:
+        mask = _selected(band["where"], frame)
+        covered += int(mask.sum())
+        right = _fits(band["says"], frame, mask)
+        yield Row(f"{where}: {band['where']}", "as the cube has it", band["says"], right)
+    yield Row(
+        f"{where}: points in bands",
+        int(frame.residual.size),
+        covered,
+        covered == frame.residual.size,
+    )
+
+
+def _selected(text: str, frame: xr.Dataset) -> xr.DataArray:
+    """The points that a text selects: "up to 5 km/s with plate thickness 2 and 3 mm"."""
+    along, _, others = text.partition(" with ")
+    numbers = [1e3 * float(each) for each in NUMBER.findall(along)]
+    low, high = numbers[0], numbers[-1]
+    if along.startswith("up to"):
+        low = -math.inf
+    elif along.startswith("from") and len(numbers) == 1:
+        high = math.inf
+    mask = (frame.speed >= 0.999999 * low) & (frame.speed <= 1.000001 * high)
+    if others:
+        thicknesses = [1e-3 * float(each) for each in NUMBER.findall(others)]
+        near = [np.isclose(frame.plate_thickness, each) for each in thicknesses]
+        mask = mask & xr.zeros_like(frame.plate_thickness, dtype=bool).copy(
+            data=np.any(near, axis=0)
+        )
+    return mask.broadcast_like(frame.residual)
+
+
+def _fits(says: str, frame: xr.Dataset, mask: xr.DataArray) -> bool:
+    """Whether the words of a band hold at its points."""
+    judged = mask & frame.inside & frame.usable
+    residual, bar = (frame[key].broadcast_like(mask).where(judged) for key in ("residual", "bar"))
+    sizes = np.abs(residual)
+    if says.startswith("outside its range"):
+        return not bool((mask & frame.inside).any())
+    if says.startswith("not judged because of"):
+        return not bool(judged.any())
+    if bool((mask & ~frame.inside).any()) or not bool(judged.any()):
+        return False
+    if says.startswith("not judged because the joint"):
+        return bool(((sizes <= bar) & (bar > MOST) | ~judged).all())
+    percent = [float(each) for each in PERCENT.findall(says)[0] if each]
+    if says.startswith(("trusted", "within")):
+        limit = max(float(sizes.max()), float(bar.fillna(0.0).max()))
+        known = bool(frame.tests.broadcast_like(mask).where(judged, True).all())
+        rounded = max(1, math.ceil(round(100.0 * limit, 6)))
+        return limit <= MOST and percent == [rounded] and known == says.startswith("trusted")
+    sign = -1.0 if says.startswith("under") else 1.0
+    ends = [round(100.0 * float(end)) for end in (sizes.min(), sizes.max())]
+    beyond = (sign * residual > np.maximum(MOST, bar.fillna(0.0))) | ~judged
+    return bool(beyond.all()) and percent == (ends if ends[0] < ends[1] else ends[:1])
+
+
+def _details(where: str, details: list[str], frame: xr.Dataset) -> Iterator[Row]:
+    """Averages, trends, exponents and agreement against numpy's own fits."""
+    judged = (frame.inside & frame.usable).values.ravel()
+    residual = frame.residual.values.ravel()[judged]
+    for text in details:
+        if text.startswith(("On average", "At the one")):
+            alike = residual.min() * residual.max() > 0 and max(abs(residual)) <= 2 * min(
+                abs(residual)
+            )
+            mean = 100.0 * abs(float(residual.mean()))
+            got = float(PERCENT.findall(text)[0][0])
+            near = math.isclose(got, mean, abs_tol=0.5)
+            yield Row(
+                f"{where}: average (%)", round(mean, 2), got, near and (alike or residual.size == 1)
+            )
+        elif text.startswith("From"):
+            yield from _trend(where, text, frame, judged, residual)
+        elif text.startswith("Exponents"):
+            yield from _exponents(where, text, frame, judged)
+        elif text.startswith("Inside"):
+            tests = frame.tests.broadcast_like(frame.residual).values.ravel()[judged]
+            bars = frame.bar.broadcast_like(frame.residual).values.ravel()[judged]
+            counts = [int((abs(residual) <= bars)[tests].sum()), int(tests.sum())]
+            stated = [int(each) for each in NUMBER.findall(text)[:2]]
+            yield Row(f"{where}: inside the joint uncertainty", counts, stated, counts == stated)
+
+
+def _trend(
+    where: str, text: str, frame: xr.Dataset, judged: np.ndarray, residual: np.ndarray
+) -> Iterator[Row]:
+    sizes = abs(residual)
+    uneven = residual.min() < 0 < residual.max() or sizes.max() > 2 * sizes.min()
+    yield Row(
+        f"{where}: no average is given", "uneven", "uneven" if uneven else "even", bool(uneven)
+    )
+    if "percentage points" not in text:
+        return
+    axes = [axis for axis in ("speed", "plate_thickness") if f"of {axis.replace('_', ' ')}" in text]
+    scales = {"speed": 1e3, "plate_thickness": 1e-3}
+    columns = [
+        frame[axis].broadcast_like(frame.residual).values.ravel()[judged] / scales[axis]
+        for axis in axes
+    ]
+    matrix = np.column_stack([np.ones(len(residual)), *columns])
+    slopes = np.linalg.pinv(matrix) @ residual
+    freedom = len(residual) - matrix.shape[1]
+    spread = residual - matrix @ slopes
+    errors = np.sqrt(np.diag(np.linalg.inv(matrix.T @ matrix)) * (spread @ spread) / freedom)
+    pairs = re.findall(r"([+−]?[\d.]+) ± ([\d.]+) percentage", text)
+    for axis, slope, error, (value, half) in zip(axes, slopes[1:], errors[1:], pairs, strict=True):
+        near = abs(100 * slope - float(value.replace("−", "-"))) < 0.0501
+        t = float(half) / (100 * error) if error > 5e-4 else _student(freedom)
+        near = near and math.isclose(
+            t, _student(freedom), rel_tol=0.05 / max(float(half), 0.05) + 0.01
+        )
+        yield Row(f"{where}: trend along {axis} (%)", round(100 * float(slope), 2), value, near)
+
+
+def _student(freedom: int) -> float:
+    """Student's t for 95 %, two-sided, by inverting its distribution numerically."""
+    if freedom in T_95:
+        return T_95[freedom]
+    grid = np.linspace(0.0, 60.0, 600_001)
+    density = (1.0 + grid**2 / freedom) ** (-0.5 * (freedom + 1))
+    share = np.cumsum(density)
+    scale = math.sqrt(freedom * math.pi) * math.exp(
+        math.lgamma(0.5 * freedom) - math.lgamma(0.5 * (freedom + 1))
+    )
+    return float(grid[np.searchsorted(share * grid[1] / scale, 0.475)])
+
+
+def _exponents(where: str, text: str, frame: xr.Dataset, judged: np.ndarray) -> Iterator[Row]:
+    flat = {
+        key: frame[key].broadcast_like(frame.residual).values.ravel()[judged]
+        for key in ("value", "law", "speed")
+    }
+    others = np.zeros(judged.sum())
+    if "plate_thickness" in frame.dims:
+        others = frame.plate_thickness.broadcast_like(frame.residual).values.ravel()[judged]
+    fits: dict[str, list[float]] = {"value": [], "law": []}
+    for other in np.unique(others):
+        mine = others == other
+        if len(np.unique(flat["speed"][mine])) >= 3:
+            for key, slopes in fits.items():
+                x, y = np.log(flat["speed"][mine]), np.log(flat[key][mine])
+                slopes.append(float(np.polyfit(x, y, 1)[0]))
+    if not fits["law"]:
+        return
+    words = re.search(r"of speed (.+?) in the simulation against (.+?) in the law", text)
+    assert words is not None
+    for (key, slopes), said in zip(fits.items(), words.groups(), strict=True):
+        ends = sorted({min(slopes), max(slopes)})
+        single = len(slopes) == 1 and key == "value"
+        got = [_fraction(each) for each in said.split(" ± " if single else " to ")][
+            : 1 if single else 2
+        ]
+        near = all(
+            abs(a - b) < 0.00501
+            for a, b in zip((ends[0], ends[-1]), (got[0], got[-1]), strict=True)
+        )
+        yield Row(
+            f"{where}: exponent of speed, {key}", [round(each, 3) for each in ends], said, near
+        )
+
+
+def _fraction(text: str) -> float:
+    over, _, under = text.replace("−", "-").partition("/")
+    return float(over) / float(under or 1)
+
+
+# ---- words ---------------------------------------------------------------------------------------
+
+
+@claim(
+    "verdict-words",
+    says="cubes with a known answer get the right words: an exact law, one off by 20 % above 5 km/s, one point, all "
+    "failed, all flagged, residuals of mixed sign without a bare average, mixed measurement versions without a verdict",
+    quick=True,
+)
+def verdict_words() -> Iterator[Row]:
+    exact, low = (lambda v: 1.0), (lambda v: 0.8 if v > 5e3 else 1.0)
+    (band,), quantity, _ = _synthetic(exact)
+    yield _says("exact law", "from 2 to 7 km/s: trusted to 1\u202f%", band)
+    yield _has(
+        "exact law",
+        "from 2 to 7 km/s use the law: within 1\u202f% of the simulation.",
+        quantity["recommendation"],
+    )
+    bands, quantity, _ = _synthetic(low)
+    yield _says("law 20 % low above 5 km/s, below", "up to 5 km/s: trusted to 1\u202f%", bands[0])
+    yield _says(
+        "law 20 % low above 5 km/s, above", "from 6 km/s: under-predicts by 20\u202f%", bands[-1]
+    )
+    yield _has(
+        "law 20 % low above 5 km/s",
+        "up to 5 km/s use the law: within 1\u202f% of the simulation; from 6 km/s it under-predicts by 20\u202f%.",
+        quantity["recommendation"],
+    )
+    bands, _, _ = _synthetic(lambda v: 1.2 if v > 5e3 else 1.0)
+    yield _says("law 20 % high above 5 km/s", "from 6 km/s: over-predicts by 20\u202f%", bands[-1])
+    (band,), quantity, _ = _synthetic(exact, speeds=(5e3,))
+    yield _says("one point", "at 5 km/s: trusted to 1\u202f%", band)
+    yield _has("one point", "(a single point)", quantity["recommendation"])
+    yield _has(
+        "one point",
+        "At the one judged point no difference",
+        " ".join(quantity["laws"][0]["details"]),
+    )
+    (band,), quantity, _ = _synthetic(
+        exact, change=lambda result: replace(result, state="failed", reason="no")
+    )
+    yield _says("all failed", "from 2 to 7 km/s: not judged because of failed", band)
+    yield _has("all failed", "no recommendation", quantity["recommendation"])
+    (band,), quantity, _ = _synthetic(
+        exact, change=lambda result: replace(result, flags=("under_resolved",))
+    )
+    yield _says("all flagged", "from 2 to 7 km/s: not judged because of under resolved", band)
+    yield _has("all flagged", "no recommendation", quantity["recommendation"])
+    yield _has("all flagged", "Under resolved: 6 of 6 points", " ".join(quantity["flags"]))
+    (band,), quantity, document = _synthetic(lambda v: 1.0 + (v - 4500.0) / 5e4)
+    law = quantity["laws"][0]
+    yield _says("mixed sign", "from 2 to 7 km/s: trusted to 5\u202f%", band)
+    yield _has(
+        "mixed sign", "no average is given; linear trend over 6 points: +2.0 ±", law["details"][0]
+    )
+    (residual,) = document["residuals"]
+    averages = [
+        law["average"],
+        residual["everywhere"]["bias"],
+        residual["everywhere"]["relative_bias"],
+    ]
+    yield Row("mixed sign: averages in report.json", [None] * 3, averages, averages == [None] * 3)
+    bare = "on average" in residual["sentence"].lower()
+    yield Row(
+        "mixed sign: average in the sentence of residuals", "none", residual["sentence"], not bare
+    )
+    versions = iter(range(100))
+    document = _document(exact, change=lambda result: _with_version(result, 1 + next(versions) % 2))
+    verdict = document["verdict"]
+    yield _has("mixed versions", "by versions 1 and 2 of its definition", verdict["reason"])
+    yield Row(
+        "mixed versions: quantities judged", [], verdict["quantities"], not verdict["quantities"]
+    )
+
+
+Change = Callable[[RunResult], RunResult]
+
+
+def _synthetic(
+    factor: Callable[[float], float],
+    speeds: tuple[float, ...] = fakes.SPEEDS,
+    change: Change = lambda result: result,
+) -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]]:
+    """Bands of the only law, the verdict on the quantity, and the whole report."""
+    document = _document(factor, speeds, change)
+    (quantity,) = document["verdict"]["quantities"]
+    (law,) = quantity["laws"]
+    return law["bands"], quantity, document
+
+
+def _document(
+    factor: Callable[[float], float],
+    speeds: tuple[float, ...] = fakes.SPEEDS,
+    change: Change = lambda result: result,
+) -> dict[str, Any]:
+    """The comparison of holes of 2 v/(5 km/s) d on every grid with a law that gives this times a factor, as JSON."""
+    law = fakes.Law(
+        "law", NAME, lambda shot, _: _ratio(shot.speed) * factor(shot.speed), title="the law"
+    )
+    fixed = {"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3}
+    sweep = fakes.Sweep(
+        (fakes.Axis("speed", "m s-1", speeds),),
+        fixed,
+        refinements=fakes.refinements(offsets=(0.0,)),
+    )
+    results = {point.run.id: change(_result(point.run)) for point in sweep.runs()}
+    catalogue = fakes.catalogue()
+    catalogue = replace(catalogue, laws=(law,), quantities={NAME: catalogue.quantities[NAME]})
+    return compare(cube.build(sweep, results, catalogue)).as_json()
+
+
+def _ratio(speed: float) -> float:
+    return 2.0 * speed / 5e3
+
+
+def _result(run: fakes.Run) -> RunResult:
+    value = _ratio(run.parameters["speed"]) * fakes.DIAMETER
+    measured = Measured(value, BAR * value, {"resolution": BAR * value}, (), {}, 1)
+    return replace(fakes.result(run), measurements={NAME: measured})
+
+
+def _with_version(result: RunResult, version: int) -> RunResult:
+    return replace(result, measurements={NAME: replace(result.measurements[NAME], version=version)})
+
+
+def _says(case: str, expected: str, band: Mapping[str, Any]) -> Row:
+    got = f"{band['where']}: {band['says']}"
+    return Row(case, expected, got, got == expected)
+
+
+def _has(case: str, part: str, text: str) -> Row:
+    return Row(case, part, text, part in text)
