@@ -1,7 +1,9 @@
-"""Orders of convergence: the one that three values show, and what it leaves open where they are noisy."""
+"""Orders of convergence: the one that three values show, and the limit that an order gives them."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
+from operator import mul
 
 # Orders that count as asymptotic. Below 0.5 an extrapolation runs further than the three values do;
 # Oberkampf and Roy (2010), Verification and Validation in Scientific Computing, chapter 8, and Eça
@@ -44,37 +46,37 @@ def observed_order(spacings: Sequence[float], values: Sequence[float]) -> float:
     return 0.5 * (low + high)
 
 
-def farthest_limit(
-    spacings: Sequence[float], values: Sequence[float], noise: Sequence[float], origin: float
-) -> float:
-    """Distance from ``origin`` to the farthest limit of a power law that passes three values within their noise.
+@dataclass(frozen=True)
+class Fit:
+    """A power law of one order through the values of three grids, by weighted least squares."""
 
-    The limit f1 - (f2 - f1)/(r^p - 1) runs away as f1 and f2 part and as p falls, so it is farthest at the corner where
-    f1 and f2 are farthest apart. Where p is below the lowest accepted order there, it is farthest at the nearest place
-    where p is that order: f3 moves first, then f2, then f1. Zero where no such law is within the noise.
+    limit: float  # at cells of no size
+    misfit: float  # root of the sum of the squares of the residuals, each over the standard uncertainty of its value
+
+
+def fit(
+    spacings: Sequence[float], values: Sequence[float], uncertainties: Sequence[float], order: float
+) -> Fit:
+    """The fit f(h) = f(0) + C h^p of an order; standard uncertainties above zero.
+
+    Exact values of first order, f(h) = 20 + h/2:
+
+    >>> fit((1.0, 2.0, 4.0), (20.5, 21.0, 22.0), (0.1, 0.2, 0.4), 1.0)
+    Fit(limit=20.0, misfit=0.0)
     """
-    # f3 - f2 over f2 - f1 at the lowest order.
-    least = math.exp(_growth(ORDERS[0], *spacings))
-    farthest = 0.0
-    for sign in (1.0, -1.0):
-        # f2 - f1 and f3 - f2; the law rises with the size of the cell, or falls.
-        near, far = sign * (values[1] - values[0]), sign * (values[2] - values[1])
-        of_fine, of_middle = -noise[0], noise[1]
-        of_coarse = max(-noise[2], least * (near + noise[0] + noise[1]) - far + noise[1])
-        if of_coarse > noise[2]:
-            of_coarse = noise[2]
-            of_middle = (far + noise[2] - least * (near + noise[0])) / (1.0 + least)
-        if of_middle < -noise[1]:
-            of_middle = -noise[1]
-            of_fine = near - noise[1] - (far + noise[2] + noise[1]) / least
-        near += of_middle - of_fine
-        far += of_coarse - of_middle
-        if of_fine <= noise[0] and near > 0.0 and far > 0.0:
-            order = observed_order(spacings, (0.0, near, near + far))
-            used = min(max(order, ORDERS[0]), FORMAL_ORDER)
-            error = sign * near / math.expm1(used * math.log(spacings[1] / spacings[0]))
-            farthest = max(farthest, abs(values[0] + sign * of_fine - error - origin))
-    return farthest
+    powers = [spacing**order for spacing in spacings]
+    weights = [uncertainty**-2.0 for uncertainty in uncertainties]
+    total = math.fsum(weights)
+    power = math.fsum(map(mul, weights, powers)) / total
+    value = math.fsum(map(mul, weights, values)) / total
+    apart = [each - power for each in powers]
+    slope = math.fsum(
+        w * x * (f - value) for w, x, f in zip(weights, apart, values, strict=True)
+    ) / math.fsum(w * x * x for w, x in zip(weights, apart, strict=True))
+    residuals = (
+        (f - value - slope * x) / u for f, x, u in zip(values, apart, uncertainties, strict=True)
+    )
+    return Fit(value - slope * power, math.hypot(*residuals))
 
 
 def _growth(p: float, fine: float, middle: float, coarse: float) -> float:

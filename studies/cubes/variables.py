@@ -341,13 +341,12 @@ CONVERGED_UNCERTAINTY = _converged(
 )
 MESH_PART = _converged(
     "{quantity}_converged_uncertainty_mesh",
-    "part of the uncertainty: grid convergence index, or at least the spread of the finest resolutions and what "
-    "their noise leaves open",
+    "part of the uncertainty: error left by the mesh, and what the scatter over offsets makes of the value",
     lambda point: point.mesh,
 )
 OFFSETS_PART = _converged(
     "{quantity}_converged_uncertainty_offsets",
-    "part of the uncertainty: scatter over sub-cell offsets at the finest resolution",
+    "part of the uncertainty: scatter of the mean over sub-cell offsets at the finest resolution",
     lambda point: point.offsets,
 )
 MEASUREMENT_PART = _converged(

@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from studies.convergence.orders import FORMAL_ORDER, ORDERS
 from studies.convergence.richardson import (
     ASSUMED_ORDER,
-    ORDERS,
+    COVERAGE,
+    LEFT,
     SAFETY,
     SAFETY_UNOBSERVED,
     VERDICTS,
@@ -53,12 +55,13 @@ RULES = (
     f"value, with a factor of safety of {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a "
     f"factor of {SAFETY_UNOBSERVED:g} are assumed. A point is converging if the order lies between {ORDERS[0]:g} and "
     f"{ORDERS[1]:g} and the differences exceed the scatter; only then is a number extrapolated, and it is the value. "
-    "Elsewhere the value is that of the finest resolution, and the mesh error is the largest of three numbers: the "
-    "range of the three finest values, the scatter behind the finest difference, and that difference over its ratio "
-    f"of cells to the power {ORDERS[0]:g} less one, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the "
-    f"observed order is below {ORDERS[0]:g} (the factors of Eça and Hoekstra 2014, J. Comput. Phys. 262, 104). With "
-    "three resolutions the mesh error also reaches the farthest limit of any power law of an order from "
-    f"{ORDERS[0]:g} to {ORDERS[1]:g} that passes each value within its scatter. Where some runs have nothing to "
+    "Elsewhere the value is that of the finest resolution. The mesh error has two parts: "
+    f"{COVERAGE:g} times what the scatter makes of the value, and the error that is left. Of an extrapolated value that "
+    f"is {LEFT:g} of the correction, and at least the distance to the limit of any order from {ASSUMED_ORDER:g} to "
+    f"{FORMAL_ORDER:g} that fits the three values within their scatter. Of other values it is the largest error that such "
+    f"an order gives; where none fits, it is the error of order {ASSUMED_ORDER:g}, or of a lower observed one down to "
+    f"{ORDERS[0]:g}, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the order is lower still (the factors of Eça "
+    "and Hoekstra 2014, J. Comput. Phys. 262, 104). Where some runs have nothing to "
     "measure and others do, nothing is extrapolated and the mesh error is unknown."
 )
 NO_MESH_ERROR = (
