@@ -56,12 +56,12 @@ RULES = (
     f"factor of {SAFETY_UNOBSERVED:g} are assumed. A point is converging if the order lies between {ORDERS[0]:g} and "
     f"{ORDERS[1]:g} and the differences exceed the scatter; only then is a number extrapolated, and it is the value. "
     "Elsewhere the value is that of the finest resolution. The mesh error has two parts: "
-    f"{COVERAGE:g} times what the scatter makes of the value, and the error that is left. Of an extrapolated value that "
-    f"is {LEFT:g} of the correction, and at least the distance to the limit of any order from {ASSUMED_ORDER:g} to "
-    f"{FORMAL_ORDER:g} that fits the three values within their scatter. Of other values it is the largest error that such "
-    f"an order gives; where none fits, it is the error of order {ASSUMED_ORDER:g}, or of a lower observed one down to "
-    f"{ORDERS[0]:g}, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the order is lower still (the factors of Eça "
-    "and Hoekstra 2014, J. Comput. Phys. 262, 104). Where some runs have nothing to "
+    f"{COVERAGE:g} times what the scatter makes of the value, and the error that is left. Of an extrapolated value "
+    f"that is {LEFT:g} of the correction, and at least the distance to the limit of any order from {ASSUMED_ORDER:g} "
+    f"to {FORMAL_ORDER:g} that fits the three values within their scatter. Of other values it is the largest error "
+    f"that such an order gives; where none fits, it is the error of order {ASSUMED_ORDER:g}, or of a lower observed "
+    f"one down to {ORDERS[0]:g}, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the order is lower still (the "
+    "factors of Eça and Hoekstra 2014, J. Comput. Phys. 262, 104). Where some runs have nothing to "
     "measure and others do, nothing is extrapolated and the mesh error is unknown."
 )
 NO_MESH_ERROR = (

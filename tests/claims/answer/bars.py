@@ -11,9 +11,9 @@ COVERED, WIDEST = 0.94, 3.0
 
 @claim(
     "bars",
-    says="error bars of three grids hold the limit of at least 94 % of synthetic series (monotone of order 1 to 2, steeper "
-    "than 3, within the scatter of the offsets, noisy, with the coarsest grid outside of the asymptotic range), and their "
-    "median is at most three times the root mean square of the true errors",
+    says="error bars of three grids hold the limit of at least 94 % of synthetic series (monotone of order 1 to 2, "
+    "steeper than 3, within the scatter of the offsets, noisy, with the coarsest grid outside the asymptotic range), "
+    "and their median is at most three times the root mean square of the true errors",
 )
 def bars() -> Iterator[Row]:
     for ratio, offsets in LAYOUTS:

@@ -20,7 +20,6 @@ from studies.convergence.richardson import (
     converge,
     levels_of,
 )
-
 from tests.studies.convergence.series import LAYOUTS, widths
 
 HALVING = (1.0, 2.0, 4.0)
