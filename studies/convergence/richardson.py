@@ -80,7 +80,7 @@ ASSUMED_ORDER = 1.0
 SAFETY, SAFETY_UNOBSERVED = 1.25, 3.0
 # Standard uncertainties within which the noise is believed to lie: more than the 2 of a known normal deviation, since a
 # few offsets tell it badly. Set with ``LEFT`` by synthetic series.
-COVERAGE = 2.5
+COVERAGE = 3.0
 # Of the correction that an extrapolation makes, what it may have got wrong. Stern et al. (2001), J. Fluids Eng. 123,
 # 793, keep the factor of safety less 1, a quarter; synthetic series whose coarsest grid is outside of the asymptotic
 # range ask for more.
