@@ -25,8 +25,8 @@ from solver.problem import Face, Problem
 from solver.state import Snapshot
 from studies.values.files import write_atomically
 
-# Particles of a section at most: a thousand across a picture of some hundred pixels.
-MOST = 100_000
+# Particles of a section at most: as many as a picture has pixels.
+MOST = 150_000
 END = -1  # in place of a moment
 STEPS = 65535  # of a position in its box
 HALF = 65504.0  # the largest number of half precision

@@ -19,6 +19,7 @@ from studies.reports.drawing import Gallery, colour_keys, ramps
 from studies.reports.figures import Figure, Panel, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.plot import plot
+from studies.reports.sketches import growth_sketch, setup_sketch
 from studies.reports.view import Scale
 from studies.values.formats import display_of, kind_of, printed, printed_in, with_unit
 
@@ -97,6 +98,8 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
             report=Node(report),
             draw=lambda run, picture, *, full: gallery.picture(bare(run), bare(picture), full=full),
             ramps=ramps(),
+            setup=lambda document: setup_sketch(bare(document)),
+            growth=lambda document: growth_sketch(bare(document)),
             colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
             drawings=[_script_json(drawing) for drawing in drawings],
             plotly=Markup(_file("static", "plotly-basic.min.js")),

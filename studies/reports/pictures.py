@@ -19,9 +19,10 @@ from studies.cubes import variables as cubes
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.reports.points import axes_of, by_run, places_of, refinements_of, simulated
 from studies.reports.raster import Frame
+from studies.reports.setup import setup_of, upward, values_of
 from studies.reports.view import spread, title_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
-from studies.values.formats import display_of, printed, printed_in
+from studies.values.formats import digits, display_of, printed, printed_in
 
 Document = dict[str, Any]
 
@@ -29,12 +30,21 @@ MOST_RUNS = 30  # thumbnails; beyond, runs of the finest resolution, evenly
 MOST_FULL = 4  # runs in full size
 MOST_DEBRIS = 2  # states before the end
 
-UNITS = {"temperature": "K", "pressure": "Pa", "density": "kg m-3", "speed": "m s-1"}
+# Unit of each field's numbers for people, and its factor from SI.
+SHOWN = {
+    "plastic_strain": ("", 1.0),
+    "temperature": ("K", 1.0),
+    "pressure": ("GPa", 1e-9),
+    "density": ("kg/m³", 1.0),
+    "speed": ("km/s", 1e-3),
+}
 THUMBNAIL_FIELDS = {"debris": "speed", "end": "plastic_strain"}
 
 # Measured lengths that a picture shows: across the axis, or along it from the original surface or the wall.
 ACROSS = ("hole_diameter", "crater_diameter", "mushroom_diameter")
 ALONG = ("crater_depth", "final_length")
+
+WINDOW = "settled_window"  # the parameter: time over which growth is judged
 
 # Shares of the shown matter below (and above) which colours end: single particles do not set the scale.
 OUTLIERS = 0.02
@@ -60,24 +70,32 @@ class Shown:
 
 def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
     """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
+    setup = setup_of(dataset)
+    sign = upward(setup)
     shown = [_shown(dataset, number, files) for number in _chosen(dataset)]
     kept = [run for run in shown if run.sections]
     full = [run.number for run in spread(kept, MOST_FULL)]
-    frames = {kind: _frames(kept, kind) for kind in ("end", "debris")}
+    frames = {kind: _frames(kept, kind, sign) for kind in ("end", "debris")}
     limits = {kind: _limits(kept, kind) for kind in ("end", "debris")}
     runs = []
     for run in shown:
-        pictures = list(_pictures(run, frames, limits, full=run.number in full))
+        pictures = list(_pictures(run, frames, limits, sign=sign, full=run.number in full))
+        is_full = run.number in full
         runs.append(
             {
                 "run": run.number,
                 "title": run.title,
                 "missing": run.missing or None,
-                "full": run.number in full,
+                "full": is_full,
+                "growth": _growth(dataset, run) if is_full else None,
                 "pictures": pictures,
             }
         )
-    return {"runs": runs, "left_out": dataset.run_state.size - len(runs)}
+    return {
+        "setup": setup,
+        "runs": runs,
+        "left_out": dataset.run_state.size - len(runs),
+    }
 
 
 def first_of_kinds(document: Document) -> list[Document]:
@@ -146,6 +164,7 @@ def _pictures(
     frames: Mapping[str, Mapping[int, Frame]],
     limits: Mapping[str, Mapping[str, tuple[float, float]]],
     *,
+    sign: float,
     full: bool,
 ) -> Iterator[Document]:
     """The pictures of a run: debris in the order of time, then the end, in all fields where it is shown in full."""
@@ -158,7 +177,10 @@ def _pictures(
             yield {"kind": kind, "missing": _why_missing(run.sections, asked)}
             continue
         for field in FIELDS if full and kind == "end" else (THUMBNAIL_FIELDS[kind],):
-            yield _picture(run, section, kind, field, frames[kind][run.number], limits[kind][field])
+            picture = _picture(
+                run, section, kind, field, frames[kind][run.number], limits[kind][field]
+            )
+            yield {**picture, "sign": sign}
 
 
 def _picture(
@@ -170,19 +192,18 @@ def _picture(
     limits: tuple[float, float],
 ) -> Document:
     lengths = run.lengths if kind == "end" else {}
-    unit = UNITS.get(field, "1")
+    unit, factor = SHOWN[field]
     label = field.replace("_", " ")
     time = f"{printed_in(float(f'{section.time:.3g}'), 's')} {display_of('s').unit}"
-    low, high = (printed_in(limit, unit) for limit in limits)
+    low, high = (digits(float(f"{limit * factor:.6g}")) for limit in limits)
     measured = "; ".join(
         f"{name.replace('_', ' ')} {printed(value, 'length')} {display_of('m').unit}"
         for name, value in lengths.items()
     )
     scene = "Section at the end" if kind == "end" else "Section of the debris"
     where = f", {run.title}" if run.title else ""
-    alt = (
-        f"{scene} ({time}){where}, coloured by {label} from {low} to {high} {display_of(unit).unit}".rstrip()
-        + (f"; {measured}" if measured else "")
+    alt = f"{scene} ({time}){where}, coloured by {label} from {low} to {high} {unit}".rstrip() + (
+        f"; {measured}" if measured else ""
     )
     return {
         "kind": kind,
@@ -192,8 +213,10 @@ def _picture(
         "field": field,
         "label": label,
         "unit": unit,
+        "factor": factor,
         "limits": list(limits),
         "frame": asdict(frame),
+        "middle": _middle(run),
         "across": [_length(run, name) for name in ACROSS if name in lengths],
         "along": [_length(run, name) for name in ALONG if name in lengths],
         "alt": f"{alt}.",
@@ -202,6 +225,18 @@ def _picture(
 
 def _length(run: Shown, name: str) -> Document:
     return {"quantity": name, "label": name.replace("_", " "), "value": run.lengths[name]}
+
+
+def _middle(run: Shown) -> float:
+    """The middle of what is measured across at the end (m): of the widest gap in the last body, or the axis."""
+    end = run.sections.at(END) if run.sections else None
+    if run.sections is None or run.sections.mirrored or end is None:
+        return 0.0
+    across = np.sort(end.position[end.body == len(run.sections.bodies) - 1, 0])
+    if across.size < 2:
+        return 0.0
+    widest = int(np.argmax(np.diff(across)))
+    return float(0.5 * (across[widest] + across[widest + 1]))
 
 
 def _why_missing(sections: Sections, asked: float) -> str:
@@ -213,12 +248,48 @@ def _why_missing(sections: Sections, asked: float) -> str:
     return f"no picture: the state at {when} was not kept when the run was resumed"
 
 
+def _growth(dataset: xr.Dataset, run: Shown) -> Document | None:
+    """The histories of what a run's pictures show, and the last window, in which growth was judged."""
+    lines = []
+    for name in run.lengths:
+        if cubes.HISTORY.is_in(dataset, name):
+            rows = (cubes.HISTORY_TIME, cubes.HISTORY)
+            time, value = (
+                variable.of(dataset, name).values.reshape(dataset.run_state.size, -1)[run.number]
+                for variable in rows
+            )
+            kept = np.isfinite(time)
+            lines.append(
+                {
+                    "quantity": name,
+                    "label": name.replace("_", " "),
+                    "time": time[kept].tolist(),
+                    "value": [v if math.isfinite(v) else None for v in value[kept].tolist()],
+                }
+            )
+    lines = [each for each in lines if len(each["time"]) > 1]
+    if not lines:
+        return None
+    end = max(each["time"][-1] for each in lines)
+    lengths = values_of(dataset, WINDOW)
+    window = float(by_run(dataset, WINDOW)[run.number]) if lengths else math.nan
+    shown = [max(0.0, end - window), end] if math.isfinite(window) else None
+    labels = " and ".join(each["label"] for each in lines)
+    alt = f"Growth of {labels} during the run"
+    if shown:
+        alt += (
+            f"; shaded: the last {printed_in(window, 's')} {display_of('s').unit}, "
+            "in which growth decides whether they have settled"
+        )
+    return {"lines": lines, "window": shown, "alt": f"{alt}."}
+
+
 # ---- frames and colours --------------------------------------------------------------------------
 
 
-def _frames(runs: Sequence[Shown], kind: str) -> dict[int, Frame]:
+def _frames(runs: Sequence[Shown], kind: str, sign: float) -> dict[int, Frame]:
     """The frame of each run for a kind of picture: one for all, unless their sizes differ too much."""
-    frames = {run.number: frame for run in runs if (frame := _frame(run, kind))}
+    frames = {run.number: frame for run in runs if (frame := _frame(run, kind, sign))}
     if not frames:
         return {}
     widths = [frame.width for frame in frames.values()]
@@ -233,15 +304,16 @@ def _frames(runs: Sequence[Shown], kind: str) -> dict[int, Frame]:
     return dict.fromkeys(frames, same)
 
 
-def _frame(run: Shown, kind: str) -> Frame | None:
+def _frame(run: Shown, kind: str, sign: float) -> Frame | None:
     """The part of a run's sections that pictures of a kind show."""
     assert run.sections
     states = [state for state in run.sections.states if (state.moment == END) == (kind == "end")]
     states = [state for state in states if len(state.position)]
     if not states:
         return None
-    across = np.concatenate([np.abs(state.position[:, 0]) for state in states])
-    along = np.concatenate([state.position[:, 1] for state in states])
+    middle = _middle(run) if kind == "end" else 0.0
+    across = np.concatenate([np.abs(state.position[:, 0] - middle) for state in states])
+    along = sign * np.concatenate([state.position[:, 1] for state in states])
     strained = np.concatenate([state.fields["plastic_strain"] for state in states]) > STRAINED
     half = 1.05 * float(across.max())
     if kind == "debris" and math.isfinite(run.diameter):
@@ -251,15 +323,17 @@ def _frame(run: Shown, kind: str) -> Frame | None:
     moved = along[(across < half) & strained]
     if not moved.size:
         moved = along[across < half]
-    top, bottom = (float(at) for at in np.quantile(moved, [STRAY, 1.0 - STRAY]))
-    if kind == "end":
-        depths = [run.lengths[name] for name in ALONG if name in run.lengths]
-        bottom = max([bottom, *(1.1 * depth for depth in depths)])
+    ends = [float(at) for at in np.quantile(moved, [STRAY, 1.0 - STRAY])]
+    lengths = [run.lengths[name] for name in ALONG if name in run.lengths and kind == "end"]
     width, margin = 2.0 * half, 0.08 * half
-    top, bottom = top - margin, bottom + margin
-    bottom = min(bottom, top + TALLEST * width)
+    top, bottom = min(ends) - margin, max(ends) + margin
+    if not lengths:
+        bottom = min(bottom, top + TALLEST * width)
+    # Measured lengths are whole.
+    top = min([top, *(sign * length - margin for length in lengths)])
+    bottom = max([bottom, *(sign * length + margin for length in lengths)])
     missing = max(0.0, FLATTEST * width - (bottom - top))
-    return Frame(-half, half, top - 0.5 * missing, bottom + 0.5 * missing)
+    return Frame(middle - half, middle + half, top - 0.5 * missing, bottom + 0.5 * missing)
 
 
 def _limits(runs: Sequence[Shown], kind: str) -> dict[str, tuple[float, float]]:

@@ -103,6 +103,40 @@ class ObserverOptions:
 
 
 @dataclass(frozen=True)
+class Shape:
+    """The outline of a body before a run: a box or a disc in the plane through the axis, m."""
+
+    body: str  # the parameter that names its material; "wall" of what has none
+    left: float
+    right: float
+    top: float  # along the line of flight, towards which the projectile flies
+    bottom: float
+    is_disc: bool = False
+    heading: tuple[float, float] | None = None  # direction of its flight, across and along
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A length of the set-up with its two ends (across, along), m."""
+
+    parameter: str
+    begin: tuple[float, float]
+    end: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The set-up before a run, to scale, in the plane through the axis."""
+
+    shapes: tuple[Shape, ...]
+    dimensions: tuple[Dimension, ...]
+
+
+def _no_outline(values: Mapping[str, Any]) -> None:
+    return None
+
+
+@dataclass(frozen=True)
 class Scenario:
     """A physical set-up: its parameters, what is measured on it, and how it becomes a problem."""
 
@@ -119,6 +153,8 @@ class Scenario:
     estimate: Callable[[Any, Materials], Size]
     cells: Callable[[Any], dict[str, float]]  # across the diameter, through the thickness
     observer: ObserverOptions
+    # Of the parameters of a run by name; None without those that it needs.
+    outline: Callable[[Mapping[str, Any]], Outline | None] = _no_outline
 
     def describe(self) -> dict[str, Any]:
         """The scenario as plain values, for a catalogue."""

@@ -6,11 +6,12 @@ lattice cylinder differs by 1 %.
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from solver.units import Described
-from studies.scenarios import Setting, Size
+from studies.scenarios import Dimension, Outline, Setting, Shape, Size
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._numerics import (
     Numerics,
@@ -126,6 +127,23 @@ def check_extent(length: float, cell: float) -> list[Finding]:
 def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
     """Speed of an elastic wave of uniaxial strain, m/s."""
     return math.sqrt((bulk + 4.0 / 3.0 * shear) / density)
+
+
+def outline(values: Mapping[str, Any], *, length: str, diameter: str) -> Outline | None:
+    """A bar as it touches the wall; ``length`` and ``diameter`` are its parameters."""
+    high, wide = (values.get(name) for name in (length, diameter))
+    if not high or not wide:
+        return None
+    half = 0.5 * wide
+    bar = Shape("bar", -half, half, 0.0, high, heading=(0.0, -1.0))
+    wall = Shape("wall", -3.0 * half, 3.0 * half, -0.3 * half, 0.0)
+    return Outline(
+        (bar, wall),
+        (
+            Dimension(diameter, (-half, high), (half, high)),
+            Dimension(length, (half, 0.0), (half, high)),
+        ),
+    )
 
 
 def view(setting: Any, snapshot: Any) -> Any:

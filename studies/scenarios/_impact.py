@@ -7,11 +7,20 @@ so that lengths are exact; the masses of a body are scaled to the analytic mass,
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
-from studies.scenarios import ImpactSetting, Materials, Setting, Size
+from studies.scenarios import (
+    Dimension,
+    ImpactSetting,
+    Materials,
+    Outline,
+    Setting,
+    Shape,
+    Size,
+)
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._matter import (
     Fracture,
@@ -181,6 +190,33 @@ def filled(parameters: Parameters, **derived: float) -> Parameters:
 def filled_choices(parameters: Parameters) -> Parameters:
     """The parameters with all that their recipe chooses."""
     return filled_from(filled_numerics(parameters), IMPACT_RECIPES[parameters.recipe])
+
+
+def outline(values: Mapping[str, Any], *, thickness: str, radius: str) -> Outline | None:
+    """Projectile and target as they touch; ``thickness`` and ``radius`` are the target's parameters."""
+    diameter, depth, rim = (values.get(name) for name in ("projectile_diameter", thickness, radius))
+    if not diameter or not depth or not rim:
+        return None
+    length, angle = values.get("projectile_length") or diameter, values.get("obliquity") or 0.0
+    is_sphere = values.get("projectile_shape", "sphere") == "sphere"
+    half = 0.5 * diameter
+    projectile = Shape(
+        "projectile",
+        -half,
+        half,
+        -length,
+        0.0,
+        is_disc=is_sphere,
+        heading=(math.sin(angle), math.cos(angle)),
+    )
+    dimensions = [
+        Dimension("projectile_diameter", (-half, -length), (half, -length)),
+        Dimension(thickness, (rim, 0.0), (rim, depth)),
+        Dimension(radius, (0.0, depth), (rim, depth)),
+    ]
+    if not is_sphere:
+        dimensions.append(Dimension("projectile_length", (half, -length), (half, 0.0)))
+    return Outline((projectile, Shape("target", -rim, rim, 0.0, depth)), tuple(dimensions))
 
 
 def spacing(parameters: Impact) -> float:

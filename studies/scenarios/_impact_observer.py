@@ -17,8 +17,8 @@ FAST = 300.0
 # projectile diameters.
 MOMENTS = (1.5, 4.0)
 # Part of the target in pictures, in projectile diameters from the point of impact: plates of the default size are
-# whole, and craters of copper at 7 km/s have a third of it as their radius.
-REACH = 4.0
+# whole, and craters of copper at 7 km/s have half of it as their radius.
+REACH = 6.0
 
 
 def _rate(parameters: Any, setting: Any) -> ObservationRate:

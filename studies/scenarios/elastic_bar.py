@@ -5,6 +5,7 @@ A slender bar whose Poisson's ratio is 0 is one-dimensional: it leaves the wall 
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 from solver.units import (
@@ -174,4 +175,5 @@ SCENARIO = Scenario(
     estimate=_size,
     cells=_cells,
     observer=ObserverOptions(rate=_rate, view=bars.view),
+    outline=partial(bars.outline, length="bar_length", diameter="bar_diameter"),
 )

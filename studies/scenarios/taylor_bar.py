@@ -1,6 +1,7 @@
 """A metal bar flattens against a rigid wall: Taylor (1948), Ma (2005), section 2.3.2."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Annotated, Any, Literal
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
@@ -141,4 +142,5 @@ SCENARIO = Scenario(
     estimate=_size,
     cells=_cells,
     observer=ObserverOptions(rate=_rate, view=bars.view),
+    outline=partial(bars.outline, length="bar_length", diameter="bar_diameter"),
 )

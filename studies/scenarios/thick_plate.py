@@ -1,6 +1,7 @@
 """A projectile craters a thick block: Ma (2005), section 3.2."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated, ClassVar
 
 from solver.units import Described, Metre
@@ -10,6 +11,7 @@ from studies.scenarios._impact import (
     assemble,
     check_shot,
     filled,
+    outline,
     size,
     spacing,
 )
@@ -108,4 +110,5 @@ SCENARIO = Scenario(
     estimate=_size,
     cells=_cells,
     observer=IMPACT,
+    outline=partial(outline, thickness="target_depth", radius="target_radius"),
 )

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import Annotated
 
 from solver.units import Described, Metre, Radian
@@ -11,6 +12,7 @@ from studies.scenarios._impact import (
     assemble,
     check_shot,
     filled,
+    outline,
     size,
     spacing,
 )
@@ -120,4 +122,5 @@ SCENARIO = Scenario(
     estimate=_size,
     cells=_cells,
     observer=IMPACT,
+    outline=partial(outline, thickness="plate_thickness", radius="plate_radius"),
 )

@@ -4,6 +4,7 @@ import base64
 import io
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,9 @@ from studies.reports import page
 from studies.reports.pictures import MOST_FULL, MOST_RUNS
 from studies.reports.publish import publish_sweep
 from studies.reports.raster import VIRIDIS, Frame, nearest, png, ramp
+from studies.reports.setup import upward
 from studies.values.formats import printed
+from studies.values.parameters import Parameter
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Axis, Sweep
@@ -157,3 +160,60 @@ def test_page__of_a_report_without_sections_says_so_for_each_run(tmp_path: Path)
     runs = document["pictures"]["runs"]
     assert {run["missing"] for run in runs} == {"no picture: no section was kept with this run"}
     assert html == page.page(document)
+
+
+def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None:
+    sweep = fakes.holes(fixed={"projectile_diameter": 8e-3, "plate_radius": 28e-3})
+    catalogue = fakes.catalogue()
+    parameters = {**catalogue.parameters, "plate_radius": fakes.PARAMETERS["plate_thickness"]}
+    parameters["plate_radius"] = replace(parameters["plate_radius"], name="plate_radius")
+    catalogue = replace(catalogue, parameters=parameters)
+    files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)
+    setup = json.loads(Path(files["report.json"]).read_text())["pictures"]["setup"]
+    assert setup["labels"] == {
+        "projectile_diameter": "8 mm",
+        "plate_thickness": "2 to 4 mm",
+        "plate_radius": "28 mm",
+        "speed": "2 to 7 km/s",
+    }
+    html = Path(files["report.html"]).read_text()
+    drawn = re.search(r'<svg class="picture full setup".*?</svg>', html, re.DOTALL)
+    assert drawn
+    radius = float(re.findall(r'<circle class="body" [^>]*r="([\d.]+)"', drawn[0])[0])
+    wide, high = (
+        float(re.findall(rf'<rect class="body" [^>]*{name}="([\d.]+)"', drawn[0])[0])
+        for name in ("width", "height")
+    )
+    assert 2 * radius / wide == pytest.approx(8 / 56, rel=0.01)
+    assert high / wide == pytest.approx(2 / 56, rel=0.03)
+
+
+def test_growth__shades_the_window_in_which_it_is_judged(tmp_path: Path) -> None:
+    sweep = Sweep((Axis("speed", "m s-1", (2e3, 3e3)),))
+    sweep = replace(sweep, fixed={**sweep.fixed, "settled_window": 5e-6})
+    catalogue = fakes.catalogue()
+    window = Parameter(name="settled_window", kind="quantity", unit="s", meaning="window")
+    catalogue = replace(catalogue, parameters={**catalogue.parameters, window.name: window})
+    file = solved("thin_plate") / "sections.npz"
+    sections = {point.run.id: file for point in sweep.runs()}
+    files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue, sections)
+    [growth, _] = [
+        run["growth"]
+        for run in json.loads(Path(files["report.json"]).read_text())["pictures"]["runs"]
+    ]
+    assert growth["window"] == pytest.approx([35e-6, 40e-6])
+    html = Path(files["report.html"]).read_text()
+    shaded = re.search(r'<rect class="window" x="([\d.]+)" y="\d+" width="([\d.]+)"', html)
+    ticks = dict(re.findall(r'<text class="tick" x="([\d.]+)" y="227"[^>]*>(\d+)<', html))
+    at = {int(time): float(x) for x, time in ticks.items()}
+    assert shaded
+    left, width = (float(number) for number in shaded.groups())
+    scale = (at[40] - at[0]) / 40.0
+    assert left == pytest.approx(at[0] + 35 * scale, abs=0.3)
+    assert width == pytest.approx(5 * scale, abs=0.3)
+
+
+def test_upward__is_where_a_body_flies_against_its_coordinate() -> None:
+    setup = {"outline": {"shapes": [{"heading": (0.0, -1.0)}, {"heading": None}]}}
+    assert upward(setup) == -1.0
+    assert upward(None) == 1.0

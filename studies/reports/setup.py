@@ -1,0 +1,77 @@
+"""The set-up of a report's runs before impact, to scale, with its dimensions and what the sweep varies."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import xarray as xr
+
+from studies import scenarios
+from studies.cubes import variables as cubes
+from studies.reports.points import by_run, plain
+from studies.values.errors import InvalidInput
+from studies.values.quantities import readable
+
+Document = dict[str, Any]
+
+
+def setup_of(dataset: xr.Dataset) -> Document | None:
+    """The set-up of the first run: outlines, dimensions, speed and materials; None where the scenario draws none."""
+    values = {name: values_of(dataset, name) for name in _parameters(dataset)}
+    first = {name: each[0] for name, each in values.items() if each}
+    try:
+        scenario = scenarios.load(dataset.attrs["scenario"])
+    except InvalidInput:  # a scenario of another version
+        return None
+    outline = scenario.outline(first)
+    if outline is None:
+        return None
+    names = dict.fromkeys([d.parameter for d in outline.dimensions])
+    labels = {
+        name: _label(dataset, name, values[name]) for name in (*names, "speed") if values.get(name)
+    }
+    bodies = [shape.body for shape in outline.shapes if shape.body in scenario.materials]
+    materials = {body: _texts(values[body]) for body in bodies if values.get(body)}
+    spoken = [f"{name.replace('_', ' ')} {label}" for name, label in labels.items()]
+    spoken += [f"{body} of {text}" for body, text in materials.items()]
+    return {
+        "outline": asdict(outline),
+        "labels": labels,
+        "materials": materials,
+        "alt": f"The set-up of the first run, to scale: {'; '.join(spoken)}.",
+    }
+
+
+def upward(setup: Document | None) -> float:
+    """The factor that makes the coordinate along the line of flight point down: -1 where a body flies against it."""
+    shapes = setup["outline"]["shapes"] if setup else ()
+    return -1.0 if any((shape["heading"] or (0, 1))[1] < 0 for shape in shapes) else 1.0
+
+
+def values_of(dataset: xr.Dataset, parameter: str) -> list[float | str]:
+    """The values of a parameter over the runs, each once, the first run's first; none where no run has it."""
+    name = cubes.variable_name(parameter)
+    if name not in dataset.variables:
+        return []
+    values = [plain(value) for value in by_run(dataset, name)]
+    return [value for value in dict.fromkeys(values) if value not in ("", "nan") and value == value]
+
+
+def _parameters(dataset: xr.Dataset) -> Mapping[str, Any]:
+    parameters: Mapping[str, Any] = json.loads(dataset.attrs["vocabulary"])["parameters"]
+    return parameters
+
+
+def _label(dataset: xr.Dataset, parameter: str, values: Sequence[float | str]) -> str:
+    """A length or a speed in the unit that people read, with its range where the sweep varies it."""
+    unit = dataset[cubes.variable_name(parameter)].attrs["units"]
+    low, high = (readable(end, unit) for end in (min(map(float, values)), max(map(float, values))))
+    if low == high:
+        return low
+    number, _, name = low.partition(" ")
+    return f"{number if high.endswith(f' {name}') else low} to {high}"
+
+
+def _texts(values: Sequence[float | str]) -> str:
+    return ", ".join(str(value) for value in values[:3]) + (", …" if len(values) > 3 else "")
