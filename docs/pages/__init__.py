@@ -1,6 +1,6 @@
 """The pages of docs/ that a command makes, from what the project ships and from results that were computed once.
 
-``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute shots`` (or ``verification``)
+``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute shots`` (or ``accuracy``)
 computes the results behind a page anew, into ``docs/results/``; that takes minutes to hours.
 
 How to add a page: a module here that offers ``page()``, its Markdown, and ``drawings()``, its SVG by name of file; and

@@ -3,10 +3,10 @@
 import sys
 from pathlib import Path
 
-from docs.pages import DOCS, shots
+from docs.pages import DOCS, accuracy, laws, measurements, shots
 
-PAGES = {"shots": shots}
-COMPUTED = {"shots": shots}
+PAGES = {"laws": laws, "measurements": measurements, "shots": shots}
+COMPUTED = {"accuracy": accuracy, "shots": shots}
 
 
 def main(arguments: list[str]) -> None:

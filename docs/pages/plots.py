@@ -1,6 +1,7 @@
 """Plots of the pages, as SVG that reads on light and dark paper: grey lines, system fonts, no clock in the file."""
 
 import io
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -20,10 +21,10 @@ STYLE: dict[Any, Any] = {
     "grid.alpha": 0.25,
     "xtick.color": GREY,
     "ytick.color": GREY,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
     "figure.constrained_layout.use": True,
 }
+
+LEGEND: dict[str, Any] = {"frameon": False, "labelcolor": GREY, "fontsize": 9}
 
 Points = Sequence[tuple[float, float]]
 
@@ -37,7 +38,7 @@ def residuals(panels: Sequence[tuple[str, Mapping[str, Points]]]) -> str:
             if points:
                 axis.plot(*zip(*points, strict=True), mark, ms=4, color=colour, label=name)
         axis.set(title=title, xlabel="speed (m/s)", ylabel="difference (%)")
-        axis.legend()
+        axis.legend(**LEGEND)
     return close()
 
 
@@ -57,3 +58,24 @@ def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Ca
         return buffer.getvalue()
 
     return axes, close
+
+
+def curves(
+    panels: Sequence[tuple[str, Sequence[tuple[str, Sequence[tuple[float, float, bool]]]]]],
+    *,
+    xlabel: str,
+    ylabel: str,
+) -> str:
+    """Panels side by side with lines (x, y, whether inside the range) of each label, dotted outside; one legend."""
+    axes, close = _figure(1, len(panels), (9.0, 4.6))
+    labels = list(dict.fromkeys(label for _, lines in panels for label, _ in lines))
+    for axis, (title, lines) in zip(axes, panels, strict=True):
+        for label, points in lines:
+            colour, x = COLOURS[labels.index(label)], [place for place, _, _ in points]
+            inside = [y if within else math.nan for _, y, within in points]
+            axis.plot(x, [y for _, y, _ in points], ":", color=colour, lw=1.5)
+            axis.plot(x, inside, "-", color=colour, lw=2)
+        axis.set(title=title, xlabel=xlabel, ylabel=ylabel)
+    handles = [axes[0].plot([], [], color=colour)[0] for colour in COLOURS[: len(labels)]]
+    axes[0].figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), **LEGEND)
+    return close()

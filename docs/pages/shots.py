@@ -172,7 +172,7 @@ def page() -> str:
         + ", ".join(f"{TITLES[name]}: `{word}`" for name, word in document["accuracy"].items())
         + ".\n",
         "## Bias and scatter\n",
-        _summary(shots),
+        summary(shots),
         "A shot contradicts a slower one of its series where the faster bar is the longer one; the last three columns "
         "leave these out. Reading the published figures is uncertain by 0.1 mm in a length and 0.2 mm in a diameter. "
         "Holes are quoted at second hand, and their alloys are not stated.\n",
@@ -184,7 +184,8 @@ def page() -> str:
     return "\n".join(parts)
 
 
-def _summary(shots: Rows) -> str:
+def summary(shots: Rows) -> str:
+    """Bias and scatter of each table and quantity."""
     header = [
         "shots of",
         "quantity",

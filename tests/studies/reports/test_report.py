@@ -167,6 +167,12 @@ def test_text_of_a_user__cannot_become_markup() -> None:
     assert html.count("</script>") == page.page(document_of(cube_of("one run"))).count("</script>")
 
 
+def test_page__is_made_of_a_sweep_that_fixes_nothing() -> None:
+    document = document_of(cube_of("one run"))
+    del document["provenance"]["sweep"]["fixed"]
+    assert "<dt>Fixed</dt>" in page.page(document)
+
+
 def test_template__refuses_a_number_without_a_format() -> None:
     template = page.environment().from_string("{{ report.n }}")
     with pytest.raises(TypeError, match="without a format"):

@@ -1,0 +1,179 @@
+"""docs/measurements.md: the definition of every measurement that ships, with a drawing."""
+
+from docs.pages import MADE
+from docs.pages.sketch import WIDTH, Sketch
+from studies import measurements, scenarios
+
+SCENARIOS = {
+    "thin_plate": ("perforation", "A hole in a thin plate", "section along the line of flight"),
+    "thick_plate": ("crater", "A crater in a thick block", "section along the line of flight"),
+    "taylor_bar": ("taylor-bar", "A Taylor bar", "the bar at the end, on its wall"),
+    "elastic_bar": ("elastic-bar", "An elastic bar", "push of the wall against time, and where the energy went"),
+    "plate_impact": ("plate-impact", "A plate impact", "pressure across flyer and target before waves return"),
+}  # fmt: skip
+
+
+def page() -> str:
+    """docs/measurements.md."""
+    parts = [
+        "# Measurements\n",
+        MADE.format(source="`studies/measurements/`"),
+        "Numbers that are read off the state of a run. Each carries the parts of its uncertainty and the flags that "
+        "speak against it. Its version rises when its definition changes; stored states are then measured again "
+        "([how](how-to.md#measure-again)). An edge stands where a density, averaged over a cell, falls to half of its "
+        "undisturbed value, unless the definition says otherwise.\n",
+    ]
+    for scenario, (file, title, caption) in SCENARIOS.items():
+        parts += [f"## {title}\n", f"![{title}: {caption}](drawings/{file}.svg)\n"]
+        for name in scenarios.load(scenario).measurements:
+            each = measurements.load(name)
+            unit = "ratio" if each.unit == "1" else each.unit
+            parts += [
+                f"**`{name}`** ({unit}, version {each.version}): {each.title}. "
+                f"{each.meaning[0].upper()}{each.meaning[1:]}.\n"
+            ]
+    return "\n".join(parts)
+
+
+def drawings() -> dict[str, str]:
+    """A drawing for each scenario."""
+    sketches = (_perforation(), _crater(), _taylor_bar(), _elastic_bar(), _plate_impact())
+    files = (file for file, _, _ in SCENARIOS.values())
+    return {f"{file}.svg": sketch.svg() for file, sketch in zip(files, sketches, strict=True)}
+
+
+def _perforation() -> Sketch:
+    sketch = Sketch("Diameters of a hole")
+    wall = [(20, 120), (180, 120), (204, 88), (220, 80), (228, 104), (223, 135), (225, 150), (240, 168),
+            (232, 205), (206, 212), (190, 180), (20, 180)]  # fmt: skip
+    sketch.shape(wall)
+    sketch.shape([(WIDTH - x, y) for x, y in wall])
+    sketch.dashed(20, 150, WIDTH - 20, 150)
+    sketch.dashed(0.5 * WIDTH, 20, 0.5 * WIDTH, 310)
+    sketch.text(0.5 * WIDTH + 8, 32, "axis of the hole", "start")
+    sketch.text(24, 112, "impact side", "start")
+    for name, edge, y in (
+        ("hole_diameter_lip", 218, 62),
+        ("hole_diameter_midplane", 225, 150),
+        ("hole_diameter", 240, 238),
+        ("hole_diameter_clear", 240, 308),
+        ("hole_diameter_areal", 229, 274),
+    ):
+        if name in measurements.names():
+            sketch.dashed(edge, 80, edge, y)
+            sketch.dashed(WIDTH - edge, 80, WIDTH - edge, y)
+            sketch.across(edge, WIDTH - edge, y, name)
+    return sketch
+
+
+def _crater() -> Sketch:
+    sketch = Sketch("Depth and diameter of a crater")
+    wall = [
+        (160, 90),
+        (176, 62),
+        (192, 58),
+        (204, 90),
+        (214, 140),
+        (245, 195),
+        (290, 228),
+        (340, 238),
+    ]
+    whole = wall + [(WIDTH - x, y) for x, y in reversed(wall[:-1])]
+    sketch.shape([(20, 90), *whole, (WIDTH - 20, 90), (WIDTH - 20, 310), (20, 310)])
+    sketch.dashed(20, 90, WIDTH - 20, 90)
+    sketch.text(24, 84, "original surface", "start")
+    sketch.across(204, WIDTH - 204, 90, "crater_diameter")
+    sketch.dashed(326, 90, 326, 250)
+    sketch.dashed(354, 90, 354, 250)
+    sketch.along(340, 90, 238, "crater_depth")
+    sketch.text(340, 268, "column of a quarter of the projectile's diameter")
+    sketch.text(
+        340, 292, "crater_depth_over_diameter = crater_depth / crater_diameter", colour="#0072b2"
+    )
+    return sketch
+
+
+def _taylor_bar() -> Sketch:
+    sketch = Sketch("Final shape of a Taylor bar", 360)
+    side = [(300, 30), (300, 170), (292, 220), (276, 262), (252, 290), (236, 310)]
+    sketch.shape(side + [(WIDTH - x, y) for x, y in reversed(side)])
+    sketch.path([(120, 310), (560, 310)])
+    sketch.text(124, 328, "wall", "start")
+    sketch.along(420, 30, 310, "final_length")
+    sketch.across(236, 444, 338, "mushroom_diameter")
+    sketch.across(276, 404, 262, "width_at_fifth")
+    sketch.along(140, 262, 310, "0.2 L")
+    sketch.text(124, 346, "L: initial length", "start")
+    sketch.text(660, 60, "taylor_error: mean of the relative", "end", "#0072b2")
+    sketch.text(660, 78, "errors of the three lengths", "end", "#0072b2")
+    return sketch
+
+
+def _elastic_bar() -> Sketch:
+    sketch = Sketch("Push of the wall, and shares of the energy")
+    push = [(60, 200), (66, 62), (90, 72), (120, 60), (160, 70), (240, 62), (290, 72), (310, 150)]
+    sketch.path([*push, (324, 222), (340, 200), (600, 200)])
+    sketch.dashed(40, 200, 620, 200)
+    sketch.dashed(60, 133, 520, 133)
+    sketch.text(518, 128, "half of the mean push", "end")
+    sketch.text(44, 40, "push of the wall", "start")
+    sketch.text(618, 192, "time", "end")
+    sketch.across(60, 306, 170, "contact_time")
+    sketch.along(324, 200, 222, "wall_pull, over the largest push")
+    rebound = "rebound_momentum: momentum away from the wall, over the initial one towards it"
+    sketch.text(60, 268, rebound, "start", "#0072b2")
+    x = 60.0
+    shares = (
+        ("rigid_energy", 190, "#7f7f7f99"),
+        ("vibration_energy", 140, "#7f7f7f66"),
+        ("strain_energy", 120, "#7f7f7f44"),
+        ("lost_energy", 110, "#7f7f7f22"),
+    )
+    for name, width, fill in shares:
+        sketch.shape([(x, 290), (x + width, 290), (x + width, 318), (x, 318)], fill)
+        sketch.text(x + 0.5 * width, 308, name, colour="#0072b2")
+        x += width
+    return sketch
+
+
+def _plate_impact() -> Sketch:
+    sketch = Sketch("Plateau and fronts of a plate impact", 380)
+    sketch.shape([(220, 80), (320, 80), (320, 230), (220, 230)], "#7f7f7f33")
+    sketch.shape([(360, 80), (470, 80), (470, 230), (360, 230)], "#7f7f7f33")
+    sketch.path(
+        [
+            (40, 230),
+            (178, 230),
+            (190, 155),
+            (200, 80),
+            (490, 80),
+            (502, 155),
+            (514, 230),
+            (640, 230),
+        ]
+    )
+    sketch.dashed(340, 40, 340, 372)
+    sketch.text(340, 34, "impact face")
+    sketch.text(44, 248, "flyer", "start")
+    sketch.text(636, 248, "target", "end")
+    sketch.text(340, 70, "plateau_pressure, plateau_scatter, plateau_velocity", colour="#0072b2")
+    for x, body in ((270, "flyer"), (415, "target")):
+        sketch.text(x, 140, f"{body}_density", colour="#0072b2")
+    sketch.across(220, 320, 200, "mass / volume")
+    sketch.across(360, 470, 200, "mass / volume")
+    sketch.text(340, 318, "mass / volume between the outermost layers of the plateau:")
+    sketch.text(
+        340, 336, "flyer_density_from_spacing, target_density_from_spacing", colour="#0072b2"
+    )
+    sketch.dashed(190, 155, 190, 280)
+    sketch.dashed(502, 155, 502, 280)
+    sketch.across(190, 340, 276, "flyer_shock_front")
+    sketch.across(340, 502, 276, "target_shock_front")
+    sketch.text(340, 296, "fronts where the pressure falls to half")
+    sketch.text(
+        340,
+        364,
+        "flyer_shock_speed, target_shock_speed: slope of the front's path",
+        colour="#0072b2",
+    )
+    return sketch

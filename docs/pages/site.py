@@ -1,0 +1,65 @@
+"""A hook of mkdocs: README and its neighbours become pages, links lead to pages, and equations become MathML."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+PAGES = {
+    "README.md": "index.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md",
+}
+
+# Code, which is left alone, or an equation between dollar signs as GitHub has them.
+PARTS = re.compile(
+    r"(?P<code>^```.*?^```|`[^`]*`)|\$\$(?P<block>.+?)\$\$|\$(?P<inline>\S(?:[^$\n]*?\S)?)\$",
+    re.MULTILINE | re.DOTALL,
+)
+LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add the pages that stand outside of docs/."""
+    from mkdocs.structure.files import File
+
+    for name, page in PAGES.items():
+        text = (ROOT / name).read_text(encoding="utf-8")
+        files.append(File.generated(config, page, content=relinked(text, from_root=True)))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
+    """Links and equations of a page."""
+    return with_equations(relinked(markdown))
+
+
+def relinked(markdown: str, *, from_root: bool = False) -> str:
+    """Links of a file of the project as links between pages; a file that is no page is left as its text."""
+
+    def link(match: re.Match[str]) -> str:
+        image, text, target = match.groups()
+        file, mark, anchor = target.partition("#")
+        inside = not from_root and not file.startswith("../")
+        if inside or not file or "://" in target:
+            return match[0]
+        path = file.removeprefix("../")
+        page = path.removeprefix("docs/") if path.startswith("docs/") else PAGES.get(path)
+        return f"{image}[{text}]({page}{mark}{anchor})" if page else text
+
+    return LINK.sub(link, markdown)
+
+
+def with_equations(markdown: str) -> str:
+    """Equations between dollar signs as MathML."""
+    from latex2mathml.converter import convert
+
+    def part(match: re.Match[str]) -> str:
+        if match["code"]:
+            return match[0]
+        if match["block"]:
+            return f"<div>{convert(match['block'].strip(), display='block')}</div>"
+        # Markdown takes <math> at the begin of a line for a block.
+        return f"<span>{convert(match['inline'])}</span>"
+
+    return PARTS.sub(part, markdown)

@@ -1,0 +1,93 @@
+"""The pages of docs/: the site builds strictly, loads nothing from a network, and made pages are current."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from docs.pages import DOCS, laws, measurements, shots
+from docs.pages import site as hook
+from studies import measurements as measured
+from tests.acceptance.checks.pages import pages
+
+ROOT = DOCS.parent
+MADE = {"laws": laws, "measurements": measurements, "shots": shots}
+LOADED = re.compile(r"""(?:src|href)=["'](https?:)?//""")  # of scripts, styles and pictures
+PATH = re.compile(r"`((?:solver|studies|service|tests|docs)/[\w/.-]+)`")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The built pages; a link that leads nowhere ends the build."""
+    from mkdocs.commands.build import build
+    from mkdocs.config import load_config
+
+    folder = tmp_path_factory.mktemp("site")
+    build(load_config(str(ROOT / "mkdocs.yml"), strict=True, site_dir=str(folder)))
+    return folder
+
+
+def test_site__has_every_page_and_loads_nothing_from_a_network(site: Path) -> None:
+    pages = {page.name for page in site.glob("*.html")}
+    assert pages >= {f"{page.stem}.html" for page in DOCS.glob("*.md")} | {"index.html"}
+    for page in site.glob("*.html"):
+        head = re.findall(r"<(?:script|link|img)[^>]*>", page.read_text(encoding="utf-8"))
+        assert not [element for element in head if LOADED.search(element)], page.name
+
+
+def test_site__has_equations_as_mathml(site: Path) -> None:
+    text = (site / "theory.html").read_text(encoding="utf-8")
+    assert text.count("<math") > 50
+    assert "$" not in re.sub(r"<(script|code|pre).*?</\1>", "", text, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("name", MADE)
+def test_made_page__is_what_the_command_makes_now(name: str) -> None:
+    """``python -m docs.pages`` writes them."""
+    assert (DOCS / f"{name}.md").read_text(encoding="utf-8") == MADE[name].page()
+
+
+def test_drawings__have_a_name_for_every_measurement() -> None:
+    drawn = " ".join(measurements.drawings().values())
+    for name in measured.names():
+        assert re.search(rf"\b{name}\b", drawn), name
+
+
+@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+def test_pages__name_files_that_are_there(page: Path) -> None:
+    for path in PATH.findall(page.read_text(encoding="utf-8")):
+        assert (ROOT / path).exists(), path
+
+
+def test_links__of_files_outside_of_the_pages_lead_to_pages_or_are_text() -> None:
+    text = "[a](docs/solver.md#x), [b](LICENSE), [c](CONTRIBUTING.md) and [d](https://e.org)"
+    assert hook.relinked(text, from_root=True) == (
+        "[a](solver.md#x), b, [c](contributing.md) and [d](https://e.org)"
+    )
+
+
+def test_shots__bias_and_scatter_are_those_of_the_table() -> None:
+    """By other means: numpy over the rows of the stored table."""
+    rows = shots.stored()["shots"]
+    text = (DOCS / "shots.md").read_text(encoding="utf-8")
+    for name, title in shots.TITLES.items():
+        for quantity in {row["quantity"] for row in rows if row["table"] == name}:
+            mine = [row for row in rows if (row["table"], row["quantity"]) == (name, quantity)]
+            pairs = np.array([[row["simulated"] or np.nan, row["observed"]] for row in mine])
+            ratios = 100.0 * (pairs[:, 0] / pairs[:, 1] - 1.0)
+            printed = f"| {title} | {measured.load(quantity).title} | {np.isfinite(ratios).sum()} |"
+            [line] = [line for line in text.splitlines() if line.startswith(printed)]
+            bias = line.split("|")[4].strip().replace("−", "-")
+            assert float(bias) == pytest.approx(np.nanmean(ratios), abs=0.051)
+
+
+def test_pages__name_the_language_of_every_block() -> None:
+    """Without one nobody knows whether the block is to be run; ``make claims docs-run`` runs them."""
+    assert {page.stem for page in pages()} >= {
+        "how-to",
+        "own-shots",
+        "service",
+        "cluster",
+        "solver",
+    }
