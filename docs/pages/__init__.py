@@ -7,7 +7,10 @@ How to add a page: a module here that offers ``page()``, its Markdown, and ``dra
 a line in ``__main__``.
 """
 
+import json
+import re
 from pathlib import Path
+from typing import Any
 
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
@@ -18,3 +21,12 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     """A table of Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + "\n"
+
+
+def keep(document: dict[str, Any], file: Path) -> None:
+    """Write results, each innermost object on a line of its own."""
+    text = json.dumps(document, indent=1, ensure_ascii=False)
+    innermost = re.compile(r"\{[^{}]*(?:\{[^{}]*\}[^{}]*)?\}")
+    lines = innermost.sub(lambda match: re.sub(r"\n\s*", " ", match[0]), text)
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(lines + "\n", encoding="utf-8")

@@ -5,7 +5,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, shots, table
+from docs.pages import MADE, RESULTS, keep, shots, table
 from solver import PHYSICS_VERSION
 from studies import verification
 from studies.values.formats import NONE, digits
@@ -26,8 +26,7 @@ def compute(directory: Path | None = None) -> None:
         "physics_version": PHYSICS_VERSION,
         "cases": cases,
     }
-    RESULTS.mkdir(exist_ok=True)
-    STORED.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    keep(document, STORED)
 
 
 def _rows_of(name: str, directory: Path | None) -> list[dict[str, Any]]:

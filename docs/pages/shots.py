@@ -12,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, plots, table
+from docs.pages import MADE, RESULTS, keep, plots, table
 from solver import PHYSICS_VERSION
 from studies import measurements, observations, scenarios
 from studies.observations import written
@@ -60,8 +60,7 @@ def compute(directory: Path | None = None) -> None:
             "accuracy": {name: accuracy for name, (_, accuracy) in TABLES.items()},
             "shots": [row for name in TABLES for row in computed(name, place / name)],
         }
-    RESULTS.mkdir(exist_ok=True)
-    STORED.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    keep(document, STORED)
 
 
 def _quantities() -> list[str]:
