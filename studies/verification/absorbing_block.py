@@ -1,10 +1,17 @@
-"""The crater in a block whose rim and back absorb, against that in a block half as wide and deep again."""
+"""The crater in a block whose rim and back absorb, against that in a block half as wide and deep again.
+
+Both are compared at the earlier of their ends: a crater settles at its own time, and its diameter grows a little
+(1.4 % from 45 to 53 us) while it does.
+"""
 
 from collections.abc import Iterator
 
+import numpy as np
+
+from studies.results import RunResult
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, relative, reported
-from studies.verification._runs import executed, value
+from studies.verification._runs import executed
 
 MATERIALS = {"projectile": "copper-thesis-plastic", "target": "copper-thesis-plastic"}
 SHOT = {
@@ -34,27 +41,39 @@ WITHIN = 0.01
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
-    expected = _crater(recipe, *WIDE)
-    got = _crater(recipe, *DEFAULT)
+    wide, default = _crater(recipe, *WIDE), _crater(recipe, *DEFAULT)
     for name in QUANTITIES:
+        expected, got = _at_earlier_end(wide, default, name)
         yield relative(
             f"{name}, block of {_size(*DEFAULT)}, against {_size(*WIDE)} (mm)",
-            expected=expected[name],
-            got=got[name],
+            expected=expected,
+            got=got,
             within=WITHIN,
         )
     for other in OTHERS:
-        for name, size in _crater(recipe, *other).items():
-            error = size / expected[name] - 1.0
-            yield reported(f"{name}, block of {_size(*other)} (relative difference)", error)
+        crater = _crater(recipe, *other)
+        for name in QUANTITIES:
+            expected, got = _at_earlier_end(wide, crater, name)
+            yield reported(
+                f"{name}, block of {_size(*other)} (relative difference)", got / expected - 1.0
+            )
 
 
-def _crater(recipe: Recipe, depth: float, radius: float, edges: str) -> dict[str, float]:
+def _crater(recipe: Recipe, depth: float, radius: float, edges: str) -> RunResult:
     diameter = SHOT["projectile_diameter"]
     assert isinstance(diameter, float)
     block = {"target_depth": depth * diameter, "target_radius": radius * diameter, "edges": edges}
-    result = executed("thick_plate", recipe, {**SHOT, **block}, MATERIALS)
-    return {name: 1e3 * value(result, name) for name in QUANTITIES}
+    return executed("thick_plate", recipe, {**SHOT, **block}, MATERIALS)
+
+
+def _at_earlier_end(first: RunResult, second: RunResult, name: str) -> tuple[float, float]:
+    """A measured value (mm) of two runs at the earlier of their ends."""
+    histories = [result.measurements[name].history for result in (first, second)]
+    times = [np.array(history["time"], float) for history in histories]
+    values = [1e3 * np.array(history["value"], float) for history in histories]
+    end = min(time[-1] for time in times)
+    a, b = (float(np.interp(end, *points)) for points in zip(times, values, strict=True))
+    return a, b
 
 
 def _size(depth: float, radius: float, edges: str) -> str:

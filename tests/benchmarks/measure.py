@@ -246,7 +246,9 @@ def _whole(case: list[str], seed: int) -> dict[str, Any]:
         outcome = simulate(problem, watched, interval=rate.interval, threads=1)
     except UnphysicalState as error:
         return {"steps": error.step, "hole": error.quantity}
-    hole = watched.readings[-1]["hole_diameter"].value
+    # ``hole_diameter`` in the former tree
+    readings = watched.readings[-1]
+    hole = readings.get("hole_diameter_areal", readings["hole_diameter"]).value
     return {"steps": outcome.snapshot.step, "hole": hole}
 
 
