@@ -10,13 +10,26 @@ BIN := $(VENV)/bin
 # Python compiles what is imported; to compile all that is installed takes as long as installing it.
 PIP := $(BIN)/python -m pip install -qq --no-compile --disable-pip-version-check --constraint constraints.txt
 RUNTIME := $(VENV)/runtime.stamp
+LOG := $(VENV)/pip.log
 DEVELOPMENT := $(VENV)/development.stamp
 
-TARGETS := help demo test claims soak bench map clean
+# pip's log has the time at which everything is there and its installation begins.
+define SET_UP
+import datetime as d, sys, time
+log = open("$(LOG)", encoding="utf-8").readlines()
+line = next(line for line in log if "Installing collected packages" in line)
+there = d.datetime.fromisoformat(line.split(",")[0]).timestamp()
+begin = int(sys.argv[1])
+print(f"set up in {time.time() - begin:.0f} s, of which {max(0, there - begin):.0f} s to find and download packages")
+endef
+export SET_UP
+
+TARGETS := help demo demo-full test claims soak bench map clean
 .PHONY: $(TARGETS)
 
 help:
-	@echo "make demo               set up, compute the two example sweeps into $(OUT)/, print its time"
+	@echo "make demo               set up, compute the example sweeps into $(OUT)/, print its time"
+	@echo "make demo-full          the same with more thicknesses and finer grids, into $(OUT)-full/"
 	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
@@ -27,7 +40,10 @@ help:
 # The demo computes everything itself; the first time it compiles the kernels too.
 demo: $(RUNTIME)
 	@$(BIN)/whipple demo --out $(OUT)
-	@echo "open $(OUT)/holes/report.html and $(OUT)/craters/report.html"
+	@echo "open $(OUT)/holes/report.html; others: aluminium, sphere, craters"
+
+demo-full: $(RUNTIME)
+	@$(BIN)/whipple demo --full --out $(OUT)-full
 
 test: $(DEVELOPMENT)
 	@$(BIN)/python -m tests
@@ -57,7 +73,7 @@ map: $(DEVELOPMENT)
 	@$(BIN)/python -m tests.house
 
 clean:
-	@rm -rf $(VENV) .cache build *.egg-info $(OUT)
+	@rm -rf $(VENV) .cache build *.egg-info $(OUT) $(OUT)-full
 
 # An environment that works is kept; one that is missing or too old is made anew.
 $(RUNTIME): pyproject.toml constraints.txt
@@ -65,7 +81,9 @@ $(RUNTIME): pyproject.toml constraints.txt
 		{ echo "whipple needs Python 3.11 or newer, and $(PYTHON) is older: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	@$(BIN)/python -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || $(PYTHON) -m venv --clear $(VENV)
 	@echo "setting up $(VENV) ..."
-	@begin=$$SECONDS; $(PIP) --editable . && echo "set up in $$((SECONDS - begin)) s"
+	@rm -f $(LOG); begin=$$(date +%s); \
+		$(PIP) --progress-bar off --log $(LOG) --editable . 2> $(LOG).errors || { cat $(LOG).errors; exit 1; }; \
+		$(BIN)/python -c "$$SET_UP" $$begin
 	@touch $@
 
 $(DEVELOPMENT): $(RUNTIME)

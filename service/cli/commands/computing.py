@@ -27,20 +27,29 @@ from studies.values.errors import Finding, InvalidInput
 
 app = typer.Typer()
 
+Full = Annotated[
+    bool,
+    typer.Option(
+        "--full", help="The sweeps over more thicknesses and on finer grids: half an hour."
+    ),
+]
+
 PUBLICATION = "studies.reports.publish"
-DEMO = ("holes", "craters")
+DEMO = ("holes", "aluminium", "sphere", "craters")
+FULL = ("holes-full", "aluminium-full", "craters-full")
 KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
 
 
 @app.command()
-def demo(out: Out = Path("demo"), threads: Threads = None) -> None:
-    """Compute the two example sweeps: holes in thin plates, craters in a thick block."""
+def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -> None:
+    """Compute the example sweeps: holes in copper and aluminium, a measured crater, craters in copper."""
     from studies import examples
     from studies.sweeps.document import read_yaml
 
     folder = folder_of(out)
     begin = time.perf_counter()
-    documents = {name: read_yaml(examples.text(name), name) for name in DEMO}
+    names = FULL if full else DEMO
+    documents = {name: read_yaml(examples.text(name), name) for name in names}
     _compile_kernels(list(documents.values()))
     statuses = [
         _compute(document, name, folder / name, threads=threads)

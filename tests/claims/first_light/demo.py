@@ -15,7 +15,12 @@ from studies.results import ENERGY_DRIFT_LIMIT
 from tests.claims import Row, at_most, claim
 
 FILES = {"cube.nc", "report.html", "report.json"}
-SHAPES = {"holes": {"speed": 6, "plate_thickness": 3}, "craters": {"speed": 4}}
+SHAPES = {
+    "holes": {"speed": 6},
+    "aluminium": {"speed": 3, "plate_thickness": 2},
+    "sphere": {"speed": 1},
+    "craters": {"speed": 4},
+}
 
 
 @claim(

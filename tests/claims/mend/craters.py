@@ -55,7 +55,7 @@ def crater_walls() -> Iterator[Row]:
     "0.3 mm of a fit of the wall",
 )
 def demo_craters() -> Iterator[Row]:
-    document = read_yaml(examples.text("craters"), "craters")
+    document = read_yaml(examples.text("craters-full"), "craters-full")
     runs = [point.run for point in Sweep.parse(document).runs()]
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
         for crater in pool.map(computed, runs):
