@@ -169,9 +169,10 @@ def full_size(picture: Document, frame: Frame, raster: bytes) -> str:
 
 def _image(raster: bytes, x: float, y: float, width: float, height: float) -> str:
     content = base64.b64encode(raster).decode("ascii")
+    place = f'x="{px(x)}" y="{px(y)}" width="{px(width)}" height="{px(height)}"'
     return (
-        f'<image x="{px(x)}" y="{px(y)}" width="{px(width)}" height="{px(height)}" preserveAspectRatio="none" '
-        f'href="data:image/png;base64,{content}"/>'
+        f'<rect class="ground" {place}/>'
+        f'<image {place} preserveAspectRatio="none" href="data:image/png;base64,{content}"/>'
     )
 
 

@@ -15,7 +15,7 @@ Place = Callable[[float, float], tuple[float, float]]  # of a point (across, alo
 
 # px
 WIDTH = 440
-ROOM = 300  # width of the set-up itself: labels stand beside it
+ROOM = 280  # width of the set-up itself: labels stand beside it
 TALLEST = 260  # of the set-up itself
 ABOVE, BELOW = 66, 44  # room for flight and dimensions, and for dimensions below
 APART = 9  # between a body and its dimension
@@ -38,7 +38,7 @@ def setup_sketch(document: dict[str, Any]) -> Markup:
 
     def place(across: float, along: float) -> tuple[float, float]:
         return (
-            0.5 * (WIDTH - 20) + scale * (across - 0.5 * (left + right)),
+            0.5 * (WIDTH - 60) + scale * (across - 0.5 * (left + right)),
             ABOVE + scale * (sign * along - top),
         )
 
