@@ -26,7 +26,7 @@ def run_sweep(
     """Compute a sweep on this machine, without a server, and return the folder with its results.
 
     ``document`` is a mapping or the path of a YAML file. The folder holds ``cube.nc``,
-    ``report.html`` and ``report.json``; called again with the same folder, it resumes: values on the
+    ``runs.csv``, ``report.html`` and ``report.json``; called again with the same folder, it resumes: values on the
     axes may have been added or removed. A folder that holds another sweep is refused, unless that
     is to be replaced (``overwrite``).
     """

@@ -19,6 +19,7 @@ from service.records.jobs import NotFound
 UNKNOWN_TYPE = "application/octet-stream"
 MEDIA_TYPES = {
     ".nc": "application/x-netcdf",
+    ".csv": "text/csv; charset=utf-8",
     ".html": "text/html; charset=utf-8",
     ".json": "application/json",
     ".txt": "text/plain; charset=utf-8",

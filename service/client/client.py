@@ -272,7 +272,9 @@ class SweepHandle:
         held = held_in(folder)
         if held is not None and not overwrite:
             check_same(folder, held, self.document())
-        for name in SWEEP_FILES:
+        links = self._connection.json("GET", self._path)["links"]
+        # A sweep of an earlier version may lack one of them; before there are any, the first request says why.
+        for name in [name for name in SWEEP_FILES if name in links] or SWEEP_FILES:
             self._connection.download(f"{self._path}/{name}", folder / name)
         return folder
 

@@ -4,11 +4,22 @@ Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the a
 along it (zip). A sweep that names several resolutions or offsets has them as further dimensions,
 ``cells_per_diameter`` and ``offset``; what converges over them is ``{quantity}_converged`` and its
 companions, over the axes alone. Every run keeps its cell: one that has no result is NaN, with
-``run_state`` and ``run_reason`` saying why. The laws are evaluated here, so that ``xarray.open_dataset("cube.nc")``
+``run_state`` and ``run_reason`` saying why.
+
+Parameters are coordinates, scalars where all runs share them; histories lie over ``history_time``. The main results
+come first, then what explains them, the runs, their audit and the shots: each variable names its ``group``, and has a
+short ``long_name`` for an axis with the definition in ``comment``. All stand in the root of the file, grouped by their
+names and this attribute, and not in a tree of NetCDF groups: ``xarray.open_dataset``, Panoply's plots and MATLAB's
+``ncread`` take every variable with its coordinates by its plain name, while ``open_dataset`` shows the root of a tree
+alone. ``runs.csv`` beside the file has one row a run (:mod:`studies.cubes.runs_table`).
+
+The laws are evaluated here, so that ``xarray.open_dataset("cube.nc")``
 alone redoes the report. Each variable is declared in :mod:`studies.cubes.variables`.
 """
 
 import json
+import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import partial
@@ -30,6 +41,10 @@ from studies.values.parameters import Parameter
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
 HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
+WITH_COORDINATES = (
+    "result",
+    "history",
+)  # groups whose variables list their coordinates in the file
 ONCE_A_RUN = ("started", "seconds", "threads")  # provenance that is no version of anything
 
 Column = tuple[Variable, np.ndarray, Mapping[str, Any]]  # with its values and further attributes
@@ -42,7 +57,7 @@ def build(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue | None = 
     dataset = xr.Dataset(
         {
             variable.name: _labelled(variable, values, layout, attributes)
-            for variable, values, attributes in _columns(layout, catalogue)
+            for variable, values, attributes in _in_order(layout, catalogue, sweep)
         }
     )
     axes = {*_names(layout.axes), *_names(layout.refinements)}
@@ -61,6 +76,11 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
     encoding = {
         str(name): _encoding(str(name), array, dataset) for name, array in dataset.variables.items()
     }
+    dataset = dataset.copy()
+    for name, array in dataset.data_vars.items():
+        # Results name their coordinates; in every other variable the list would only take space.
+        if array.attrs["group"] not in WITH_COORDINATES:
+            dataset[name].encoding["coordinates"] = None
     return write_atomically(
         path,
         lambda file: dataset.to_netcdf(
@@ -72,11 +92,29 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 # ---- columns: declared variables with their values -----------------------------------------------
 
 
+def _in_order(layout: Layout, catalogue: Catalogue, sweep: Any) -> list[Column]:
+    """The columns as a reader wants them: axes, other parameters; then group by group, quantities of laws first."""
+    first = [*_names(layout.axes), *_names(layout.refinements), *map(variable_name, sweep.fixed)]
+    main = {law.quantity for law in catalogue.laws}
+    others = tuple(name for name in catalogue.quantities if name not in main)
+
+    def place(column: Column) -> tuple[int, bool, int]:
+        variable = column[0]
+        place = first.index(variable.name) if variable.name in first else len(first)
+        is_other = any(re.match(rf"{name}(_|$)", variable.name) for name in others)
+        return declared.GROUPS.index(variable.group), is_other, place
+
+    return sorted(_columns(layout, catalogue), key=place)
+
+
 def _columns(layout: Layout, catalogue: Catalogue) -> Iterator[Column]:
     for parameter in catalogue.parameters.values():
         yield from _of_parameter(layout, parameter)
     yield from _of_runs(layout)
     shots = _each(layout.runs_of_points[..., 0], lambda cell: cell.shot)
+    if samples := _samples(layout):
+        times = _each(layout.cells, _times)
+        yield declared.HISTORY_TIME, _padded(times, samples), {}
     for quantity in catalogue.quantities.values():
         yield from _of_quantity(layout, quantity)
         yield from _of_laws(quantity, catalogue, shots)
@@ -127,9 +165,9 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     yield declared.VALUE.filled(quantity), declared.VALUE.values(measured), ancillary
     for variable in (declared.UNCERTAINTY, declared.FLAGS, *parts):
         yield _column(variable.filled(quantity), measured)
-    if any(each is not None and declared.HISTORY_TIME.pick(each) for each in measured.flat):
-        for variable in (declared.HISTORY, declared.HISTORY_TIME):
-            yield variable.filled(quantity), _histories(variable, measured, _samples(layout)), {}
+    histories = _each(layout.cells, lambda cell: _history(cell, name))
+    if any(history is not None for history in histories.flat):
+        yield declared.HISTORY.filled(quantity), _padded(histories, _samples(layout)), {}
     definition = _by_point(layout, lambda cells: definition_part(cells, name))
     if any(part is not None for part in definition.flat):
         yield _column(declared.DEFINITION_PART.filled(quantity), definition)
@@ -251,24 +289,35 @@ def _parts(layout: Layout, quantity: str) -> list[str]:
 
 def _samples(layout: Layout) -> int:
     """Samples of every history: as many as the longest has, within the limits of a cube."""
-    times = (
-        declared.HISTORY_TIME.pick(measured)
-        for cell in layout.cells.flat
-        for measured in cell.measurements.values()
-    )
+    longest = max((len(_times(cell)) for cell in layout.cells.flat), default=0)
     allowed = max(8, HISTORY_VALUES // max(1, layout.cells.size))
-    return min(max(map(len, times), default=0), HISTORY_SAMPLES, allowed)
+    return min(longest, HISTORY_SAMPLES, allowed)
 
 
-def _histories(variable: Variable, measured: np.ndarray, samples: int) -> np.ndarray:
+def _times(cell: Cell) -> Sequence[float]:
+    """The times of a run's histories (s): those of the longest one."""
+    histories = (measured.history.get("time", ()) for measured in cell.measurements.values())
+    return max(histories, key=len, default=())
+
+
+def _history(cell: Cell, quantity: str) -> list[float] | None:
+    """The values of a quantity at the times of the run, NaN where its own history has none; None without a history."""
+    measured = cell.measured(quantity)
+    if measured is None or not measured.history.get("time"):
+        return None
+    values = dict(zip(measured.history["time"], measured.history["value"], strict=True))
+    return [math.nan if (value := values.get(time)) is None else value for time in _times(cell)]
+
+
+def _padded(histories: np.ndarray, samples: int) -> np.ndarray:
     """Histories, each thinned evenly to at most ``samples``, both ends among them, and padded with NaN."""
-    histories = np.full((*measured.shape, samples), np.nan)
-    for place, each in np.ndenumerate(measured):
-        values = np.array(variable.pick(each) if each is not None else (), float)
+    padded = np.full((*histories.shape, samples), np.nan)
+    for place, history in np.ndenumerate(histories):
+        values = np.array(() if history is None else history, float)
         if len(values) > samples:
             values = values[np.linspace(0, len(values) - 1, samples).round().astype(int)]
-        histories[place][: len(values)] = values
-    return histories
+        padded[place][: len(values)] = values
+    return padded
 
 
 # ---- labels --------------------------------------------------------------------------------------
@@ -281,7 +330,9 @@ def _labelled(
     stands_for = {declared.RUNS[0]: layout.dims, declared.POINTS[0]: layout.point_dims}
     dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
     units = {"units": variable.unit} if variable.unit is not None else {}
-    attributes: dict[str, Any] = {**units, "long_name": variable.meaning, **more}
+    comment = {"comment": variable.comment} if variable.comment else {}
+    about = {"long_name": variable.long_name, **comment, "group": variable.group}
+    attributes: dict[str, Any] = {**units, **about, **more}
     if variable.kind == "flag":
         attributes["flag_values"] = np.arange(len(variable.meanings), dtype=np.int8)
         attributes["flag_meanings"] = " ".join(variable.meanings)
@@ -289,9 +340,12 @@ def _labelled(
 
 
 def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
-    """Axes are coordinates; so is what labels a dimension, and the words about each law."""
+    """Axes and parameters are coordinates; so is what labels a dimension, the words about each law, and a time."""
     about_laws = len(array.dims) == 1 and str(array.dims[0]).endswith("_law")
-    return str(array.name) in axes or array.dims == (array.name,) or about_laws
+    is_parameter = array.attrs["group"] == "parameter" or not array.dims
+    is_time = array.name == declared.HISTORY_TIME.name
+    labels = array.dims == (array.name,) or about_laws
+    return str(array.name) in axes or labels or is_parameter or is_time
 
 
 def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
@@ -383,7 +437,8 @@ def _encoding(name: str, array: xr.Variable, dataset: xr.Dataset) -> dict[str, A
     """float64 as it is, deflated lightly; coordinates and flags have no fill value (CF)."""
     if array.dtype.kind in "OUT":
         return {}
-    number = array.dtype.kind == "f" and name not in dataset.coords
+    # An auxiliary coordinate may have gaps, as the times after the end of a run; that of a dimension has none.
+    number = array.dtype.kind == "f" and array.dims != (name,)
     fill = {"_FillValue": np.nan if number else None}
     if not array.dims:
         return fill

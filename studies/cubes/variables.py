@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import xarray as xr
@@ -24,11 +24,17 @@ from studies.results import ENERGY_DRIFT_LIMIT
 from studies.values.parameters import Parameter
 
 # 2: refinements and what converges over them; laws at observed shots have labels of their own.
-SCHEMA_VERSION = 2
+# 3: groups, short labels with the meaning in ``comment``, parameters as coordinates, one time for all histories.
+SCHEMA_VERSION = 3
 
 Kind = Literal["number", "integer", "text", "flag", "mask"]
 DTYPES = {"number": float, "integer": np.int32, "text": object, "flag": np.int8, "mask": np.int32}
 EMPTY = {"number": np.nan, "integer": 0, "text": "", "flag": 0, "mask": 0}
+
+# Of the variables, in the order of a cube; ``Dataset.filter_by_attrs(group="result")`` selects one.
+Group = Literal["parameter", "result", "detail", "history", "run", "audit", "observation"]
+GROUPS: tuple[Group, ...] = get_args(Group)
+LONGEST_LABEL = 40  # characters of a long_name: longer ones are cut off beside an axis
 
 RUNS, POINTS = ("*",), ("@",)  # stand for the dimensions of the runs and of the points
 LAW, OBSERVATION = "{quantity}_law", "observation"
@@ -79,16 +85,38 @@ class Variable:
     kind: Kind = "number"
     # Meanings of the values 0, 1, ... of a flag, or of the bits of a mask.
     meanings: tuple[str, ...] = ()
+    label: str = (
+        ""  # a few words for an axis; by default the meaning, or the name where that is long
+    )
+    group: Group = "detail"
+
+    @property
+    def long_name(self) -> str:
+        """The label of an axis: at most ``LONGEST_LABEL`` characters."""
+        if self.label:
+            return self.label
+        return self.meaning if len(self.meaning) <= LONGEST_LABEL else self.name.replace("_", " ")
+
+    @property
+    def comment(self) -> str:
+        """The definition, where the label does not say it; else empty."""
+        return "" if self.meaning == self.long_name else self.meaning
 
     def filled(self, quantity: Quantity) -> "Variable":
         """The variable of one quantity."""
-        filling = {"quantity": quantity.name, "unit": quantity.unit, "meaning": quantity.meaning}
+        filling = {
+            "quantity": quantity.name,
+            "words": quantity.name.replace("_", " "),
+            "unit": quantity.unit,
+            "meaning": quantity.meaning,
+        }
         return replace(
             self,
             name=self.name.format(**filling),
             dims=tuple(dim.format(**filling) for dim in self.dims),
             unit=self.unit and self.unit.format(**filling),
             meaning=self.meaning.format(**filling),
+            label=self.label.format(**filling),
         )
 
     def named(self, quantity: str = "") -> str:
@@ -127,20 +155,31 @@ def parameter_variable(parameter: Parameter, dims: tuple[str, ...]) -> Variable:
     kind: Kind = "text" if parameter.unit is None else "number"
     pick = str if kind == "text" else float
     name = variable_name(parameter.name)
-    return Variable(name, parameter.meaning, pick, dims, parameter.unit, kind)
+    label = parameter.name.replace("_", " ").replace(".", " ")
+    return Variable(
+        *(name, parameter.meaning, pick, dims, parameter.unit, kind),
+        label=label,
+        group="parameter",
+    )
 
 
 def observed_parameter(parameter: Parameter) -> Variable:
     """The variable of a parameter as observed shots state it; its records are the parameter's values."""
     variable = parameter_variable(parameter, (OBSERVATION,))
     meaning = f"{parameter.meaning} of the shot"
-    return replace(variable, name=f"observation_{variable.name}", meaning=meaning)
+    return replace(
+        variable,
+        name=f"observation_{variable.name}",
+        meaning=meaning,
+        label=f"{variable.label} (shot)",
+        group="observation",
+    )
 
 
 # ---- of a run: a record is a cell ----------------------------------------------------------------
 
-_text_of_run = partial(Variable, dims=RUNS, kind="text")
-_number_of_run = partial(Variable, dims=RUNS)
+_text_of_run = partial(Variable, dims=RUNS, kind="text", group="run")
+_number_of_run = partial(Variable, dims=RUNS, group="run")
 
 RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.run.id)
 RUN_REASON = _text_of_run("run_reason", "why the run has no result", lambda cell: cell.reason)
@@ -149,7 +188,10 @@ STOP_REASON = _text_of_run(
     "stop_reason", "reason for the end of the simulation", lambda cell: cell.of_result("stop")
 )
 RUN_STATE = Variable(
-    "run_state", "state of the run", lambda cell: cell.state, RUNS, kind="flag", meanings=STATES
+    *("run_state", "state of the run", lambda cell: cell.state, RUNS),
+    kind="flag",
+    meanings=STATES,
+    group="run",
 )
 FLAGS_OF_RUN = Variable(
     "run_flags",
@@ -158,6 +200,7 @@ FLAGS_OF_RUN = Variable(
     RUNS,
     kind="mask",
     meanings=RUN_FLAGS,
+    group="run",
 )
 SOLVER_SECONDS = _number_of_run(
     "solver_seconds", "wall time of the run", lambda cell: cell.provenance.get("seconds"), unit="s"
@@ -184,6 +227,7 @@ EQUIVALENT_DIAMETER = _number_of_run(
     "diameter of the sphere with the projectile's volume, the d of D/d and p/d",
     lambda cell: getattr(cell.shot, "projectile_diameter", None),
     unit="m",
+    label="equivalent diameter of the projectile",
 )
 
 
@@ -208,6 +252,8 @@ class AuditNumber:
             self.meaning,
             lambda cell: cell.numbers.get(self.name),
             unit=self.unit,
+            label=self.name.replace("_", " "),
+            group="audit",
         )
 
 
@@ -266,26 +312,40 @@ AUDIT = (
 # ---- of a quantity: a record is a measurement ----------------------------------------------------
 
 _measured = partial(Variable, dims=RUNS, unit="{unit}")
-_history = partial(Variable, dims=(*RUNS, "sample"))
 
-VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value)
+VALUE = _measured(
+    "{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group="result"
+)
 UNCERTAINTY = _measured(
-    "{quantity}_uncertainty", "uncertainty of {quantity}", lambda measured: measured.uncertainty
+    "{quantity}_uncertainty",
+    "uncertainty of {quantity}",
+    lambda measured: measured.uncertainty,
+    label="{words}, uncertainty",
+    group="result",
 )
 FLAGS = Variable(
-    "{quantity}_flags", "warnings about {quantity}", lambda each: each.flags, RUNS, kind="mask"
+    *("{quantity}_flags", "warnings about {quantity}", lambda each: each.flags, RUNS),
+    kind="mask",
+    label="{words}, warnings",
 )
-HISTORY = _history(
+HISTORY = Variable(
     "{quantity}_history",
-    "{quantity} during the run",
+    "{quantity} during the run, over history_time",
     lambda measured: measured.history.get("value", ()),
-    unit="{unit}",
+    (*RUNS, "sample"),
+    "{unit}",
+    label="{words}, history",
+    group="history",
 )
-HISTORY_TIME = _history(
-    "{quantity}_history_time",
-    "time of {quantity}_history",
-    lambda measured: measured.history.get("time", ()),
-    unit="s",
+# A record is the times (s) of a run.
+HISTORY_TIME = Variable(
+    "history_time",
+    "simulated time of the samples of a run's histories",
+    lambda times: times,
+    (*RUNS, "sample"),
+    "s",
+    label="time",
+    group="history",
 )
 
 
@@ -295,6 +355,7 @@ def uncertainty_part(part: str) -> Variable:
         f"{{quantity}}_uncertainty_{part}",
         f"part of the uncertainty of {{quantity}}: {part}",
         lambda measured: measured.parts.get(part),
+        label=f"{{words}}, {part}",
     )
 
 
@@ -304,6 +365,7 @@ MODEL_PART = _measured(
     "{quantity}_model_part",
     "standard uncertainty of {quantity} due to strength, failure and equation of state; NaN: not assessed",
     lambda assessed: assessed.uncertainty,
+    label="{words}, model part",
 )
 MODEL_REASON = Variable(
     "{quantity}_model_part_reason",
@@ -311,6 +373,7 @@ MODEL_REASON = Variable(
     lambda assessed: assessed.reason,
     RUNS,
     kind="text",
+    label="{words}, model text",
 )
 
 # Over the points: it converges with nothing. A record is the number itself (``cells.definition_part``).
@@ -320,6 +383,7 @@ DEFINITION_PART = Variable(
     lambda part: part,
     POINTS,
     "{unit}",
+    label="{words}, definition",
 )
 
 
@@ -333,41 +397,51 @@ CONVERGED = _converged(
     "{quantity} over all resolutions and offsets: extrapolated to cells of no size where the "
     "verdict is converging, else the mean of the finest resolution",
     lambda point: point.value,
+    label="{words}, converged",
+    group="result",
 )
 CONVERGED_UNCERTAINTY = _converged(
     "{quantity}_converged_uncertainty",
     "uncertainty of {quantity}_converged, root of the sum of the squares of its parts",
     lambda point: point.uncertainty,
+    label="{words}, error bar",
+    group="result",
 )
 MESH_PART = _converged(
     "{quantity}_converged_uncertainty_mesh",
     "part of the uncertainty: error left by the mesh, and what the scatter over offsets makes of the value",
     lambda point: point.mesh,
+    label="{words}, mesh part",
 )
 OFFSETS_PART = _converged(
     "{quantity}_converged_uncertainty_offsets",
     "part of the uncertainty: scatter of the mean over sub-cell offsets at the finest resolution",
     lambda point: point.offsets,
+    label="{words}, offset part",
 )
 MEASUREMENT_PART = _converged(
     "{quantity}_converged_uncertainty_measurement",
     "part of the uncertainty: parts that the measurement states besides the resolution",
     lambda point: point.measurement,
+    label="{words}, reading",
 )
 ORDER = _pure(
     "{quantity}_converged_order",
     "observed order of convergence of {quantity}",
     lambda each: each.order,
+    label="{words}, order",
 )
 EXTRAPOLATED = _converged(
     "{quantity}_converged_extrapolated",
     "Richardson's value of {quantity} at cells of no size, where converging",
     lambda point: point.extrapolated,
+    label="{words}, Richardson",
 )
 GCI = _pure(
     "{quantity}_converged_gci",
     "grid convergence index of the finest resolution, over its value",
     lambda point: point.gci,
+    label="{words}, GCI",
 )
 VERDICT = Variable(
     "{quantity}_converged_verdict",
@@ -376,9 +450,15 @@ VERDICT = Variable(
     POINTS,
     kind="flag",
     meanings=VERDICT_WORDS,
+    label="{words}, verdict",
 )
 VERDICT_REASON = Variable(
-    "{quantity}_converged_reason", "why this verdict", lambda each: each.reason, POINTS, kind="text"
+    "{quantity}_converged_reason",
+    "why this verdict",
+    lambda each: each.reason,
+    POINTS,
+    kind="text",
+    label="{words}, reason",
 )
 NUMBERS_OF_CONVERGENCE = (
     CONVERGED,
@@ -411,14 +491,19 @@ BY_LAW = Variable(
     lambda answer: answer.value,
     (*POINTS, LAW),
     "{unit}",
+    label="{words} by laws",
+    group="result",
 )
-BY_LAW_IN_RANGE = _in_range("{quantity}_by_law_in_range", dims=(*POINTS, LAW))
+BY_LAW_IN_RANGE = _in_range(
+    "{quantity}_by_law_in_range", dims=(*POINTS, LAW), label="{words}, in range"
+)
 BY_LAW_REASON = Variable(
     "{quantity}_by_law_reason",
     "why the law is outside its range or has no answer",
     lambda answer: answer.reason,
     (*POINTS, LAW),
     kind="text",
+    label="{words}, law reason",
 )
 LAW_VARIANT = _text_of_law(
     "{quantity}_law_variant", "stated choice of constant", lambda choice: choice.variant
@@ -445,6 +530,7 @@ LAW_SCATTER = Variable(
     lambda each: each.law.scatter,
     (LAW,),
     "1",
+    label="relative scatter about the law",
 )
 OF_ANSWERS = (BY_LAW, BY_LAW_IN_RANGE, BY_LAW_REASON)
 OF_LAWS = (
@@ -461,7 +547,7 @@ OF_LAWS = (
 
 # ---- of observed shots: a record is a shot, a law, or its answer ---------------------------------
 
-_of_shot = partial(Variable, dims=(OBSERVATION,))
+_of_shot = partial(Variable, dims=(OBSERVATION,), group="observation")
 
 OBSERVATION_NUMBER = _of_shot(OBSERVATION, "number of the shot", int, kind="integer")
 OBSERVATION_SOURCE = _of_shot(
@@ -480,13 +566,20 @@ OBSERVATION_DIAMETER = _of_shot(
     unit="m",
 )
 OBSERVED = _of_shot(
-    "{quantity}_observed", "{meaning}, as observed", lambda shot: shot.value, unit="{unit}"
+    "{quantity}_observed",
+    "{meaning}, as observed",
+    lambda shot: shot.value,
+    unit="{unit}",
+    label="{words}, observed",
+    group="observation",
 )
 OBSERVED_UNCERTAINTY = _of_shot(
     "{quantity}_observed_uncertainty",
     "uncertainty of {quantity}_observed, as stated",
     lambda shot: shot.uncertainty,
     unit="{unit}",
+    label="{words}, shot error",
+    group="observation",
 )
 OBSERVED_LAW_LABEL = Variable(
     OBSERVED_LAW,
@@ -494,6 +587,8 @@ OBSERVED_LAW_LABEL = Variable(
     lambda choice: choice.label,
     (OBSERVED_LAW,),
     kind="text",
+    label="law and variant of a shot",
+    group="observation",
 )
 OBSERVED_LAW_TITLE = Variable(
     "{quantity}_observed_law_title",
@@ -501,6 +596,8 @@ OBSERVED_LAW_TITLE = Variable(
     lambda choice: choice.law.title,
     (OBSERVED_LAW,),
     kind="text",
+    label="title of the law",
+    group="observation",
 )
 BY_LAW_AT_OBSERVATION = Variable(
     "{quantity}_by_law_at_observation",
@@ -508,9 +605,14 @@ BY_LAW_AT_OBSERVATION = Variable(
     lambda answer: answer.value,
     (OBSERVATION, OBSERVED_LAW),
     "{unit}",
+    label="{words}, law at shot",
+    group="observation",
 )
 BY_LAW_AT_OBSERVATION_IN_RANGE = _in_range(
-    "{quantity}_by_law_at_observation_in_range", dims=(OBSERVATION, OBSERVED_LAW)
+    "{quantity}_by_law_at_observation_in_range",
+    dims=(OBSERVATION, OBSERVED_LAW),
+    label="{words}, in range",
+    group="observation",
 )
 
 
@@ -526,6 +628,11 @@ def mixed_versions(dataset: xr.Dataset, quantity: str) -> list[int]:
     """Versions of the definition of a quantity, where the runs of a cube were measured with several; else none."""
     versions: list[int] = json.loads(dataset.attrs["measurement_versions"]).get(quantity, [])
     return versions if len(versions) > 1 else []
+
+
+def meaning_of(array: xr.DataArray) -> str:
+    """The definition of a variable of a cube."""
+    return str(array.attrs.get("comment") or array.attrs["long_name"])
 
 
 def flag_meanings(flags: xr.DataArray) -> list[tuple[int, str]]:

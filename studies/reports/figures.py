@@ -206,7 +206,7 @@ def companions(view: FigureView, name: str) -> Figure:
 def growth(view: FigureView, name: str) -> Figure:
     """The quantity during the runs: whether they were stopped too early."""
     values = view.flat(cubes.HISTORY, name) / view.norm(name)[:, np.newaxis]
-    times = view.flat(cubes.HISTORY_TIME, name)
+    times = view.flat(cubes.HISTORY_TIME)
     panels = [
         Panel(
             piece.title,

@@ -1,4 +1,4 @@
-"""From a sweep's runs to the three files of its result: cube, report.html and report.json.
+"""From a sweep's runs to the files of its result: cube, table of runs, report.html and report.json.
 
 The service calls it in a child process. The report is made from the cube as it was read
 back from the disk, so that nothing can be in the report that is not in the file.
@@ -13,8 +13,9 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import MissingResult
+from studies.cubes.runs_table import runs_csv
 from studies.reports import compare, page, report
-from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, SWEEP_FILES, write_text
+from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
 
 
 def publish(
@@ -23,7 +24,7 @@ def publish(
     directory: Path | str,
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
-    """Write ``cube.nc``, ``report.html``, ``report.json`` into a folder; paths by name.
+    """Write ``cube.nc``, ``runs.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
 
     ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}``
     of a run that left none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its
@@ -45,6 +46,7 @@ def publish_sweep(
     files = {name: directory / name for name in SWEEP_FILES}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
     with xr.open_dataset(files[CUBE]) as dataset:
+        write_text(files[RUNS_CSV], runs_csv(dataset))
         document = report.document(dataset, compare.compare(dataset), sections)
     write_text(files[REPORT_JSON], report.as_json(document))
     write_text(files[REPORT_HTML], page.page(document, sections))

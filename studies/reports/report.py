@@ -198,7 +198,7 @@ def _axis(dataset: xr.Dataset, name: str) -> Document:
     return {
         "name": name,
         "unit": axis.attrs.get("units"),
-        "meaning": axis.attrs["long_name"],
+        "meaning": cubes.meaning_of(axis),
         "values": values,
     }
 
@@ -221,7 +221,7 @@ def _quantities(dataset: xr.Dataset) -> Iterator[Document]:
             "name": name,
             "label": name.replace("_", " "),
             "unit": dataset[name].attrs["units"],
-            "meaning": dataset[name].attrs["long_name"],
+            "meaning": cubes.meaning_of(dataset[name]),
             "main": name in main,
         }
 

@@ -9,7 +9,9 @@ RESULT = "result.json"  # measurements of a run, or the reason of its failure
 STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
 SECTIONS = "sections.npz"  # its section at a few times, for the pictures of reports
-CUBE, REPORT_HTML, REPORT_JSON = SWEEP_FILES = ("cube.nc", "report.html", "report.json")
+CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = SWEEP_FILES = (
+    *("cube.nc", "runs.csv", "report.html", "report.json"),
+)
 
 READABLE_BY_ALL = 0o644  # mkstemp makes private files; results are for others too
 

@@ -67,5 +67,7 @@ def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_
     assert len(inspection.registered_once(store, ids)) == WORK.runs
     assert not inspection.damaged(store, artifacts)
     assert not inspection.half_files(store, artifacts)
-    assert {"cube.nc", "report.html", "report.json"} <= {file.name for file in tmp_path.iterdir()}
+    assert {"cube.nc", "runs.csv", "report.html", "report.json"} <= {
+        file.name for file in tmp_path.iterdir()
+    }
     store.close()

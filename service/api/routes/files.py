@@ -12,7 +12,7 @@ from service.api.routes.dependencies import AppArtifacts, AppPartialCubes, AppSt
 from service.files.artifacts import Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
-from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON
+from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 
@@ -48,6 +48,19 @@ def download_cube(
         if stored is None:
             return send_file(request, _partial(store, artifacts, cubes, sweep))
     return send_file(request, _published(store, artifacts, id, CUBE, is_attachment=True))
+
+
+@serves(
+    router,
+    f"/{RUNS_CSV}",
+    (RUNS_CSV,),
+    "One row a run: parameters, results, uncertainties, flags and audit, in SI with units in the header",
+    operation_id="get_runs_csv",
+)
+def download_runs_csv(
+    id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts
+) -> Response:
+    return send_file(request, _published(store, artifacts, id, RUNS_CSV, is_attachment=True))
 
 
 @serves(

@@ -60,7 +60,8 @@ CHANGE_BODY: dict[str, Any] = {
 # Operations on a sweep and on a run, for programs that follow OpenAPI links.
 SWEEP_LINKS = (
     *("show_sweep", "show_document", "list_runs", "change_sweep", "cancel_sweep", "retry_sweep"),
-    *("delete_sweep", "list_sweep_events", "get_cube_nc", "get_report_html", "get_report_json"),
+    *("delete_sweep", "list_sweep_events", "get_cube_nc", "get_runs_csv", "get_report_html"),
+    "get_report_json",
 )
 RUN_LINKS = ("show_run", "list_files", "list_run_events", "download_log")
 

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
 LOCAL = "http://127.0.0.1:8000"
 
-Out = Annotated[Path, typer.Option(help="Folder for cube.nc, report.html and report.json.")]
+Out = Annotated[
+    Path, typer.Option(help="Folder for cube.nc, runs.csv, report.html and report.json.")
+]
 Overwrite = Annotated[
     bool, typer.Option("--overwrite", help="Replace another sweep in the folder.")
 ]

@@ -32,7 +32,7 @@ KEY = {"Idempotency-Key": "the-only-one"}
 COPY = "copy-halfway"
 OF_A_SERVICE = POINTS[: POINTS.index(COPY)]
 SWEEP = "import sys; from service.cli.local import run_sweep; run_sweep(sys.argv[1], sys.argv[2])"
-PUBLISHED = {"cube.nc", "report.html", "report.json"}
+PUBLISHED = {"cube.nc", "runs.csv", "report.html", "report.json"}
 
 
 @dataclass

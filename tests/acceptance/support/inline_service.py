@@ -18,7 +18,7 @@ from tests.service.support.fakes import RecordingEngine, open_store, settings_in
 from tests.service.support.targets import Run
 
 KEY = ("the-only-one", "11" * 32)
-PUBLISHED = ("cube.nc", "report.html", "report.json")
+PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
 
 
 class Inline(RecordingEngine):

@@ -33,7 +33,7 @@ from tests.service.support.fakes import (
 from tests.service.support.targets import FakeRun
 
 ROOT = Path(__file__).parents[3]
-PUBLISHED = ("cube.nc", "report.html", "report.json")
+PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
 
 
 @dataclass
@@ -79,7 +79,13 @@ def test_whole_path__files_are_there_and_whole(local: Local) -> None:
     assert row.state is SweepState.SUCCEEDED
     assert (row.counts["succeeded"], row.counts["failed"]) == (1, 2)
     artifacts, files = Artifacts(local.settings.data), local.store.artifacts(row.id)
-    assert {file.name for file in files} == {"cube.nc", "report.html", "report.json", "log.txt"}
+    assert {file.name for file in files} == {
+        "cube.nc",
+        "runs.csv",
+        "report.html",
+        "report.json",
+        "log.txt",
+    }
     assert all(artifacts.is_intact(file) for file in files)
     causes = [run.cause for run in local.runs(row)]
     assert causes == [None, Cause.VERDICT, Cause.ERROR]

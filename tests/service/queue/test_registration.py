@@ -37,7 +37,13 @@ def test_whole_path__from_sweep_to_files(harness: Harness) -> None:
     harness.tick()
     assert harness.store.sweep(id).state is SweepState.SUCCEEDED
     files = harness.store.artifacts(id)
-    assert {file.name for file in files} == {"cube.nc", "report.html", "report.json", "log.txt"}
+    assert {file.name for file in files} == {
+        "cube.nc",
+        "runs.csv",
+        "report.html",
+        "report.json",
+        "log.txt",
+    }
     assert all(harness.artifacts.is_intact(file) for file in files)
 
 

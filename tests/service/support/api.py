@@ -33,6 +33,7 @@ SWEEP: dict[str, Any] = {
 FILES = {
     "cube.nc": b"\x89HDF not really",
     "report.html": b"<!doctype html><title>report</title>",
+    "runs.csv": b"run_id\n",
     "report.json": b'{"report_version": 1}',
 }
 

@@ -24,7 +24,7 @@ from tests.service.support.fakes import (
 )
 from tests.service.support.targets import FakeRun, execute, publish
 
-PUBLISHED = ("cube.nc", "report.html", "report.json")
+PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
 # A tick waits for every verification, however busy the machine is, and nothing is put off.
 AT_ONCE = Timings(
     leadership_retry=0.0,

@@ -108,7 +108,7 @@ def publish(
     outcomes_as_json = {
         id: {"state": one["state"], "reason": one["reason"]} for id, one in outcomes.items()
     }
-    for name in ("cube.nc", "report.html", "report.json"):
+    for name in ("cube.nc", "runs.csv", "report.html", "report.json"):
         write_text(directory / name, json.dumps(outcomes_as_json, sort_keys=True))
     return {}
 

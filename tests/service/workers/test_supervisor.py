@@ -94,7 +94,7 @@ def test_publication__gets_results_and_reasons_however_many(tmp_path: Path) -> N
     more = [{**DIED, "run_id": run_id(number)} for number in range(2, 10_000)]
     ending = supervise(publication(tmp_path, {**DIED, **done}, *more))
     names = [file.name for file in ending.files]
-    assert names == ["cube.nc", "report.html", "report.json", "log.txt"]
+    assert names == ["cube.nc", "runs.csv", "report.html", "report.json", "log.txt"]
     published = result_of(ending)
     assert [published[run_id(number)]["state"] for number in (1, 2)] == ["succeeded", "failed"]
     assert len(published) == 9_999

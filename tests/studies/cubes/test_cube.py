@@ -6,9 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
-from studies.cubes import cube
-from studies.cubes.variables import STATES
+from studies import measurements, scenarios
+from studies.cubes import cube, variables
+from studies.cubes.variables import LONGEST_LABEL, STATES, Quantity, Variable
+from studies.values.parameters import declared
+from tests.studies.cubes.reading import checks
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import Axis, Sweep
 
@@ -175,6 +179,59 @@ def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, c
         for name, array in dataset.variables.items():
             np.testing.assert_array_equal(read[name].values, array.values)
     assert compliance.complaints(file) == []
+
+
+def test_cube__reads_well(tmp_path: Path) -> None:
+    for row in checks(tmp_path):
+        assert row.passed, row
+
+
+@pytest.mark.parametrize("name", measurements.names())
+def test_label__of_every_variable_of_a_measurement_is_short(name: str) -> None:
+    measurement = measurements.load(name)
+    quantity = Quantity(name, measurement.unit, measurement.meaning)
+    parts = [variables.uncertainty_part(part) for part in ("azimuth", "growth", "resolution")]
+    every = [each for each in vars(variables).values() if isinstance(each, Variable)]
+    for variable in (*every, *parts):
+        filled = variable.filled(quantity)
+        assert len(filled.long_name) <= LONGEST_LABEL, filled
+        assert filled.meaning in (filled.long_name, filled.comment)
+
+
+@pytest.mark.parametrize("name", scenarios.names())
+def test_label__of_every_parameter_of_a_scenario_is_short(name: str) -> None:
+    for parameter in declared(scenarios.load(name).parameters).values():
+        variable = variables.observed_parameter(parameter)
+        assert len(variable.long_name) <= LONGEST_LABEL, variable
+
+
+def test_plot__labels_its_axes_in_words_and_units(tmp_path: Path) -> None:
+    sweep = fakes.holes()
+    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
+    figure = Figure()
+    axes = figure.subplots(1, 2)
+    dataset.hole_diameter.sel(plate_thickness=2e-3).plot(ax=axes[0])
+    assert axes[0].get_xlabel() == "speed [m s-1]"
+    assert axes[0].get_ylabel() == "hole diameter [m]"
+    dataset.hole_diameter_history.isel(speed=0, plate_thickness=0).plot(
+        x="history_time", ax=axes[1]
+    )
+    assert axes[1].get_xlabel() == "time [s]"
+    assert axes[1].get_ylabel() == "hole diameter, history [m]"
+
+
+def test_history__of_a_value_that_was_read_again_stands_at_its_time() -> None:
+    sweep = fakes.holes()
+    outcomes = fakes.results(sweep)
+    run = sweep.runs()[0].run.id
+    measured = outcomes[run].measurements
+    time = measured["hole_diameter"].history["time"][-1]
+    again = replace(measured["hole_diameter"], history={"time": [time], "value": [0.01]})
+    both = {**measured, "hole_diameter": again}
+    outcomes[run] = replace(outcomes[run], measurements=both)
+    history = cube.build(sweep, outcomes, fakes.catalogue()).hole_diameter_history[0, 0]
+    assert history.sel(sample=history.history_time == time).item() == 0.01
+    assert int(history.count()) == 1
 
 
 def test_cf_checker__sees_what_is_wrong(tmp_path: Path) -> None:

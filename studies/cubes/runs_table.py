@@ -1,0 +1,56 @@
+"""The runs of a cube as a table: ``runs.csv``, one row a run, in SI with the unit of each column in its heading."""
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from studies.cubes import variables as declared
+
+RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.FLAGS_OF_RUN)
+GROUPS: tuple[declared.Group, ...] = ("parameter", "result", "detail", "run", "audit")
+
+
+def runs_csv(dataset: xr.Dataset) -> str:
+    """The table as CSV: run, axes, results, their uncertainties and flags, the other parameters, audit.
+
+    Numbers have every digit; an empty cell has no value. States and flags are words, several separated by spaces. Laws
+    and converged values belong to points, not to runs: they are in the cube alone.
+    """
+    columns = {_heading(dataset, name): _column(dataset, name) for name in _names(dataset)}
+    return pd.DataFrame(columns).to_csv(index=False, lineterminator="\n")
+
+
+def _names(dataset: xr.Dataset) -> list[str]:
+    """The variables with one value a run: identity, axes, results, then the rest by group."""
+    runs = set(dataset.run_state.dims)
+    axes = [*str(dataset.attrs["axes"]).split(), *str(dataset.attrs["refinements"]).split()]
+    main = [variable.named() for variable in RUN_COLUMNS]
+    of_runs = [
+        str(name)
+        for group in GROUPS
+        for name, array in dataset.variables.items()
+        if array.attrs.get("group") == group
+        and (group == "parameter" or (array.dims == dataset.run_state.dims))
+        and set(array.dims) <= runs
+    ]
+    results = [name for name in of_runs if dataset[name].attrs["group"] == "result"]
+    return list(dict.fromkeys([*main, *axes, *results, *of_runs]))
+
+
+def _column(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """The values of a variable for each run, (runs,); flags in words."""
+    array = dataset[name]
+    if "flag_masks" in array.attrs:
+        words = [" ".join(each) for each in declared.flag_words(array)]
+        array = array.copy(data=np.array(words, object).reshape(array.shape))
+    elif "flag_meanings" in array.attrs:
+        meanings = np.array(array.attrs["flag_meanings"].split(), object)
+        array = array.copy(data=meanings[array.values])
+    along = array.broadcast_like(dataset.run_state)
+    return along.transpose(*dataset.run_state.dims).values.ravel()
+
+
+def _heading(dataset: xr.Dataset, name: str) -> str:
+    """A name with its unit, as a table of shots has it: "speed [m s-1]"."""
+    unit = dataset[name].attrs.get("units", "1")
+    return name if unit == "1" else f"{name} [{unit}]"
