@@ -24,6 +24,7 @@ from service.client.client import (
 )
 from service.records.jobs import Scope
 from studies.values.errors import InvalidInput, MissingExtra
+from studies.values.files import SWEEP_FILES
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of, until
 
 Answer = httpx.Response | Exception
@@ -170,7 +171,7 @@ def test_download__that_breaks_off_begins_again(api: Api, url: str, tmp_path: Pa
     api.compute()
     with Client(url, transport=Flaky(url, "behind", "", "behind")) as client:
         folder = client.sweep(id).fetch(tmp_path)
-    assert len(list(folder.iterdir())) == 3
+    assert {file.name for file in folder.iterdir()} == set(SWEEP_FILES)
 
 
 # --- keys -----------------------------------------------------------------------------------------

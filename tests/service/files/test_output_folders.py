@@ -12,6 +12,7 @@ from service.client.client import Client
 from service.files.output_folders import check_same, held_in
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
+from studies.values.files import SWEEP_FILES
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of
 from tests.service.support.command import run
 from tests.service.support.fakes import settings_in
@@ -142,4 +143,4 @@ def test_fetch__refuses_the_folder_of_another_sweep_and_replaces_on_request(
         assert run("fetch", id, "--out", out, "--url", url, "--overwrite") == 0
         leave_report(out, document(name="first"))
         client.sweep(id).fetch(out)  # the same sweep
-    assert len([*out.iterdir()]) == 3
+    assert {file.name for file in out.iterdir()} == set(SWEEP_FILES)
