@@ -14,18 +14,13 @@ import xarray as xr
 from studies.results import ENERGY_DRIFT_LIMIT
 from tests.claims import Row, at_most, claim
 
-<<<<<<< HEAD
-FILES = {"cube.nc", "report.html", "report.json"}
+FILES = {"cube.nc", "runs.csv", "report.html", "report.json"}
 SHAPES = {
     "holes": {"speed": 6},
     "aluminium": {"speed": 3, "plate_thickness": 2},
     "sphere": {"speed": 1},
     "craters": {"speed": 4},
 }
-=======
-FILES = {"cube.nc", "runs.csv", "report.html", "report.json"}
-SHAPES = {"holes": {"speed": 6, "plate_thickness": 3}, "craters": {"speed": 4}}
->>>>>>> 55d697e (The cube reads well: main results first, groups, short labels with the definition in comment, parameters as coordinates, one time for all histories; runs.csv beside it has one row a run)
 
 
 @claim(
