@@ -5,7 +5,7 @@ from pathlib import Path
 
 from docs.pages import DOCS, accuracy, laws, measurements, shots
 
-PAGES = {"laws": laws, "measurements": measurements, "shots": shots}
+PAGES = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots}
 COMPUTED = {"accuracy": accuracy, "shots": shots}
 
 

@@ -50,6 +50,8 @@ def stored() -> dict[str, Any]:
 def page() -> str:
     """docs/accuracy.md."""
     document = stored()
+    absent = [f"`{name}`" for name in verification.names() if name not in document["cases"]]
+    longer = f" Longer cases, which the table does not have: {', '.join(absent)}." if absent else ""
     parts = [
         "# How accurate is it\n",
         MADE.format(source=f"`docs/results/{STORED.name}` and `docs/results/{shots.STORED.name}`"),
@@ -60,7 +62,9 @@ def page() -> str:
         "## Against exact answers\n",
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
         f"{document['physics_version']}) and the default recipe. `whipple validate --verification` prints every row; a "
-        "row that is reported has no gate. The largest share is the largest error over its tolerance.\n",
+        "row that is reported has no gate. The largest share is the largest error over its tolerance."
+        + longer
+        + "\n",
         table(
             ["case", "states", "rows", "passed", "reported", "largest share of a tolerance"],
             [_summary(name, rows) for name, rows in document["cases"].items()],
