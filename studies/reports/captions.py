@@ -15,7 +15,8 @@ OF_KINDS = (
     (
         {"law", "band"},
         "Laws: solid lines and filled marks inside the range that their source states, dotted lines and open marks "
-        "outside.",
+        "outside. The axis reaches over simulation, observations and laws inside their range: a law outside of it may "
+        "leave the figure.",
     ),
     (
         {"band"},

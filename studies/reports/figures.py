@@ -76,6 +76,9 @@ class Series:
     high: Numbers = ()
     in_range: tuple[bool, ...] = ()  # of a law
     flagged: tuple[bool, ...] = ()  # of a simulation: drawn open
+    doubts: tuple[
+        str, ...
+    ] = ()  # of a simulation: the flags of each point in words, "" without any
     notes: tuple[str, ...] = ()  # words for a point
     connected: bool = True  # whether a line through the points means anything
 
@@ -244,6 +247,7 @@ def _simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
             numbers(values / norm),
             uncertainty=numbers(bars / norm),
             flagged=tuple(view.is_open(name)[piece.cells].tolist()),
+            doubts=tuple(view.doubts(name)[cell] for cell in piece.cells),
             connected=piece.connected,
         )
 
@@ -292,7 +296,7 @@ def _law(
     some = finite.any(axis=1)
     return Series(
         "band",
-        f"{title}: band of the stated constants",
+        f"{title}, all constants",
         x,
         low=numbers(np.where(some, np.where(finite, answers, np.inf).min(axis=1), np.nan)),
         high=numbers(np.where(some, np.where(finite, answers, -np.inf).max(axis=1), np.nan)),

@@ -18,10 +18,19 @@ from markupsafe import Markup
 from studies.reports.drawing import Gallery, colour_keys, ramps
 from studies.reports.figures import Figure, Panel, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
-from studies.reports.plot import plot
+from studies.reports.plot import WIDTHS, plot
 from studies.reports.sketches import growth_sketch, setup_sketch
 from studies.reports.view import Scale
-from studies.values.formats import display_of, kind_of, printed, printed_in, with_unit
+from studies.values.formats import (
+    display_alone,
+    display_of,
+    is_round_off,
+    kind_of,
+    printed,
+    printed_alone,
+    printed_in,
+    with_unit,
+)
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 MOST_REASONS = 4  # of a law, in its row
@@ -71,6 +80,13 @@ def quantity(node: Node, unit: Any) -> Markup:
     return _marked(node, value if isinstance(value, str) else printed_in(value, bare(unit)))
 
 
+def _alone(node: Node, unit: Any) -> Markup:
+    """A number (or a text) that stands alone, in the unit of its size: GPa of a modulus, MPa of a yield stress."""
+    value = bare(node)
+    text = value if isinstance(value, str) else printed_alone(value, bare(unit))
+    return _marked(node, text)
+
+
 def _marked(node: Node, text: str) -> Markup:
     value = bare(node)
     full = "" if value is None else json.dumps(value, ensure_ascii=False)
@@ -88,7 +104,7 @@ def _only_marked(value: Any) -> Any:
 
 def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> str:
     """A document as one HTML file that needs no network; ``sections`` are files by run id, for the pictures."""
-    drawings = [plot(_figure(figure)) for figure in report["figures"]]
+    drawings = [_drawing(_figure(figure)) for figure in report["figures"]]
     files = {run["number"]: (sections or {}).get(run["id"]) for run in report["runs"]}
     gallery = Gallery({number: file for number, file in files.items() if file})
     return (
@@ -103,9 +119,18 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
             colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
             drawings=[_script_json(drawing) for drawing in drawings],
             plotly=Markup(_file("static", "plotly-basic.min.js")),
+            script=Markup(_file("templates", "report.js")),
             style=Markup(_file("templates", "report.css")),
         )
     )
+
+
+def _drawing(figure: Figure) -> dict[str, Any]:
+    """A figure for Plotly, with a layout for each width of a page."""
+    return {
+        "data": plot(figure)["data"],
+        "layouts": [plot(figure, width)["layout"] for width in WIDTHS],
+    }
 
 
 def _figure(plain_figure: dict[str, Any]) -> Figure:
@@ -185,8 +210,14 @@ def environment() -> Environment:
         matching=_matching,
         main_ones=lambda quantities: [each for each in quantities if bare(each.main)],
         troubled=lambda runs: [
-            run for run in runs if bare(run.flags) or bare(run.state) != "succeeded"
+            run for run in runs if bare(run.doubted) or bare(run.state) != "succeeded"
         ],
+        is_round_off=lambda value: is_round_off(bare(value)),
+        both_round_off=lambda each: all(
+            not bare(end) or is_round_off(bare(end)) for end in (each.smallest, each.largest)
+        ),
+        alone=_alone,
+        unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
         first_rows=lambda rows: [row for row, _ in zip(rows, range(MOST_ROWS), strict=False)],
         some_reasons=lambda reasons: [
             reason for reason, _ in zip(reasons, range(MOST_REASONS), strict=False)

@@ -8,24 +8,30 @@ has a mark of its own as well, so that a page printed in grey still reads.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from textwrap import wrap
 from typing import Any
 
 from studies.reports import figures as labels
 from studies.reports.figures import Figure, Panel, Series
 from studies.reports.view import Scale
-from studies.values.formats import display_of, with_unit
+from studies.values.formats import NARROW_SPACE, display_of, signed, with_unit
 
 Trace = dict[str, Any]
 
 # Okabe and Ito (2008), without black (the simulation) and yellow (too pale on paper).
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 SYMBOLS = ("square", "triangle-up", "diamond", "triangle-down", "star-diamond", "hexagon")
-# Five steps of cividis, which grows evenly in lightness: for lines that follow one number.
-RAMP = ("#00204d", "#414d6b", "#7c7b78", "#b8a853", "#e3cb3a")
+# For lines that follow one number: lightness grows along it, and each step reads on white and on black.
+RAMP = ("#5b4cc4", "#0072b2", "#009e9e", "#7fa800", "#d99000")
 INK, GREY, RULE, CRIMSON = "#1a1a1a", "#8a8a8a", "#e4e4e4", "#a3003c"
 
 # px
 WIDTH = 1000  # the text width of the page
+# Widths for which a page has layouts: a screen, a tablet or a sheet of A4, a telephone.
+WIDTHS = (WIDTH, 700, 340)
+LEGEND_ENTRY = 300  # width that an entry of the legend needs
+PANEL_WIDTH = 300  # least width of a panel
+LETTER = 7.2  # width of a letter of a title, on average
 PANEL_HEIGHT = 380
 WIDE_HEIGHT = 430  # height of a figure with one panel, px
 LEGEND_LINE = 22
@@ -37,6 +43,10 @@ GAP = 0.035  # space between panels, as a part of the figure
 GAP_WITH_NUMBERS = 0.075  # where each panel has numbers beside it
 TICK_APART = 0.1  # numbers that are nearer run into each other
 HEADROOM = 0.06  # above the highest point
+MOST_TICKS = 7  # of an axis in per cent
+FLAGGED = "flagged: see the label at the mark"
+OUTSIDE = "law outside its range: open marks, dotted"
+MOST_LABELS = 4  # flagged points of a panel that are labelled; beyond, they are ringed alone
 
 
 @dataclass(frozen=True)
@@ -59,6 +69,8 @@ STYLES = {
     labels.EXTRAPOLATED: Style(COLOURS[1], "star"),
     labels.TREND: Style(COLOURS[1], "circle"),
     labels.MISSING: Style(GREY, "x-thin", 1000),
+    FLAGGED: Style(CRIMSON, "circle-open", 3),
+    OUTSIDE: Style(GREY, "square-open", 900),
 }
 
 
@@ -97,16 +109,23 @@ LOOKS = {
 }
 
 
-def plot(figure: Figure) -> dict[str, Any]:
-    """The Plotly specification of a figure: ``data`` and ``layout``."""
+def plot(figure: Figure, width: int = WIDTH) -> dict[str, Any]:
+    """The Plotly specification of a figure of some width: ``data``, which is the same for each, and ``layout``."""
     styles = _styles(figure)
     traces: list[Trace] = []
     shown: set[str] = set()
+    inside = {
+        series.label
+        for panel in figure.panels
+        for series in panel.series
+        if any(series.in_range) or series.kind not in ("law", "band")
+    }
     for number, panel in enumerate(figure.panels, start=1):
         for series in panel.series:
-            for trace in _traces(series, styles[series.label], figure):
-                traces.append(_placed(trace, series.label, styles[series.label], number, shown))
-    return {"data": traces, "layout": _layout(figure, entries=len(shown))}
+            for trace in _traces(series, styles[series.label], figure, series.label in inside):
+                label = trace.pop("label", series.label)
+                traces.append(_placed(trace, label, styles[label], number, shown))
+    return {"data": traces, "layout": _layout(figure, list(shown), width)}
 
 
 def _styles(figure: Figure) -> dict[str, Style]:
@@ -114,7 +133,7 @@ def _styles(figure: Figure) -> dict[str, Style]:
     series = [series for panel in figure.panels for series in panel.series]
     names = list(dict.fromkeys(each.label for each in series))
     if any(each.kind == "history" for each in series):
-        return {
+        return STYLES | {
             name: Style(_on_ramp(place, len(names)), "circle") for place, name in enumerate(names)
         }
     coloured = [name for name in names if name not in STYLES]
@@ -163,16 +182,21 @@ def scaled(values: Sequence[Any], scale: Scale) -> list[Any]:
     return [value * factor if isinstance(value, float | int) else value for value in values]
 
 
-def _traces(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
-    """The traces of one series."""
+def _traces(series: Series, style: Style, figure: Figure, has_range: bool) -> Iterator[Trace]:
+    """The traces of one series; ``has_range`` tells whether any point of its label is inside the range of its law."""
     x, y = scaled(series.x, figure.x), scaled(series.y, figure.y)
     if series.kind == "band":
         low, high = scaled(series.low, figure.y), scaled(series.high, figure.y)
         yield from _band(x, low, high, series, style)
+        if not all(series.in_range):
+            yield _legend_entry(STYLES[OUTSIDE], "lines+markers", dotted=True) | {"label": OUTSIDE}
         return
     look = LOOKS[series.kind]
     if look.own_entry:
-        yield _legend_entry(style, "lines+markers" if series.connected else "markers")
+        mode = "lines+markers" if series.connected else "markers"
+        yield _legend_entry(style, mode, dotted=not has_range)
+    if series.kind == "law" and not all(series.in_range):
+        yield _legend_entry(STYLES[OUTSIDE], "lines+markers", dotted=True) | {"label": OUTSIDE}
     if series.kind == "law" and series.connected:
         yield from _strokes(x, y, series.in_range, style)
     trace: Trace = {
@@ -196,6 +220,36 @@ def _traces(series: Series, style: Style, figure: Figure) -> Iterator[Trace]:
         dash = {"dash": "dot"} if series.kind == "trend" else {}
         trace["line"] = {"color": style.colour, "width": look.stroke, **dash}
     yield trace
+    doubted = [place for place, flags in enumerate(series.doubts) if flags and y[place] is not None]
+    if doubted:
+        yield _rings(series, x, y, doubted)
+
+
+def _rings(series: Series, x: Sequence[Any], y: Sequence[Any], doubted: Sequence[int]) -> Trace:
+    """A ring about each flagged point, with its flags beside it."""
+    style = STYLES[FLAGGED]
+    labelled = len(doubted) <= MOST_LABELS and series.kind == "simulation"
+    return {
+        "label": FLAGGED,
+        "named": True,
+        "mode": "markers+text" if labelled else "markers",
+        "x": [x[place] for place in doubted],
+        "y": [y[place] for place in doubted],
+        "text": [series.doubts[place] for place in doubted],
+        # Towards the middle of the panel, so that no label is cut.
+        "textposition": [
+            "bottom right" if place < len(x) / 2 else "bottom left" for place in doubted
+        ],
+        "textfont": {"color": style.colour, "size": 12},
+        "marker": {
+            "color": style.colour,
+            "size": 17,
+            "symbol": style.symbol,
+            "line": {"width": 2.4, "color": style.colour},
+        },
+        "hovertemplate": "%{x}: %{text}<extra></extra>",
+        "cliponaxis": False,
+    }
 
 
 def _open_where(series: Series, style: Style) -> list[str]:
@@ -204,15 +258,20 @@ def _open_where(series: Series, style: Style) -> list[str]:
     return [style.symbol if filled else f"{style.symbol}-open" for filled in inside]
 
 
-def _legend_entry(style: Style, mode: str) -> Trace:
-    """A trace without points: how the label looks inside its range."""
+def _legend_entry(style: Style, mode: str, *, dotted: bool = False) -> Trace:
+    """A trace without points: how the label looks, inside its range or (open, dotted) outside."""
+    symbol = f"{style.symbol.removesuffix('-open')}-open" if dotted else style.symbol
     return {
         "named": True,
         "mode": mode,
         "x": [None],
         "y": [None],
-        "line": {"color": style.colour, "width": 2.0},
-        "marker": {"color": style.colour, "size": 7, "symbol": style.symbol},
+        "line": {
+            "color": style.colour,
+            "width": 1.4 if dotted else 2.0,
+            "dash": "dot" if dotted else "solid",
+        },
+        "marker": {"color": style.colour, "size": 7, "symbol": symbol, "line": {"width": 1.2}},
         "hoverinfo": "skip",
     }
 
@@ -257,13 +316,15 @@ def _band(
         }
         return
     red, green, blue = _channels(style.colour)
+    filling = {"fill": "toself", "fillcolor": f"rgba({red},{green},{blue},0.2)"}
+    dash = "solid" if any(series.in_range) else "dot"
+    edge_line = {"color": style.colour, "width": 1.4, "dash": dash}
+    yield {**_legend_entry(style, "lines"), **filling, "line": edge_line}
     yield {
-        "named": True,
         "mode": "lines",
         "x": [x[place] for place in complete] + [x[place] for place in reversed(complete)],
         "y": [low[place] for place in complete] + [high[place] for place in reversed(complete)],
-        "fill": "toself",
-        "fillcolor": f"rgba({red},{green},{blue},0.2)",
+        **filling,
         "line": {"width": 0, "color": style.colour},
         "hoverinfo": "skip",
     }
@@ -286,18 +347,22 @@ def _bars(series: Series, style: Style, figure: Figure) -> dict[str, Any]:
 # ---- layout --------------------------------------------------------------------------------------
 
 
-def _layout(figure: Figure, entries: int) -> dict[str, Any]:
-    columns = {1: 1, 2: 2, 4: 2}.get(len(figure.panels), 3)
+def _layout(figure: Figure, entries: Sequence[str], width: int) -> dict[str, Any]:
+    most = max(1, (width - 76) // PANEL_WIDTH)
+    columns = min({1: 1, 2: 2, 4: 2}.get(len(figure.panels), 3), most)
     rows = math.ceil(len(figure.panels) / columns)
     height = (WIDE_HEIGHT if len(figure.panels) == 1 else PANEL_HEIGHT) * rows
-    legend = LEGEND_LINE * math.ceil(entries / 3) + 18
-    notes = NOTE_LINE if any(panel.note for panel in figure.panels) else 0
+    legend = LEGEND_LINE * math.ceil(len(entries) / max(1, width // LEGEND_ENTRY)) + 18
+    across = int((width - 76) / columns / LETTER)
+    titles = [wrap(panel.title, across) for panel in figure.panels]
+    lines = max(map(len, titles), default=0) - 1
+    notes = NOTE_LINE * (max(0, lines) + any(panel.note for panel in figure.panels))
     layout: dict[str, Any] = {
-        "width": WIDTH,
+        "width": width,
         "height": height + legend + notes,
         "margin": {"l": 64, "r": 12, "t": ABOVE + notes, "b": BELOW + legend},
-        "paper_bgcolor": "#ffffff",
-        "plot_bgcolor": "#ffffff",
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"family": "Helvetica, Arial, sans-serif", "size": 13, "color": INK},
         "legend": {
             "orientation": "h",
@@ -311,37 +376,49 @@ def _layout(figure: Figure, entries: int) -> dict[str, Any]:
         "annotations": [],
     }
     own = figure.scales == "own"
-    space = GAP_WITH_NUMBERS if own else GAP
-    width = (1 - space * (columns - 1)) / columns
+    space = GAP_WITH_NUMBERS * WIDTH / width if own else GAP
+    part = (1 - space * (columns - 1)) / columns
     gap = (ROW_GAP + notes) / (PANEL_HEIGHT * rows - ABOVE - BELOW) if rows > 1 else 0.0
     tall = (1 - gap * (rows - 1)) / rows
     for number, panel in enumerate(figure.panels):
         suffix = "" if number == 0 else str(number + 1)
         row, column = divmod(number, columns)
-        left, top = column * (width + space), 1 - row * (tall + gap)
+        left, top = column * (part + space), 1 - row * (tall + gap)
         layout[f"xaxis{suffix}"] = {
             **_axis(with_unit(figure.x.label, figure.x.unit), _x_range(figure)),
-            "domain": [left, left + width],
+            "domain": [left, left + part],
             "anchor": f"y{suffix}",
             **({"type": "category"} if figure.x.unit is None else {}),
             **(_cell_ticks(panel) if figure.x.name == "spacing" else {}),
         }
         label = with_unit(figure.y.label, figure.y.unit) if column == 0 else ""
+        limits = _own_range(figure, panel) if own else _y_range(figure)
         layout[f"yaxis{suffix}"] = {
-            **_axis(label, _own_range(figure, panel) if own else _y_range(figure)),
+            **_axis(label, limits),
             "domain": [top - tall, top],
             "anchor": f"x{suffix}",
             "showticklabels": column == 0 or own,
-            **({"tickformat": "+.0%"} if figure.y.name == "residual" else {}),
+            **(_percent_ticks(*limits) if figure.y.name == "residual" and limits else {}),
         }
-        layout["annotations"].append(_title(panel, left, top))
+        layout["annotations"].append(_title(panel, titles[number], left, top))
     return layout
 
 
-def _title(panel: Panel, left: float, top: float) -> dict[str, Any]:
-    """The title of a panel, with its note on a second line."""
+def _percent_ticks(low: float, high: float) -> dict[str, Any]:
+    """Ticks of signed shares: "-10 %", "0 %", "+10 %"."""
+    rough = max(high - low, 1e-9) / MOST_TICKS
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(power * factor for factor in (1, 2, 5, 10) if power * factor >= rough)
+    values = [number * step for number in range(math.ceil(low / step), math.floor(high / step) + 1)]
+    places = max(0, -math.floor(math.log10(100.0 * step * (1.0 + 1e-9))))
+    texts = [f"{signed(100.0 * value, places)}{NARROW_SPACE}%" for value in values]
+    return {"tickvals": values, "ticktext": texts}
+
+
+def _title(panel: Panel, lines: Sequence[str], left: float, top: float) -> dict[str, Any]:
+    """The title of a panel, with its note on a further line."""
     return {
-        "text": f"<b>{panel.title}</b>" + (f"<br>{panel.note}" if panel.note else ""),
+        "text": f"<b>{'<br>'.join(lines)}</b>" + (f"<br>{panel.note}" if panel.note else ""),
         "align": "left",
         "x": left,
         "y": top,
@@ -403,14 +480,31 @@ def _x_range(figure: Figure) -> tuple[float, float] | None:
 
 
 def _y_range(figure: Figure) -> tuple[float, float] | None:
-    """Zero is always in sight, and so is every mark."""
+    """Zero, and every mark of simulation, observations and laws inside their range; every mark where there is none."""
     factor = display_of(figure.y.unit).factor
-    tops = [top * factor for panel in figure.panels for top in _ends(panel, +1.0, bands=True)]
-    if not tops:
+    ends = [end * factor for panel in figure.panels for end in _weighty_ends(panel)]
+    if not ends:
+        ends = [top * factor for panel in figure.panels for top in _ends(panel, +1.0, bands=True)]
+    if not ends:
         return None
-    low, high = min(0.0, *tops), max(0.0, *tops)
+    low, high = min(0.0, *ends), max(0.0, *ends)
     margin = HEADROOM * (high - low) or 1.0
     return (low - margin if low < 0 else low, high + margin)
+
+
+def _weighty_ends(panel: Panel) -> Iterator[float]:
+    """Ends of bars and bands, without what a law gives outside its range."""
+    for series in panel.series:
+        inside = series.in_range or (True,) * len(series.x)
+        bars = series.uncertainty or (None,) * len(series.y)
+        for y, bar, counts in zip(series.y, bars, inside, strict=False):
+            if y is not None and counts:
+                yield y + (bar or 0.0)
+                yield y - (bar or 0.0)
+        for low, high, counts in zip(series.low, series.high, inside, strict=False):
+            if low is not None and high is not None and counts:
+                yield low
+                yield high
 
 
 def _own_range(figure: Figure, panel: Panel) -> tuple[float, float] | None:

@@ -99,6 +99,15 @@ class FigureView:
         unsettled = [VERDICTS.index(verdict) for verdict in UNSETTLED]
         return flagged | np.isin(self.flat(cubes.VERDICT, name), unsettled)
 
+    def doubts(self, name: str) -> list[str]:
+        """The flags of a quantity and of its run at each point, in words; empty without any."""
+        own = cubes.flag_words(cubes.FLAGS.of(self.dataset, name))
+        of_run = cubes.flag_words(cubes.FLAGS_OF_RUN.of(self.dataset))
+        return [
+            ", ".join(flag.replace("_", " ") for flag in (*mine, *other))
+            for mine, other in zip(own, of_run, strict=True)
+        ]
+
     def normed(self, name: str) -> bool:
         """Whether it is shown over the projectile's diameter: a length, all diameters known."""
         return bool(self.dataset[name].attrs["units"] == "m" and np.isfinite(self.diameter).all())

@@ -13,6 +13,8 @@ from studies.values.quantities import DISPLAY_UNITS
 
 NONE = "–"
 NARROW_SPACE = "\u202f"
+# A balance is a sum of up to a billion terms, each exact to 1e-16: what is smaller is no error of a program.
+ROUND_OFF = 1e-9
 MINUS = "\u2212"
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -37,6 +39,19 @@ def display_of(unit: str | None) -> Display:
         if display.of_columns:
             return Display(1.0 / display.size, re.sub("^u", "µ", display.name))
     return Display(1.0, _raised(unit))
+
+
+def display_alone(value: float | bool | str | None, unit: str | None) -> Display:
+    """The display unit of a number that stands alone: the largest in which it is no small fraction.
+
+    >>> display_alone(1.3e11, "Pa").unit, display_alone(9e7, "Pa").unit, display_alone(8930.0, "kg m-3").unit
+    ('GPa', 'MPa', 'kg m⁻³')
+    """
+    if isinstance(value, float | int) and not isinstance(value, bool) and value:
+        for display in DISPLAY_UNITS.get(unit or "1", ()):
+            if abs(value) >= display.smallest:
+                return Display(1.0 / display.size, re.sub("^u", "µ", display.name))
+    return display_of(unit)
 
 
 def _raised(unit: str) -> str:
@@ -77,22 +92,35 @@ def signed(value: float, places: int) -> str:
 def digits(value: float, significant: int = 3) -> str:
     """A number with significant digits; powers of ten where it is very small or large.
 
-    >>> digits(0.01234), digits(3.1e-14), digits(182345.0), digits(0.0), digits(12.0)
-    ('0.0123', '3.1·10⁻¹⁴', '182\u202f345', '0', '12')
+    >>> digits(0.01234), digits(3.1e-14), digits(182345.0), digits(769500.5), digits(0.0), digits(12.0)
+    ('0.0123', '3.1·10⁻¹⁴', '182\u202f345', '770\u202f000', '0', '12')
     """
     if value == 0:
         return "0"
     if value == int(value) and abs(value) < 1e7:
         return f"{int(value):,}".replace(",", NARROW_SPACE).replace("-", MINUS)
-    if 1e-3 <= abs(value) < 1e6:
+    if 1e4 <= abs(value) < 1e7:
+        return digits(float(f"{value:.{significant}g}"))
+    if 1e-3 <= abs(value) < 1e4:
         return f"{float(f'{value:.{significant}g}'):.12g}".replace("-", MINUS)
     mantissa, exponent = f"{value:.{significant - 1}e}".split("e")
     power = str(int(exponent)).translate(SUPERSCRIPTS)
     return f"{float(mantissa):g}·10{power}".replace("-", MINUS)
 
 
+def is_round_off(value: float | None) -> bool:
+    """Whether a share is no more than what sums of floating-point numbers leave."""
+    return value is not None and 0.0 < abs(value) < ROUND_OFF
+
+
 def of_share(value: float) -> str:
-    """A fraction in per cent, three significant digits."""
+    """A fraction in per cent, three significant digits; a word where it is round-off.
+
+    >>> of_share(0.0123), of_share(-3e-15), of_share(0.0)
+    ('1.23\u202f%', 'round-off', '0\u202f%')
+    """
+    if is_round_off(value):
+        return "round-off"
     return f"{digits(value * 100)}{NARROW_SPACE}%"
 
 
@@ -136,6 +164,13 @@ def printed_in(value: float | bool | None, unit: str | None) -> str:
     if value is None or not math.isfinite(value):
         return NONE
     return digits(float(f"{value * display_of(unit).factor:.12g}"), 4)
+
+
+def printed_alone(value: float | bool | None, unit: str | None) -> str:
+    """A number that stands alone, in the unit of its size, with four significant digits."""
+    if value is None or isinstance(value, bool) or not math.isfinite(value):
+        return printed_in(value, unit)
+    return digits(float(f"{value * display_alone(value, unit).factor:.12g}"), 4)
 
 
 def duration(seconds: float | None) -> str:

@@ -65,7 +65,7 @@ def test_page__draws_every_figure(opened: tuple[str, str]) -> None:
 def test_page__shows_every_series_in_the_legend(opened: tuple[str, str]) -> None:
     page, _ = opened
     legend = set(re.findall(r'class="legendtext"[^>]*>([^<]+)<', page))
-    laws = {"thesis 1-3, aluminium", "thesis 1-4", "thesis 1-5: band of the stated constants"}
+    laws = {"thesis 1-3, aluminium", "thesis 1-4", "thesis 1-5, all constants"}
     assert {"simulation", "observed", "run without a value", *laws} <= legend
 
 

@@ -11,7 +11,7 @@ from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.reports.compare import compare
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
-from studies.reports.plot import plot
+from studies.reports.plot import FLAGGED, OUTSIDE, WIDTHS, plot
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Sweep
 
@@ -127,6 +127,63 @@ def test_caption__counts_points_without_a_mesh_error() -> None:
     dataset = without_coarse_runs()
     assert "mesh error (unknown at 1 of 6 points), scatter" in drawn(dataset, "laws").caption
     assert "missing at 1 of 6 points, whose mesh error" in drawn(dataset, "residuals").caption
+
+
+# --- marks, legends and axes ----------------------------------------------------------------------
+
+
+def legend_of(figure: Figure) -> dict[str, Any]:
+    return {trace["name"]: trace for trace in plot(figure)["data"] if trace["showlegend"]}
+
+
+def test_legend__is_open_and_dotted_for_a_law_that_is_nowhere_inside_its_range() -> None:
+    dataset = built(PLAIN)
+    dataset.hole_diameter_by_law_in_range.loc[{"hole_diameter_law": "maiden_al"}] = 0
+    legend = legend_of(drawn(dataset, "laws"))
+    assert legend["thesis 1-3, aluminium"]["line"]["dash"] == "dot"
+    assert legend["thesis 1-3, aluminium"]["marker"]["symbol"].endswith("-open")
+    assert legend["thesis 1-5, all constants"]["line"]["dash"] == "dot"
+    assert legend["general form with the sound speed"]["line"]["dash"] == "solid"
+    assert legend[OUTSIDE]["marker"]["symbol"].endswith("-open")
+
+
+def test_flagged_points__are_ringed_with_their_flags_beside_them() -> None:
+    dataset = built(PLAIN, fakes.with_trouble(PLAIN))
+    (rings,) = [trace for trace in plot(drawn(dataset, "laws"))["data"] if trace["name"] == FLAGGED]
+    assert (rings["x"], rings["text"]) == ([2.0], ["under resolved"])
+    assert rings["marker"]["size"] > 2 * 7
+    assert FLAGGED not in legend_of(drawn(built(PLAIN), "laws"))
+
+
+def test_axis__is_set_by_the_simulation_and_the_laws_inside_their_range() -> None:
+    figure = drawn(built(PLAIN), "laws")
+    inside = [
+        y
+        for panel in figure.panels
+        for series in panel.series
+        for y, counts in zip(series.y, series.in_range or [True] * len(series.y), strict=False)
+        if counts and y is not None
+    ]
+    beyond = [y for panel in figure.panels for s in panel.series for y in s.high if y is not None]
+    low, high = plot(figure)["layout"]["yaxis"]["range"]
+    assert low == 0.0
+    assert max(inside) < high < max(beyond)
+
+
+def test_axis_of_residuals__has_no_sign_at_zero() -> None:
+    axis = plot(drawn(built(PLAIN), "residuals"))["layout"]["yaxis"]
+    texts = dict(zip(axis["tickvals"], axis["ticktext"], strict=True))
+    assert texts[0] == "0\u202f%"
+    assert all(text[0] in "+−" for value, text in texts.items() if value)
+
+
+def test_panels__stand_below_each_other_where_the_page_is_narrow() -> None:
+    figure = drawn(built(PLAIN), "laws")
+    lefts = [
+        {plot(figure, width)["layout"][f"xaxis{panel}"]["domain"][0] for panel in ("", "2", "3")}
+        for width in WIDTHS
+    ]
+    assert [len(each) for each in lefts] == [3, 2, 1]
 
 
 # --- residuals ------------------------------------------------------------------------------------
