@@ -5,9 +5,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from studies.results import ENERGY_DRIFT_LIMIT
-from studies.verification import bar_contact, plate_impact, taylor_bar
+from studies.verification import bar_contact, plate_impact
 
 OTHER_SHAPES = plate_impact.PRESSURE["gimp"]  # whatever is not named there is held to this
+# Of the Taylor bar's lengths in the mean, from 10 to 20 cells per diameter and from 20 to 40: first order. The bar
+# converges by itself; the constants of its strength were fitted with another code, on one grid.
+TAYLOR_CHANGES = (0.02, 0.01)
 CHANGES = {"32": 0.08, "64": 0.02}  # of the mean hole, from the grid before
 
 Figures = Mapping[str, Any]
@@ -53,10 +56,12 @@ def margins(figures: Figures) -> dict[str, float]:
         for word, (name, limit) in limits.items()
     }
     bar, least = figures["bar"], bar_contact.REBOUND
-    taylor = figures["taylor"].get("mean_error", math.inf)
+    taylor = figures["taylor"].get("changes", (math.inf, math.inf))
     found["contact"] = 1.0 - abs(bar.get("time", math.inf)) / bar_contact.CONTACT_TIME
     found["rebound"] = (bar.get("rebound", -math.inf) - least) / (1.0 - least)
-    found["Taylor"] = 1.0 - taylor / taylor_bar.MEAN_ERROR["axisymmetric"]
+    found["Taylor"] = min(
+        1.0 - change / limit for change, limit in zip(taylor, TAYLOR_CHANGES, strict=True)
+    )
     found["Noh"] = 1.0 - float(figures["noh"].get("part", math.inf))
     return found
 

@@ -131,7 +131,11 @@ class Observer:
             self.growth(name),
         )
         has_value, flags = math.isfinite(reading.value), reading.flags
-        parts = dict(reading.parts) if has_value else {}
+        parts: dict[str, float] = {}
+        if has_value:
+            parts = self.scenario.observer.all_parts(
+                self.parameters, name, reading.value, reading.parts
+            )
         if has_value and math.isfinite(growth):
             parts["growth"] = growth
         if has_value and self._is_judged(name) and not self._settled(name):

@@ -121,11 +121,13 @@ def _from_state(
     run: Run, measurement: Measurement, reading: Reading, result: RunResult
 ) -> Measured:
     """A measurement read off the final state alone."""
-    measured = _measured(measurement, reading, result)
+    scenario = scenarios.load(run.scenario)
+    parts = scenario.observer.all_parts(
+        scenario.parameters(**run.parameters), measurement.name, reading.value, reading.parts
+    )
+    measured = _measured(measurement, replace(reading, parts=parts), result)
     flags: tuple[str, ...] = (*measured.flags, NEEDS_SOLVING)
-    if measured.value is not None and scenarios.load(run.scenario).observer.too_coarse(
-        result.numbers
-    ):
+    if measured.value is not None and scenario.observer.too_coarse(result.numbers):
         return replace(measured, uncertainty=None, flags=(*flags, TOO_COARSE))
     return replace(measured, flags=flags)
 

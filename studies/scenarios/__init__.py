@@ -85,6 +85,10 @@ def _end_alone(parameters: Any, setting: Any) -> "SectionOptions":
     return SectionOptions()
 
 
+def _no_parts(parameters: Any, name: str) -> dict[str, float]:
+    return {}
+
+
 @dataclass(frozen=True)
 class ObserverOptions:
     """Observer's options for the runs of a family of scenarios."""
@@ -94,12 +98,21 @@ class ObserverOptions:
     numbers: Callable[[Any], dict[str, float]] = _no_numbers  # that a last view says of its run
     # Of the parameters and the built setting: the times at which sections are kept, beside the end.
     sections: Callable[[Any, Any], "SectionOptions"] = _end_alone
+    # Parts of the uncertainty of a measurement, relative, that parameters tell and no state shows.
+    parts: Callable[[Any, str], Mapping[str, float]] = _no_parts
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
     fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
 
     def too_coarse(self, cells: Mapping[str, float]) -> bool:
         """True for a grid so coarse that the error of its measurements is unknown."""
         return any(cells[name] < fewest for name, fewest in self.fewest_cells.items())
+
+    def all_parts(
+        self, parameters: Any, name: str, value: float, parts: Mapping[str, float]
+    ) -> dict[str, float]:
+        """The parts of the uncertainty of a value: those of its reading, and those that the parameters tell."""
+        told = self.parts(parameters, name)
+        return {**parts, **{part: share * abs(value) for part, share in told.items()}}
 
 
 @dataclass(frozen=True)

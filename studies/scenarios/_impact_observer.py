@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 from studies.scenarios import ImpactSetting, ObservationRate, ObserverOptions
 from studies.scenarios._impact import settled_window
+from studies.values.recipes import FEW_PARTICLES, RECIPES
 
 if TYPE_CHECKING:
     from studies.films.section import SectionOptions
@@ -19,6 +20,18 @@ MOMENTS = (1.5, 4.0)
 # Part of the target in pictures, in projectile diameters from the point of impact: plates of the default size are
 # whole, and craters of copper at 7 km/s have half of it as their radius.
 REACH = 6.0
+
+
+# Part of the uncertainty of what runs with ``FEW_PARTICLES`` of the default recipe's shape measure, relative: the root
+# mean square difference from three particles (``docs.recipe_study.particles``, table in docs/recipe.md).
+OF_FEW_PARTICLES = {
+    "hole_diameter": 0.0,
+    "hole_diameter_areal": 0.0,
+    "hole_diameter_midplane": 0.0,
+    "crater_depth": 0.0,
+    "crater_diameter": 0.0,
+    "crater_depth_over_diameter": 0.0,
+}
 
 
 def _rate(parameters: Any, setting: Any) -> ObservationRate:
@@ -37,6 +50,15 @@ def _numbers(view: Any) -> dict[str, float]:
         "separated_mass_fraction": 1.0 - _share(view, view.attached_target),
         "fast_mass_fraction": _share(view, fast),
     }
+
+
+def _parts(parameters: Any, name: str) -> dict[str, float]:
+    """The part that a low number of particles leaves; none for other shapes, of which nobody measured it."""
+    default = RECIPES["whipple"]
+    few = parameters.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell
+    if few and parameters.shape == default.shape and name in OF_FEW_PARTICLES:
+        return {"particles": OF_FEW_PARTICLES[name]}
+    return {}
 
 
 def _share(view: Any, keep: Any) -> float:
@@ -58,6 +80,7 @@ IMPACT = ObserverOptions(
     view=_view,
     numbers=_numbers,
     sections=_sections,
+    parts=_parts,
     least_cells={"cells_per_diameter": 16.0, "cells_per_thickness": 4.0},
     # At 6 km/s a plate of a twentieth of the diameter has a hole of 16.4 mm with 0.8 cells through it, 11.3 with 2.4.
     fewest_cells={"cells_per_thickness": 2.0},

@@ -6,13 +6,20 @@ A scenario's parameters inherit ``Numerics``; its ``fill`` passes through ``fill
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, PerSecond, Second
 from studies.values.errors import Finding
 from studies.values.parameters import Choice
-from studies.values.recipes import RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
+from studies.values.recipes import (
+    FEW_PARTICLES,
+    RECIPES,
+    Recipe,
+    RecipeName,
+    SchemeName,
+    StepRuleName,
+)
 
 BY_RECIPE = "by default that of the recipe"
 
@@ -29,7 +36,13 @@ def tensions() -> Mapping[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class Numerics:
-    """Numerical parameters of every scenario; what is left out follows from ``recipe``."""
+    """Numerical parameters of every scenario; what is left out follows from ``recipe``.
+
+    The number of particles that is left out follows from the geometry first (``studies.values.recipes``).
+    """
+
+    # Whether drafts and three dimensions have as many particles as the recipe says.
+    keeps_particles: ClassVar[bool] = False
 
     recipe: Annotated[
         RecipeName, Described("preset for the numerical parameters that are left out", label=True)
@@ -42,7 +55,12 @@ class Numerics:
         ),
     ] = None
     particles_per_cell: Annotated[
-        int | None, Described(f"particles per cell along each direction; {BY_RECIPE}", 1, 6)
+        int | None,
+        Described(
+            f"particles per cell along each direction; {FEW_PARTICLES} in drafts and three dimensions, {BY_RECIPE}",
+            1,
+            6,
+        ),
     ] = None
     viscosity_linear: Annotated[
         Dimensionless | None, Described(f"linear artificial viscosity; {BY_RECIPE}", 0.0, 2.0)
@@ -107,8 +125,16 @@ Parameters = TypeVar("Parameters", bound=Numerics)
 
 
 def filled_numerics(parameters: Parameters) -> Parameters:
-    """The parameters with every numerical one that was left out taken from the recipe."""
-    return filled_from(parameters, RECIPES[parameters.recipe])
+    """The parameters with every numerical one that was left out: by the geometry, else from the recipe."""
+    preset = RECIPES[parameters.recipe]
+    if is_solid(parameters) and not parameters.keeps_particles:
+        preset = replace(preset, particles_per_cell=FEW_PARTICLES)
+    return filled_from(parameters, preset)
+
+
+def is_solid(parameters: Numerics) -> bool:
+    """Whether a run is in three dimensions, and no body of revolution."""
+    return getattr(parameters, "geometry", "axisymmetric") != "axisymmetric"
 
 
 def filled_from(parameters: Parameters, preset: Any) -> Parameters:

@@ -82,6 +82,9 @@ class _PlateImpactShot:
 class PlateImpact(Numerics, _PlateImpactShot):
     """Parameters of a plate impact."""
 
+    # A plane shock is of one dimension, whatever the section of the column.
+    keeps_particles = True
+
 
 @dataclass(frozen=True, kw_only=True)
 class PlateSetting(Setting):

@@ -156,7 +156,7 @@ class _DocumentReading:
         title = self._text("title", name)
         if self.findings:
             raise InvalidInput(self.findings)
-        return Sweep(
+        sweep = Sweep(
             name=name,
             title=title,
             scenario=scenario.name,
@@ -169,6 +169,8 @@ class _DocumentReading:
             observations=observations or (),
             max_particles=self.limits.max_particles,
         )
+        preset = self.document.get("accuracy")
+        return sweep if preset is None else sweep.at_accuracy(preset)
 
     def _refuse(self, field: str, value: object, limit: str, cure: str) -> None:
         self.findings.append(Finding(field, shown(value), limit, cure))

@@ -17,7 +17,7 @@ from studies.sweeps.axes import Axis
 from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import Parameter, Value, declared
 from studies.values.quantities import round_quantity
-from studies.values.recipes import ACCURACY
+from studies.values.recipes import ACCURACY, FEW_PARTICLES
 
 if TYPE_CHECKING:
     from studies.laws import Shot
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 Combine = Literal["grid", "zip"]
 
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
+PARTICLES = "particles_per_cell"
 OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
 FINDINGS_SHOWN = 20  # reported refused points; an invalid sweep may have thousands of them
 
@@ -71,6 +72,8 @@ class Sweep:
     offsets: int = 1  # sub-cell positions of the grid for each resolution, evenly over a cell
     materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
     observations: tuple[Observation, ...] = ()
+    # Of ``fixed``, what a preset of accuracy set and another one may set otherwise.
+    by_accuracy: tuple[str, ...] = field(default=(), compare=False)
     # Limit of the service, not of the user.
     max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
@@ -176,16 +179,28 @@ class Sweep:
         return self.materials[name] if name in self.materials else shipped.load(name)
 
     def at_accuracy(self, name: str) -> "Sweep":
-        """The sweep with the resolutions and offsets of a preset.
+        """The sweep with the resolutions, offsets and number of particles of a preset.
 
         Raises ValueError where the scenario lacks the parameters that the preset sets, or the sweep sets them.
         """
         preset = ACCURACY[name]
-        parameters = declared(scenarios.load(self.scenario).parameters)
-        free = parameters.keys() - {*self.fixed, *(axis.name for axis in self.axes)}
+        record = scenarios.load(self.scenario).parameters
+        fixed = {name: value for name, value in self.fixed.items() if name not in self.by_accuracy}
+        free = declared(record).keys() - {*fixed, *(axis.name for axis in self.axes)}
         if RESOLUTION not in free or (preset.offsets > 1 and OFFSET not in free):
             raise ValueError(f"{self.name}: the preset {name} cannot set its resolution")
-        return replace(self, resolutions=preset.resolutions, offsets=preset.offsets)
+        few = (
+            preset.few_particles
+            and PARTICLES in free
+            and not getattr(record, "keeps_particles", True)
+        )
+        return replace(
+            self,
+            resolutions=preset.resolutions,
+            offsets=preset.offsets,
+            fixed=fixed | ({PARTICLES: FEW_PARTICLES} if few else {}),
+            by_accuracy=(PARTICLES,) if few else (),
+        )
 
     def _places(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
         """Index and coordinates of every run."""

@@ -49,9 +49,10 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         )
 
 
-def mean_error(recipe: Recipe) -> float:
-    """Eq. 2-42 of the body of revolution at the thesis' resolution."""
-    return value(_bar("axisymmetric", THESIS, recipe), "taylor_error")
+def lengths(recipe: Recipe, cells: float) -> dict[str, float]:
+    """The three lengths of the body of revolution, m, and their mean error against the experiment (Eq. 2-42)."""
+    result = _bar("axisymmetric", cells, recipe)
+    return {name: value(result, name) for name in (*MEASURED, "taylor_error")}
 
 
 def _bar(geometry: str, cells: float, recipe: Recipe) -> RunResult:

@@ -218,6 +218,19 @@ def test_hole_diameter__whose_bar_is_above_a_tenth_of_it_says_so(
     assert watched([diameter] * 20).measured_as("hole_diameter").flags == flags
 
 
+def test_few_particles__are_a_part_of_the_uncertainty_of_the_shape_that_was_measured() -> None:
+    def part(**changes: Any) -> float | None:
+        hole = watched([15.0] * 20, **changes).measured_as("hole_diameter")
+        assert hole.uncertainty == pytest.approx(math.hypot(*hole.parts.values()))
+        return hole.parts.get("particles")
+
+    few = part(particles_per_cell=2)
+    assert few is not None
+    assert few > 15e-3 * 0.001
+    assert part(geometry="quarter") == few
+    assert part(particles_per_cell=3) is part(particles_per_cell=2, shape="linear") is None
+
+
 def test_part_of_the_definition__is_stated_and_is_no_numerical_uncertainty() -> None:
     observer = watched([15.0] * 20)
     parts = {"resolution": 0.5e-3, DEFINITION: 0.2e-3}

@@ -22,6 +22,7 @@ from studies.scenarios._numerics import (
     check_numerics,
     numerics,
 )
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from studies.values.parameters import declared
 from studies.values.recipes import (
@@ -87,6 +88,65 @@ def test_thesis__is_what_the_solver_does_without_being_told() -> None:
         default = plain[name]
         made = default.default_factory is not dataclasses.MISSING
         assert value == (default.default_factory() if made else default.default), name  # type: ignore[operator]
+
+
+# Particles
+
+
+@pytest.mark.parametrize(
+    ("changes", "axisymmetric", "quarter"),
+    [
+        ({}, 3, 2),
+        ({"recipe": "thesis"}, 2, 2),
+        ({"particles_per_cell": 4}, 4, 4),
+    ],
+)
+def test_particles__are_what_is_stated_then_what_the_geometry_then_what_the_recipe_says(
+    changes: dict[str, Any], axisymmetric: int, quarter: int
+) -> None:
+    for geometry, count in (("axisymmetric", axisymmetric), ("quarter", quarter)):
+        run = asked(geometry=geometry, **changes)
+        assert run.parameters["particles_per_cell"] == count
+        assert run.id == asked(**{**changes, "geometry": geometry, "particles_per_cell": count}).id
+
+
+@pytest.mark.parametrize(
+    ("accuracy", "fixed", "count"),
+    [
+        ("draft", {}, 2),
+        ("standard", {}, 3),
+        ("standard", {"geometry": "quarter"}, 2),
+        ("draft", {"particles_per_cell": 3}, 3),
+    ],
+)
+def test_particles__of_an_accuracy_give_way_to_a_stated_number_alone(
+    accuracy: str, fixed: dict[str, Any], count: int
+) -> None:
+    shot = {"projectile_diameter": "8 mm", "plate_thickness": "2 mm"}
+    copper = {"projectile": "copper-ofhc", "target": "copper-ofhc"}
+    document = {
+        "scenario": "thin_plate",
+        "fixed": {**shot, **copper, **fixed},
+        "axes": {"speed": ["4 km/s"]},
+    }
+    sweep = Sweep.parse({**document, "accuracy": accuracy})
+    for same in (
+        sweep,
+        Sweep.parse(sweep.document()),
+        sweep.at_accuracy("fine").at_accuracy(accuracy),
+    ):
+        assert {point.run.parameters["particles_per_cell"] for point in same.runs()} == {count}
+
+
+@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
+def test_particles__of_a_taylor_bar_are_those_of_the_recipe(geometry: str) -> None:
+    document = {
+        "scenario": "taylor_bar",
+        "fixed": {"geometry": geometry},
+        "axes": {"speed": ["190 m/s"]},
+    }
+    (point,) = Sweep.parse({**document, "accuracy": "draft"}).runs()
+    assert point.run.parameters["particles_per_cell"] == 3
 
 
 # Identity

@@ -1,0 +1,158 @@
+"""``python -m docs.recipe_study.particles FILE``: what two particles along each direction change against three.
+
+The recipe ``whipple`` with either number: the Taylor bar, holes in copper plates of a quarter of the sphere's diameter,
+and the craters of the example ``craters``, each over several grids and, for impacts, three sub-cell positions. FILE
+keeps the figures as JSON; the tables of docs/recipe.md are printed. The part of the uncertainty that runs with two
+particles state (``OF_FEW_PARTICLES`` in ``studies.scenarios._impact_observer``) is, by quantity, the root mean square
+difference on the draft's grid, rounded up to a tenth of a per cent.
+"""
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from docs.recipe_study.measure import Figures, computed, hole, taylor
+from studies import examples
+from studies.sweeps.document import read_yaml
+from studies.values.recipes import ACCURACY, RECIPES, Recipe
+
+PROCESSES = 2
+COUNTS = (2, 3)
+SPEEDS = (4e3, 6e3)  # m/s
+CELLS = {
+    "hole": (16, 24, 32),
+    "crater": (16, 24),
+}  # across the projectile's diameter; 16 are the draft's
+OFFSETS = (0.0, 1.0 / 3.0, 2.0 / 3.0)  # of a cell
+OF_HOLES = ("hole_diameter", "hole_diameter_areal")
+OF_CRATERS = ("crater_depth", "crater_diameter")
+COMPANIONS = ("hole_diameter_midplane", "crater_depth_over_diameter")  # in no table
+
+
+def main(file: Path) -> None:
+    """Compute what the file does not hold yet, and print the tables."""
+    figures: dict[str, Figures] = json.loads(file.read_text()) if file.exists() else {}
+    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as pool:
+        jobs = {name: pool.submit(*call) for name, call in _calls().items() if name not in figures}
+        names = {job: name for name, job in jobs.items()}
+        for job in as_completed(names):
+            name = names[job]
+            figures[name] = job.result()
+            file.write_text(json.dumps(figures, indent=1))
+            print(name, file=sys.stderr, flush=True)
+    print("\n".join(table(figures)))
+
+
+def table(figures: Mapping[str, Figures]) -> Iterator[str]:
+    """The figures as two tables in Markdown."""
+    yield "| Taylor bar | change from 10 to 20, 20 to 40 cells | from the experiment at 10, at 40 cells |"
+    yield "|---|---|---|"
+    for count in COUNTS:
+        bar = figures[_name("taylor", count)]
+        changes = ", ".join(f"{change:.2%}" for change in bar["changes"])
+        yield f"| {count} particles | {changes} | {bar['mean_error']:.2%}, {bar['finest_error']:.2%} |"
+    yield ""
+    yield (
+        "| value | cells per diameter | 2 particles, mm | 3 particles, mm | difference: mean, root mean square "
+        "| processor time, 3 over 2 |"
+    )
+    yield "|---|---|---|---|---|---|"
+    for quantity, speed, cells in _rows():
+        pairs, seconds = _pairs(figures, quantity, speed, cells)
+        few, many = (_mean_and_range([pair[place] for pair in pairs]) for place in (0, 1))
+        changes = [few / many - 1.0 for few, many in pairs]
+        yield (
+            f"| {quantity.replace('_', ' ')}, {speed / 1e3:g} km/s | {cells} | {few} | {many} "
+            f"| {sum(changes) / len(changes):+.1%}, {_rms(changes):.1%} | {seconds[1] / seconds[0]:.1f} |"
+        )
+    yield ""
+    yield f"Root mean square at {_draft():g} cells: " + ", ".join(
+        f"{quantity} {part:.2%}" for quantity, part in draft_parts(figures).items()
+    )
+
+
+def draft_parts(figures: Mapping[str, Figures]) -> dict[str, float]:
+    """Root mean square difference of each quantity on the draft's grid, over speeds and offsets."""
+    return {
+        quantity: _rms(
+            [
+                few / many - 1.0
+                for speed in SPEEDS
+                for few, many in _pairs(figures, quantity, speed, _draft())[0]
+            ]
+        )
+        for quantity in (*OF_HOLES, *OF_CRATERS, *COMPANIONS)
+    }
+
+
+def crater(recipe: Recipe, speed: float, cells: int, offset: float) -> Figures:
+    """A crater of the example."""
+    document = read_yaml(examples.text("craters"), "craters")
+    return computed("thick_plate", recipe, speed, cells, {**document["fixed"], "offset": offset})
+
+
+def _draft() -> int:
+    (cells,) = ACCURACY["draft"].resolutions
+    return int(cells)
+
+
+def _calls() -> dict[str, tuple[Any, ...]]:
+    """What is computed, by name."""
+    recipes = {count: replace(RECIPES["whipple"], particles_per_cell=count) for count in COUNTS}
+    calls: dict[str, tuple[Any, ...]] = {
+        _name("taylor", count): (taylor, recipe) for count, recipe in recipes.items()
+    }
+    for problem in (hole, crater):
+        kind = problem.__name__
+        for cells, speed, offset, count in product(CELLS[kind], SPEEDS, OFFSETS, COUNTS):
+            call = (problem, recipes[count], speed, cells, offset)
+            calls[_name(kind, count, speed, cells, offset)] = call
+    return calls
+
+
+def _rows() -> Iterator[tuple[str, float, int]]:
+    for quantity in (*OF_HOLES, *OF_CRATERS):
+        for speed, cells in product(SPEEDS, CELLS[_problem(quantity)]):
+            yield quantity, speed, cells
+
+
+def _problem(quantity: str) -> str:
+    """The name of the problem on which a quantity is measured."""
+    return quantity.partition("_")[0]
+
+
+def _pairs(
+    figures: Mapping[str, Figures], quantity: str, speed: float, cells: int
+) -> tuple[list[tuple[float, float]], tuple[float, float]]:
+    """Values with two and with three particles at each offset, and the processor seconds of both."""
+    problem = _problem(quantity)
+    runs = [
+        [figures[_name(problem, count, speed, cells, offset)] for count in COUNTS]
+        for offset in OFFSETS
+    ]
+    few, many = (sum(run[place]["seconds"] for run in runs) for place in (0, 1))
+    return [(run[0][quantity], run[1][quantity]) for run in runs], (few, many)
+
+
+def _name(problem: str, *of: float) -> str:
+    return " ".join([problem, *(f"{value:.4g}" for value in of)])
+
+
+def _mean_and_range(values: list[float]) -> str:
+    middle, half = sum(values) / len(values), 0.5 * (max(values) - min(values))
+    return f"{1e3 * middle:.2f} ± {1e3 * half:.2f}"
+
+
+def _rms(values: list[float]) -> float:
+    return math.sqrt(sum(value**2 for value in values) / len(values))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
