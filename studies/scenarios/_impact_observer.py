@@ -23,14 +23,13 @@ REACH = 6.0
 
 
 # Part of the uncertainty of what runs with ``FEW_PARTICLES`` of the default recipe's shape measure, relative: the root
-# mean square difference from three particles (``docs.recipe_study.particles``, table in docs/recipe.md).
+# mean square difference from three particles on the draft's grid, and from ``FINE`` cells across the projectile on
+# (``docs.recipe_study.particles``, tables in docs/recipe.md).
+FINE = 24.0
 OF_FEW_PARTICLES = {
-    "hole_diameter": 0.0,
-    "hole_diameter_areal": 0.0,
-    "hole_diameter_midplane": 0.0,
-    "crater_depth": 0.0,
-    "crater_diameter": 0.0,
-    "crater_depth_over_diameter": 0.0,
+    "hole_diameter": (0.035, 0.014),
+    "hole_diameter_areal": (0.029, 0.015),
+    "hole_diameter_midplane": (0.057, 0.036),
 }
 
 
@@ -57,7 +56,8 @@ def _parts(parameters: Any, name: str) -> dict[str, float]:
     default = RECIPES["whipple"]
     few = parameters.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell
     if few and parameters.shape == default.shape and name in OF_FEW_PARTICLES:
-        return {"particles": OF_FEW_PARTICLES[name]}
+        coarse, fine = OF_FEW_PARTICLES[name]
+        return {"particles": coarse if parameters.cells_per_diameter < FINE else fine}
     return {}
 
 

@@ -24,7 +24,7 @@ TURNS = 600  # of the reference kernel in a block
 
 AXISYMMETRIC = {"12k": 32.0, "117k": 101.0, "1m": 296.0}  # cells per diameter
 WIDE = {"12k": 5.1, "117k": 11.2, "1m": 22.5}
-FAMILIES: dict[str, tuple[dict[str, str], dict[str, float]]] = {
+FAMILIES: dict[str, tuple[dict[str, Any], dict[str, float]]] = {
     "axisymmetric_default": ({"geometry": "axisymmetric"}, AXISYMMETRIC),
     "axisymmetric_linear": ({"geometry": "axisymmetric", "shape": "linear"}, AXISYMMETRIC),
     "axisymmetric_gimp": ({"geometry": "axisymmetric", "shape": "gimp"}, AXISYMMETRIC),
@@ -32,8 +32,8 @@ FAMILIES: dict[str, tuple[dict[str, str], dict[str, float]]] = {
         {"geometry": "quarter", "recipe": "thesis"},
         {"12k": 7.75, "117k": 16.8, "1m": 34.0},
     ),
-    "3d_gimp": ({"geometry": "quarter", "shape": "gimp"}, WIDE),
-    "3d_spline": ({"geometry": "quarter"}, WIDE),
+    "3d_gimp": ({"geometry": "quarter", "shape": "gimp", "particles_per_cell": 3}, WIDE),
+    "3d_spline": ({"geometry": "quarter", "particles_per_cell": 3}, WIDE),
 }
 PROBLEMS: dict[str, dict[str, Any]] = {
     f"{family}_{size}": {**choices, "cells_per_diameter": cells}

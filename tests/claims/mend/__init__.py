@@ -1,1 +1,1 @@
-"""What was once wrong and is watched since: craters and settling, bad bodies and heads, disk, leader, README."""
+"""What was once wrong and is watched since: craters, bad bodies and heads, disk, leader, README."""

@@ -19,9 +19,10 @@ import numpy as np
 from solver.errors import WhippleError
 from studies import materials
 from studies.convergence.richardson import Convergence, Sample, converge
-from studies.results import ENERGY_DRIFT_LIMIT
+from studies.results import ENERGY_DRIFT_LIMIT, numerical_parts
 from studies.runs.execution import HOTTEST_SHARE_FLAG, execute
 from studies.runs.run import resolve
+from studies.values.recipes import RECIPES
 from studies.verification.energy import CELLS_PER_DIAMETER
 from tests.claims import Row, at_most, claim, relative
 
@@ -59,6 +60,7 @@ def hole(question: Question) -> Hole:
         "cells_per_diameter": cells,
         "offset": offset,
         "geometry": geometry,
+        "particles_per_cell": RECIPES["whipple"].particles_per_cell,
         "projectile": MATERIAL,
         "target": MATERIAL,
     }
@@ -69,10 +71,11 @@ def hole(question: Question) -> Hole:
     if result.state != "succeeded":
         raise WhippleError(f"{question}: {result.reason}")
     measured = result.measurements["hole_diameter"]
+    parts = numerical_parts(measured.parts)
     return Hole(
         diameter=math.nan if measured.value is None else measured.value,
         unseen=measured.parts.get("resolution", 0.0),
-        rest=math.hypot(*(part for name, part in measured.parts.items() if name != "resolution")),
+        rest=math.hypot(*(part for name, part in parts.items() if name != "resolution")),
         cells_per_diameter=cells,
         energy_drift=abs(result.numbers["largest_energy_drift"]),
         hottest_energy_share=result.numbers["hottest_energy_share"],
