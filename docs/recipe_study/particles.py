@@ -58,8 +58,9 @@ def table(figures: Mapping[str, Figures]) -> Iterator[str]:
     yield "|---|---|---|"
     for count in COUNTS:
         bar = figures[_name("taylor", count)]
-        from_grid_to_grid = ", ".join(f"{change:.2%}" for change in bar["changes"])
-        yield f"| {count} particles | {from_grid_to_grid} | {bar['mean_error']:.2%}, {bar['finest_error']:.2%} |"
+        from_grid_to_grid = ", ".join(_percent(change) for change in bar["changes"])
+        errors = ", ".join(_percent(bar[name]) for name in ("mean_error", "finest_error"))
+        yield f"| {count} particles | {from_grid_to_grid} | {errors} |"
     yield ""
     yield (
         "| value | cells per diameter | 2 particles, mm | 3 particles, mm | difference: mean, root mean square "
@@ -72,14 +73,15 @@ def table(figures: Mapping[str, Figures]) -> Iterator[str]:
         changes = [few / many - 1.0 for few, many in pairs]
         yield (
             f"| {quantity.replace('_', ' ')}, {speed / 1e3:g} km/s | {cells} | {few} | {many} "
-            f"| {sum(changes) / len(changes):+.1%}, {_rms(changes):.1%} | {seconds[1] / seconds[0]:.1f} |"
+            f"| {100.0 * sum(changes) / len(changes):+.1f}, {100.0 * _rms(changes):.1f} % "
+            f"| {seconds[1] / seconds[0]:.1f} |"
         )
     yield ""
     yield "| root mean square difference | draft's grid | finer |"
     yield "|---|---|---|"
     for quantity in (*OF_HOLES, *OF_CRATERS, *COMPANIONS):
         coarse, fine = parts(figures, quantity)
-        yield f"| {quantity.replace('_', ' ')} | {coarse:.2%} | {fine:.2%} |"
+        yield f"| {quantity.replace('_', ' ')} | {_percent(coarse)} | {_percent(fine)} |"
 
 
 def parts(figures: Mapping[str, Figures], quantity: str) -> tuple[float, float]:
@@ -144,6 +146,10 @@ def _pairs(
 
 def _name(problem: str, *of: float) -> str:
     return " ".join([problem, *(f"{value:.4g}" for value in of)])
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2f} %"
 
 
 def _mean_and_range(values: list[float]) -> str:

@@ -68,7 +68,7 @@ class _TaylorBarShot(AtWall):
 class TaylorBar(Bar, _TaylorBarShot):
     """Parameters of a Taylor bar."""
 
-    # Two miss the measured mushroom on the thesis' grid by 3.5 %, three by less than 1 (docs/recipe.md).
+    # A bar is cheap, and its verification is that of three (docs/recipe.md).
     keeps_particles = True
 
 

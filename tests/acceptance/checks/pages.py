@@ -19,7 +19,7 @@ SHOWN = ("text", "ini", "nginx", "matlab")
 # Programs that a block needs and a machine may lack: a text of such blocks, and a command that ends well with them.
 NEEDED = {"docker compose": "docker compose version", "SLURMCluster": "sbatch --version"}
 # Blocks that take hours, each recomputed by a claim or a command of its own.
-HOURS = {"docs.recipe_study recipe": "the study of recipes", "make bench": "the benchmarks"}
+HOURS = {"docs.recipe_study": "the study of recipes", "make bench": "the benchmarks"}
 
 
 def pages() -> list[Path]:
