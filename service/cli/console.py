@@ -1,10 +1,8 @@
 """Output of the command line: errors, sweeps, runs, events, and the progress of a sweep."""
 
 import json
-import math
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import IO, TYPE_CHECKING, Any
 
@@ -25,7 +23,6 @@ if TYPE_CHECKING:
 SHORT_ID = 12  # digits of an id in a table; commands take the beginning of an id
 LONGEST_LINE = 10_000  # characters, where the output is no terminal
 MOST_LINES = 20  # printed lines of a list of runs
-COMPUTED = ("succeeded", "failed")  # states of a computed point
 
 
 def print_findings(error: InvalidInput) -> None:
@@ -268,59 +265,3 @@ def print_backup(done: "Backup") -> None:
         print(f"  lost or damaged: {path}", file=sys.stderr)
     if done.lost:
         print(f"  {len(done.lost)} files are missing; see `whipple doctor`", file=sys.stderr)
-
-
-# --- progress -------------------------------------------------------------------------------------
-
-
-@contextmanager
-def showing_progress(name: str) -> "Iterator[Callable[[SweepStatus], None]]":
-    """A function that shows the status of a sweep: as a bar on a terminal, else as lines."""
-    if not sys.stderr.isatty():
-        yield _ProgressLines(name)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %  {task.fields[done]}/{task.fields[planned]} runs"),
-        TextColumn("{task.fields[left]}"),
-    )
-    with Progress(*columns, console=Console(stderr=True)) as bar:
-        task = bar.add_task(name, total=1.0, done=0, planned=0, left="")
-
-        def show(sweep: "SweepStatus") -> None:
-            left = duration(sweep.eta_seconds)
-            bar.update(
-                task,
-                completed=sweep.progress,
-                done=_computed(sweep),
-                planned=sweep.planned,
-                left=f"{left} left" if sweep.eta_seconds else sweep.state,
-            )
-
-        yield show
-
-
-class _ProgressLines:
-    """A line whenever more runs are computed, or another tenth of the work is done."""
-
-    def __init__(self, name: str):
-        self._name = name
-        self._shown = (-1, -1)
-
-    def __call__(self, sweep: "SweepStatus") -> None:
-        computed = _computed(sweep)
-        now = (computed, math.floor(10 * sweep.progress))
-        if now == self._shown:
-            return
-        self._shown = now
-        left = f", {duration(sweep.eta_seconds)} left" if sweep.eta_seconds else ""
-        line = f"{self._name}: {computed}/{sweep.planned} runs, {sweep.progress:.0%}{left}"
-        print(line, file=sys.stderr, flush=True)
-
-
-def _computed(sweep: "SweepStatus") -> int:
-    return sum(sweep.counts.get(state, 0) for state in COMPUTED)

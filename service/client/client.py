@@ -28,6 +28,7 @@ from studies.values.errors import Finding, InvalidInput
 from studies.values.files import SWEEP_FILES
 
 if TYPE_CHECKING:
+    from service.client.html import RunDocument
     from studies.values.opening import Dataset
 
 __all__ = [
@@ -137,9 +138,11 @@ class Client:
 
     # --- runs ------------------------------------------------------------------------------------
 
-    def run(self, id: str) -> dict[str, Any]:
+    def run(self, id: str) -> "RunDocument":
         """A run with its parameters."""
-        return self._connection.json("GET", f"/v1/runs/{id}")
+        from service.client.html import RunDocument
+
+        return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"))
 
     def find_run(self, prefix: str) -> str:
         """The id of the run whose id begins so; raises InvalidInput with the candidates if they are several."""
@@ -220,6 +223,15 @@ class SweepHandle:
     def __repr__(self) -> str:
         return f"SweepHandle({self.client.url!r}, {self.id!r})"
 
+    def _repr_html_(self) -> str:
+        """The sweep as it stands, for a notebook; its address alone where the service does not respond."""
+        from service.client.html import sweep_table, table
+
+        try:
+            return sweep_table(self.status(), f"{self.client.url}{self._path}/report.html")
+        except WhippleError as error:
+            return table(repr(self), [("error", error)])
+
     # --- read ------------------------------------------------------------------------------------
 
     def status(self) -> SweepStatus:
@@ -238,9 +250,23 @@ class SweepHandle:
     def wait(
         self,
         timeout: float | None = None,
-        on_progress: Callable[[SweepStatus], None] = lambda status: None,
+        on_progress: Callable[[SweepStatus], None] | None = None,
     ) -> SweepStatus:
-        """Wait until the sweep has ended; raises StillRunning after ``timeout`` seconds."""
+        """Wait until the sweep has ended; raises StillRunning after ``timeout`` seconds.
+
+        ``on_progress`` is called with each status. Without it a bar shows the progress on a terminal and in a
+        notebook, and nothing does elsewhere.
+        """
+        from service.client.progress import is_watched, showing_progress
+
+        if on_progress is None and is_watched():
+            with showing_progress(self.status().name) as show:
+                return self._wait(timeout, show)
+        return self._wait(timeout, on_progress or (lambda status: None))
+
+    def _wait(
+        self, timeout: float | None, on_progress: Callable[[SweepStatus], None]
+    ) -> SweepStatus:
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             status = self.status()

@@ -53,7 +53,8 @@ def submit(
     key_file: KeyFile = None,
 ) -> None:
     """Submit a sweep to a service, and print its id."""
-    from service.cli.console import print_sweep, print_warnings, showing_progress
+    from service.cli.console import print_sweep, print_warnings
+    from service.client.progress import showing_progress
     from studies.sweeps.document import read_sweep_file
     from studies.sweeps.sweep import ACCEPTED, Sweep
 

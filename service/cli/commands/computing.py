@@ -219,8 +219,9 @@ def _compute(
     begin = time.perf_counter()
     # The child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
     with preloading(PUBLICATION) as ready:
-        from service.cli.console import nonzero, showing_progress
+        from service.cli.console import nonzero
         from service.cli.local import STORE_OF_FOLDER, run_sweep
+        from service.client.progress import showing_progress
 
         settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
         with showing_progress(name) as show:

@@ -1,6 +1,8 @@
 """The client, against the real interface over a real connection."""
 
+import io
 import socket
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -8,6 +10,7 @@ from typing import Any
 import pytest
 
 from service.client.client import Client, ServiceError, StillRunning, Unreachable
+from service.client.html import RunDocument
 from studies import examples
 from studies.values.errors import InvalidInput
 from tests.service.support.api import FILES, SWEEP, Api, open_api, served, sweep_of
@@ -130,3 +133,48 @@ def test_client__of_something_else_says_what_it_got(monkeypatch: pytest.MonkeyPa
         pytest.raises(ServiceError, match="502"),
     ):
         client.submit(SWEEP)
+
+
+def test_notebook__shows_sweep_and_run_as_tables(api: Api, client: Client) -> None:
+    document = sweep_of(name="a < b", axes={"speed": ["3.7 km/s"]})
+    handle = client.submit(document)
+    html = handle._repr_html_()
+    assert "a &lt; b" in html
+    assert "queued" in html
+    assert "report.html" not in html  # there is none yet
+    api.compute()
+    assert f"{client.url}/v1/sweeps/{handle.id}/report.html" in handle._repr_html_()
+    run_id = next(handle.runs())["run"]["id"]
+    html = client.run(run_id)._repr_html_()
+    for text in ("succeeded", "plate thickness", "2 mm", "3.7 km/s"):
+        assert text in html, text
+
+
+def test_notebook__without_a_service_shows_the_address_and_the_error() -> None:
+    with Client("http://127.0.0.1:9", patience=0.0) as nowhere:
+        html = nowhere.sweep("0" * 32)._repr_html_()
+    assert "SweepHandle" in html
+    assert "whipple serve" in html
+
+
+def test_run__with_measurements_shows_value_uncertainty_and_unit() -> None:
+    summary = {"measurements": {"hole_diameter": {"value": 0.0144444, "uncertainty": 2e-4}}}
+    html = RunDocument(id="1" * 32, scenario="thin_plate", summary=summary)._repr_html_()
+    assert "14.44 mm ± 0.2 mm" in html
+
+
+class _Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("is_terminal", [True, False])
+def test_wait__shows_a_bar_to_a_person_alone(
+    api: Api, client: Client, monkeypatch: pytest.MonkeyPatch, is_terminal: bool
+) -> None:
+    screen = _Terminal() if is_terminal else io.StringIO()
+    monkeypatch.setattr(sys, "stderr", screen)
+    handle = client.submit(sweep_of(name="watched", axes={"speed": ["3.8 km/s"]}))
+    api.compute()
+    handle.wait(timeout=30.0)
+    assert ("watched" in screen.getvalue()) is is_terminal

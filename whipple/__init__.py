@@ -28,11 +28,15 @@ def run_sweep(
     ``document`` is a mapping or the path of a YAML file. The folder holds ``cube.nc``,
     ``runs.csv``, ``report.html`` and ``report.json``; called again with the same folder, it resumes: values on the
     axes may have been added or removed. A folder that holds another sweep is refused, unless that
-    is to be replaced (``overwrite``).
+    is to be replaced (``overwrite``). A bar shows the progress on a terminal and in a notebook.
     """
     from service.cli.local import run_sweep
+    from service.client.progress import is_watched, showing_progress
 
-    return Path(run_sweep(document, Path(out), overwrite=overwrite))
+    if not is_watched():
+        return Path(run_sweep(document, Path(out), overwrite=overwrite))
+    with showing_progress(Path(out).name) as show:
+        return Path(run_sweep(document, Path(out), overwrite=overwrite, progress=show))
 
 
 def open_cube(path: str | Path) -> "xarray.Dataset":

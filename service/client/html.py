@@ -1,0 +1,77 @@
+"""Sweeps and runs as tables, for notebooks."""
+
+from collections.abc import Iterable, Mapping
+from html import escape
+from typing import Any
+
+from service.records.jobs import SweepStatus
+from studies.values.formats import duration
+from studies.values.quantities import readable
+
+DIGITS = 4  # of a measured value
+
+
+class RunDocument(dict[str, Any]):
+    """A run as the service describes it; a notebook shows it as a table."""
+
+    def _repr_html_(self) -> str:
+        rows = [("state", self.get("state")), ("reason", self.get("reason"))]
+        rows += _parameters(self.get("question") or {})
+        rows += _measured(self.get("summary") or {})
+        return table(f"run {self.get('id', '')[:12]}: {self.get('scenario', '')}", rows)
+
+
+def sweep_table(sweep: SweepStatus, report: str) -> str:
+    """A sweep at one moment; ``report`` is the address of its report."""
+    counts = ", ".join(f"{count} {state}" for state, count in sweep.counts.items() if count)
+    bar = f'<progress max="1" value="{sweep.progress:.3f}"></progress> {sweep.progress:.0%}'
+    rows = [("state", sweep.state), ("runs", counts), ("reason", sweep.reason)]
+    rows += [("time left", duration(sweep.eta_seconds or None))]
+    link = f'<a href="{escape(report)}">report</a>' if sweep.state == "succeeded" else ""
+    return table(f"{sweep.name} ({sweep.id[:12]})", rows, below=f"{bar} {link}")
+
+
+def table(title: str, rows: Iterable[tuple[str, object]], below: str = "") -> str:
+    """A table of names and values without those that are None or empty; ``below`` is HTML."""
+    lines = "".join(
+        f"<tr><th style='text-align: left'>{escape(name)}</th>"
+        f"<td style='text-align: left'>{escape(str(value))}</td></tr>"
+        for name, value in rows
+        if value not in (None, "")
+    )
+    return f"<div><b>{escape(title)}</b><table>{lines}</table>{below}</div>"
+
+
+def _parameters(question: Mapping[str, Any]) -> list[tuple[str, object]]:
+    """The parameters of a run with their units."""
+    from studies import scenarios
+    from studies.values.parameters import declared
+
+    parameters = question.get("parameters") or {}
+    allowed = declared(scenarios.load(question["scenario"]).parameters) if parameters else {}
+    return [
+        (name.replace("_", " "), _with_unit(value, allowed[name].unit if name in allowed else None))
+        for name, value in parameters.items()
+    ]
+
+
+def _measured(summary: Mapping[str, Any]) -> list[tuple[str, object]]:
+    """The measured values of a run with their units and uncertainties."""
+    from studies import measurements
+
+    known = set(measurements.names())
+    rows: list[tuple[str, object]] = []
+    for name, each in (summary.get("measurements") or {}).items():
+        unit = measurements.load(name).unit if name in known else None
+        value, uncertainty = _with_unit(each["value"], unit), each.get("uncertainty")
+        bar = f" ± {_with_unit(uncertainty, unit)}" if uncertainty else ""
+        rows.append((name.replace("_", " "), f"{value}{bar}" if value else ""))
+    return rows
+
+
+def _with_unit(value: object, unit: str | None) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool | str) or unit is None or not isinstance(value, int | float):
+        return str(value)
+    return readable(float(f"{value:.{DIGITS}g}"), unit)

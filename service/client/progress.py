@@ -1,0 +1,80 @@
+"""Progress of a sweep while somebody waits: a bar on a terminal or in a notebook, else lines or nothing."""
+
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+
+from service.records.jobs import SweepStatus
+from studies.values.formats import duration
+
+COMPUTED = ("succeeded", "failed")  # states of a computed point
+
+Show = Callable[[SweepStatus], None]
+
+
+def is_watched() -> bool:
+    """Whether a person looks on: the error stream is a terminal, or this is a notebook."""
+    return sys.stderr.isatty() or _in_notebook()
+
+
+@contextmanager
+def showing_progress(name: str) -> Iterator[Show]:
+    """A function that shows the status of a sweep: as a bar on a terminal or in a notebook, else as lines."""
+    # A bar in a notebook moves with ipywidgets alone.
+    if not (sys.stderr.isatty() or (_in_notebook() and find_spec("ipywidgets"))):
+        yield _ProgressLines(name)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %  {task.fields[done]}/{task.fields[planned]} runs"),
+        TextColumn("{task.fields[left]}"),
+    )
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task(name, total=1.0, done=0, planned=0, left="")
+
+        def show(sweep: SweepStatus) -> None:
+            left = duration(sweep.eta_seconds)
+            bar.update(
+                task,
+                completed=sweep.progress,
+                done=_computed(sweep),
+                planned=sweep.planned,
+                left=f"{left} left" if sweep.eta_seconds else sweep.state,
+            )
+
+        yield show
+
+
+class _ProgressLines:
+    """A line whenever more runs are computed, or another tenth of the work is done."""
+
+    def __init__(self, name: str):
+        self._name = name
+        self._shown = (-1, -1)
+
+    def __call__(self, sweep: SweepStatus) -> None:
+        computed = _computed(sweep)
+        now = (computed, math.floor(10 * sweep.progress))
+        if now == self._shown:
+            return
+        self._shown = now
+        left = f", {duration(sweep.eta_seconds)} left" if sweep.eta_seconds else ""
+        line = f"{self._name}: {computed}/{sweep.planned} runs, {sweep.progress:.0%}{left}"
+        print(line, file=sys.stderr, flush=True)
+
+
+def _computed(sweep: SweepStatus) -> int:
+    return sum(sweep.counts.get(state, 0) for state in COMPUTED)
+
+
+def _in_notebook() -> bool:
+    """Whether IPython runs with a kernel, as it does behind a notebook."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return shell is not None and hasattr(shell, "kernel")
