@@ -223,7 +223,9 @@ class PointModel(Answer):
     index: tuple[int, ...] = Field(
         description="Position on each axis, and among the resolutions and offsets if several"
     )
-    coordinates: dict[str, float | str] = Field(description="Value on each of these axes, SI")
+    coordinates: dict[str, float | str] = Field(
+        description="Value on each of these axes, SI; of a run that screens the models, `screening` alone"
+    )
     state: State = Field(
         description="State of the run; `cancelled` if this sweep no longer waits for it"
     )

@@ -97,7 +97,13 @@ def print_sweeps(sweeps: "Iterable[SweepStatus]") -> None:
 
 
 def print_points(points: Iterable[Mapping[str, Any]], axes: Mapping[str, str | None]) -> None:
-    """A table of points with the values and units of their axes; failed ones with the reason."""
+    """A table of points with the values and units of their axes; failed ones with the reason.
+
+    Runs that screen the models have a column of their own in place of the axes.
+    """
+    points = list(points)
+    if any("screening" in point["coordinates"] for point in points):
+        axes = {**axes, "screening": None}
     headings = [with_unit(name, unit) for name, unit in axes.items()]
     rows = (
         (

@@ -234,7 +234,7 @@ class _Rows:
 
 def digest_of(sweep: "Sweep") -> str:
     """Digest of a sweep's document and of its runs: the same document for the same physics."""
-    return _digest(sweep.document(), [fault_point.run.id for fault_point in sweep.runs()])
+    return _digest(sweep.document(), [fault_point.run.id for fault_point in sweep.every_run()])
 
 
 def _digest(document: Mapping[str, Any], run_ids: Sequence[str]) -> str:
@@ -248,7 +248,7 @@ def _rows_of(submission: Submission, *, cost: Callable[["Run"], float], moment: 
     The virtual times of its runs are those in an empty queue, if all of them are new.
     """
     id, sweep = uuid.uuid4().hex, submission.sweep
-    points, document = sweep.runs(), sweep.document()
+    points, document = sweep.every_run(), sweep.document()
     run_ids = [point.run.id for point in points]  # a digest: computed once for each point
     times = {"created": moment, "queued": moment}
     unbegun = {"attempt": 0, "term": 0, "crashes": 0, **times}

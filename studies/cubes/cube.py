@@ -33,6 +33,7 @@ import xarray as xr
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
 from studies.cubes.cells import Cell, Layout, converge_cells, definition_part, lay_out
+from studies.cubes.models import Assess, assessment
 from studies.cubes.variables import Quantity, Variable, variable_name
 from studies.results import numerical_parts
 from studies.values.files import write_atomically
@@ -57,7 +58,9 @@ def build(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue | None = 
     dataset = xr.Dataset(
         {
             variable.name: _labelled(variable, values, layout, attributes)
-            for variable, values, attributes in _in_order(layout, catalogue, sweep)
+            for variable, values, attributes in _in_order(
+                layout, catalogue, sweep, assessment(sweep, results)
+            )
         }
     )
     axes = {*_names(layout.axes), *_names(layout.refinements)}
@@ -92,7 +95,9 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 # ---- columns: declared variables with their values -----------------------------------------------
 
 
-def _in_order(layout: Layout, catalogue: Catalogue, sweep: Any) -> list[Column]:
+def _in_order(
+    layout: Layout, catalogue: Catalogue, sweep: Any, assess: Assess
+) -> list[Column]:
     """The columns as a reader wants them: axes, other parameters; then group by group, quantities of laws first."""
     first = [*_names(layout.axes), *_names(layout.refinements), *map(variable_name, sweep.fixed)]
     main = {law.quantity for law in catalogue.laws}
@@ -104,10 +109,10 @@ def _in_order(layout: Layout, catalogue: Catalogue, sweep: Any) -> list[Column]:
         is_other = any(re.match(rf"{name}(_|$)", variable.name) for name in others)
         return declared.GROUPS.index(variable.group), is_other, place
 
-    return sorted(_columns(layout, catalogue), key=place)
+    return sorted(_columns(layout, catalogue, assess), key=place)
 
 
-def _columns(layout: Layout, catalogue: Catalogue) -> Iterator[Column]:
+def _columns(layout: Layout, catalogue: Catalogue, assess: Assess) -> Iterator[Column]:
     for parameter in catalogue.parameters.values():
         yield from _of_parameter(layout, parameter)
     yield from _of_runs(layout)
@@ -117,6 +122,7 @@ def _columns(layout: Layout, catalogue: Catalogue) -> Iterator[Column]:
         yield declared.HISTORY_TIME, _padded(times, samples), {}
     for quantity in catalogue.quantities.values():
         yield from _of_quantity(layout, quantity)
+        yield from _of_models(layout, quantity, assess)
         yield from _of_laws(quantity, catalogue, shots)
     if catalogue.observations:
         yield from _of_observations(catalogue)
@@ -175,6 +181,14 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
         converged = _by_point(layout, lambda cells: converge_cells(cells, name))
         for variable in declared.OF_CONVERGENCE:
             yield _column(variable.filled(quantity), converged)
+
+
+def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[Column]:
+    """The model part of a quantity, with its contributions or the reason why it has none."""
+    parts = _each(layout.cells, lambda cell: assess(cell, quantity.name))
+    yield _column(declared.MODEL_PART.filled(quantity), parts)
+    variable = declared.MODEL_REASON.filled(quantity)
+    yield variable, _compact(variable.values(parts), layout), {}
 
 
 def _of_laws(quantity: Quantity, catalogue: Catalogue, shots: np.ndarray) -> Iterator[Column]:

@@ -97,6 +97,7 @@ def document(
         "runs": runs,
         "audit": list(_audit(dataset)),
         "laws": list(_laws(dataset)),
+        "model_part": list(_model_part(dataset)),
         "materials": _materials(dataset),
         "provenance": _provenance(dataset),
     }
@@ -333,6 +334,24 @@ def _audit(dataset: xr.Dataset) -> Iterator[Document]:
             }
 
 
+def _scatter(dataset: xr.Dataset, quantity: str, row: int) -> float | None:
+    """The published scatter of a law; None where none is published."""
+    if not cubes.LAW_SCATTER.is_in(dataset, quantity):
+        return None
+    scatter = float(cubes.LAW_SCATTER.of(dataset, quantity).values[row])
+    return None if np.isnan(scatter) else scatter
+
+
+def _model_part(dataset: xr.Dataset) -> Iterator[Document]:
+    """Each statement of what the models leave open of a quantity, with the number of runs that it is about."""
+    for quantity in cubes.quantities_of(dataset):
+        if cubes.MODEL_REASON.is_in(dataset, quantity):
+            texts = cubes.MODEL_REASON.of(dataset, quantity).broadcast_like(dataset.run_state)
+            for text, count in Counter(map(str, texts.values.ravel())).items():
+                if text:
+                    yield {"quantity": quantity, "statement": text, "runs": count}
+
+
 LAW_TEXTS = {
     "name": cubes.LAW_NAME,
     "title": cubes.LAW_TITLE,
@@ -356,6 +375,7 @@ def _laws(dataset: xr.Dataset) -> Iterator[Document]:
             counts = Counter(str(reason) for reason in reasons[..., rows].ravel() if reason)
             yield {
                 **{key: str(column[rows[0]]) for key, column in texts.items()},
+                "scatter": _scatter(dataset, quantity, int(rows[0])),
                 "quantity": quantity.replace("_", " "),
                 "variants": [str(variants[row]) for row in rows if variants[row]],
                 "reasons": [

@@ -1,6 +1,6 @@
 """The expected cost of a sweep: as it is, and at each accuracy that a preset offers."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from studies.runs import run
@@ -21,6 +21,14 @@ class Cost:
         """The cost of so many times the work."""
         return Cost(self.runs * count, self.core_seconds * count, self.bytes * count)
 
+    def plus(self, other: "Cost") -> "Cost":
+        """The cost of both."""
+        return Cost(
+            self.runs + other.runs,
+            self.core_seconds + other.core_seconds,
+            self.bytes + other.bytes,
+        )
+
 
 @dataclass(frozen=True)
 class PresetCost:
@@ -37,12 +45,21 @@ class PresetCost:
 
 def cost_of(sweep: Sweep) -> Cost:
     """The cost of a sweep; raises InvalidInput where one of its points is refused."""
-    points = sweep.runs()
-    different = {point.run.id: point.run for point in points}
-    estimates = [run.estimate(each) for each in different.values()]
-    return Cost(
-        len(points), sum(e.core_seconds for e in estimates), sum(e.bytes for e in estimates)
-    )
+    return _cost(point.run for point in sweep.every_run())
+
+
+def _of_screening(sweep: Sweep) -> Cost:
+    """The cost of the runs that screen the models of a sweep."""
+    if sweep.model_part != "screen":
+        return Cost(0, 0.0, 0)
+    return _cost(each.run for each in sweep.screening()[1] if each.run is not None)
+
+
+def _cost(runs: Iterable[run.Run]) -> Cost:
+    """The cost of the different ones of some runs, counted all."""
+    every = list(runs)
+    estimates = [run.estimate(each) for each in {each.id: each for each in every}.values()]
+    return Cost(len(every), sum(e.core_seconds for e in estimates), sum(e.bytes for e in estimates))
 
 
 def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
@@ -57,7 +74,8 @@ def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
             yield PresetCost(*about, None, f"more than {most_runs} runs")
             continue
         try:
-            once = cost_of(replace(resolved, offsets=1))  # an offset changes no cost
-            yield PresetCost(*about, once.times(preset.offsets))
+            # An offset changes no cost; what screens the models is computed at one.
+            once = cost_of(replace(resolved, offsets=1, model_part="none"))
+            yield PresetCost(*about, once.times(preset.offsets).plus(_of_screening(resolved)))
         except InvalidInput as error:
             yield PresetCost(*about, None, str(error.findings[0].limit))

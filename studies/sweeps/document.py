@@ -19,7 +19,15 @@ from studies import observations as published
 from studies.materials import Material, read_document
 from studies.observations import AllowedNames, read_observations, written
 from studies.sweeps.axes import Axis, AxisReader, repeated
-from studies.sweeps.sweep import OFFSET, RESOLUTION, Combine, Sweep, SweepLimits, vocabulary
+from studies.sweeps.sweep import (
+    OFFSET,
+    RESOLUTION,
+    Combine,
+    ModelPart,
+    Sweep,
+    SweepLimits,
+    vocabulary,
+)
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure, shown
 from studies.values.parameters import declared, find, missing, parse_value, parse_values
@@ -38,8 +46,10 @@ KEYS = (
     "accuracy",
     "materials",
     "observations",
+    "model_part",
 )
 COMBINATIONS: tuple[Combine, ...] = ("grid", "zip")
+MODEL_PARTS: tuple[ModelPart, ...] = ("stored", "screen", "none")
 LONGEST_NAME = 200  # characters of a sweep's name or title
 MOST_BESIDE = 20  # files that are compared with the name of a missing one
 MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
@@ -152,6 +162,7 @@ class _DocumentReading:
         observations = (
             None if table is None else self._attempt(partial(read_observations, table, terms))
         )
+        model_part = self._model_part()
         name = self._text("name", scenario.name)
         title = self._text("title", name)
         if self.findings:
@@ -167,6 +178,7 @@ class _DocumentReading:
             offsets=offsets,
             materials=own,
             observations=observations or (),
+            model_part=model_part,
             max_particles=self.limits.max_particles,
         )
         preset = self.document.get("accuracy")
@@ -205,6 +217,15 @@ class _DocumentReading:
                 return combination
         self._refuse("combine", asked, "grid or zip", nearest_cure(asked, COMBINATIONS))
         return COMBINATIONS[0]
+
+    def _model_part(self) -> ModelPart:
+        asked = self.document.get("model_part", MODEL_PARTS[0])
+        for choice in MODEL_PARTS:
+            if asked == choice:
+                return choice
+        cure = nearest_cure(asked, MODEL_PARTS)
+        self._refuse("model_part", asked, "stored, screen or none", cure)
+        return MODEL_PARTS[0]
 
     def _mapping(self, key: str) -> Mapping[str, Any]:
         part = self.document.get(key)

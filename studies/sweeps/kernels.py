@@ -67,7 +67,7 @@ def _kind(run: Run) -> Kind:
 
 def main(documents: Sequence[Mapping[str, Any]]) -> None:
     """Compile the kernels of some sweeps, and print how many kinds there are."""
-    runs = [point.run for document in documents for point in Sweep.parse(document).runs()]
+    runs = [point.run for document in documents for point in Sweep.parse(document).every_run()]
     print(compile_kernels(runs))
 
 

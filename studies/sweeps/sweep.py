@@ -21,11 +21,14 @@ from studies.values.recipes import ACCURACY, FEW_PARTICLES
 
 if TYPE_CHECKING:
     from studies.laws import Shot
+    from studies.sweeps.screening import Screen
 
 Combine = Literal["grid", "zip"]
+ModelPart = Literal["stored", "screen", "none"]
 
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
 PARTICLES = "particles_per_cell"
+SCREENING = "screening"  # in place of the coordinates of a run that screens the models
 OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
 FINDINGS_SHOWN = 20  # reported refused points; an invalid sweep may have thousands of them
 
@@ -74,6 +77,8 @@ class Sweep:
     observations: tuple[Observation, ...] = ()
     # Of ``fixed``, what a preset of accuracy set and another one may set otherwise.
     by_accuracy: tuple[str, ...] = field(default=(), compare=False)
+    # Where the uncertainty of the models comes from: stored sensitivities, screening runs, or nowhere.
+    model_part: ModelPart = "stored"
     # Limit of the service, not of the user.
     max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
@@ -123,6 +128,7 @@ class Sweep:
             "offsets": self.offsets if self.offsets > 1 else None,
             "materials": {name: each.document() for name, each in self.materials.items()},
             "observations": [each.document(terms) for each in self.observations],
+            "model_part": None if self.model_part == "stored" else self.model_part,
         }
         return {key: value for key, value in document.items() if value not in (None, {}, [])}
 
@@ -160,6 +166,32 @@ class Sweep:
             values = {**self.fixed, **coordinates}
             with suppress(KeyError):
                 yield shot_from({**filled, **values}, self._materials_at(values))
+
+    def screening(self) -> "tuple[run.Run, list[Screen]]":
+        """The run in the middle of the sweep, on the finest grid, and its changes; raises InvalidInput.
+
+        The changes are runs of the sweep where its ``model_part`` is ``screen``, beside its points.
+        """
+        from studies.sweeps.screening import screens_of
+
+        # Of a zip the values of one place belong together, too.
+        middle = {axis.name: axis.values[len(axis.values) // 2] for axis in self.axes}
+        finest = {
+            axis.name: axis.values[-1] for axis in self.refinements if axis.name == RESOLUTION
+        }
+        first = {axis.name: axis.values[0] for axis in self.refinements if axis.name == OFFSET}
+        chosen = self._run({**middle, **finest, **first})
+        return chosen, list(screens_of(chosen))
+
+    def every_run(self) -> list[Point]:
+        """The runs of all points, and those that screen its models, which have no place on its axes."""
+        if self.model_part != "screen":
+            return self.runs()
+        points = self.runs()
+        _, screens = self.screening()
+        return points + [
+            Point((), {SCREENING: each.name}, each.run) for each in screens if each.run is not None
+        ]
 
     def roles(self) -> dict[str, tuple[str, ...]]:
         """The names of the materials that each material parameter takes."""

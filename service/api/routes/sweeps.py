@@ -43,7 +43,8 @@ SWEEP_BODY: dict[str, Any] = {
         "required": True,
         "description": (
             "A sweep document. Quantities have a unit: `6 km/s`, `2 mm`. `resolution` may be a list and "
-            "`offsets` a number of sub-cell positions; `accuracy` sets both by name."
+            "`offsets` a number of sub-cell positions; `accuracy` sets both by name. `model_part` (`stored`, "
+            "`screen` or `none`) says where the uncertainty of the models comes from."
         ),
         "content": {
             "application/json": {"schema": {"type": "object"}, "examples": example_sweeps()},
@@ -97,7 +98,7 @@ def estimate_sweep(
 
     Times are those that this service measured for runs of the same scenario, if there are any.
     """
-    points = sweep.runs()
+    points = sweep.every_run()
     runs = {point.run.id: point.run for point in points}
     existing = store.known_runs(runs)
     estimates = [estimate(run) for id, run in runs.items() if id not in existing]

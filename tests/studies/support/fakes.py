@@ -36,6 +36,7 @@ VERDICTS = {  # of refinement, by speed: see mesh_error
 class Run:
     parameters: Mapping[str, Any]
     scenario: str = "thin_plate"
+    materials: Mapping[str, Any] = field(default_factory=lambda: {"target": {"family": "copper"}})
 
     @property
     def id(self) -> str:
@@ -60,6 +61,7 @@ class Sweep:
     scenario: str = "thin_plate"
     title: str = "Holes in copper plates"
     refinements: tuple[Axis, ...] = ()
+    model_part: str = "stored"
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -1,0 +1,113 @@
+"""The model part of an uncertainty: what strength, failure and equation of state leave open.
+
+It stands apart from the numerical error bar. Its contributions come from stored sensitivities (``sensitivities.json``,
+written by ``python -m docs.model_part``) or from screening runs of the sweep itself (``studies.sweeps.screening``).
+"""
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from studies.cubes.cells import Cell
+from studies.sweeps.screening import CONTRIBUTIONS, STRENGTH_DEVIATION, contributions_of
+
+STORED = Path(__file__).with_name("sensitivities.json")
+NOT_ASSESSED = "not assessed"
+
+Assess = Callable[[Cell, str], "ModelPart"]
+
+
+@dataclass(frozen=True)
+class ModelPart:
+    """What the choice of models leaves open of one value."""
+
+    uncertainty: float | None  # standard, in the unit of the quantity; None: not assessed
+    reason: str  # the contributions with their source, or why there are none
+    shares: Mapping[str, float] = field(default_factory=dict)  # relative, by contribution
+
+
+def assessment(sweep: Any, results: Mapping[str, Any]) -> Assess:
+    """The function that assesses a quantity of a cell, by the sweep's ``model_part``."""
+    if sweep.model_part == "none":
+        return lambda cell, quantity: ModelPart(None, f"{NOT_ASSESSED}: model_part is none")
+    if sweep.model_part == "screen":
+        screened = _Screened(sweep, results)
+        return lambda cell, quantity: _part(cell, quantity, *screened.shares(quantity))
+    return lambda cell, quantity: _part(cell, quantity, *_stored(cell, quantity))
+
+
+def _part(cell: Cell, quantity: str, shares: Mapping[str, float], source: str) -> ModelPart:
+    """The model part of a value from relative contributions."""
+    measured = cell.measured(quantity)
+    if not shares or measured is None or measured.value is None:
+        return ModelPart(None, f"{NOT_ASSESSED}: {source}" if not shares else "")
+    texts = [
+        f"{name} {100.0 * shares[name]:.2g} %" if name in shares else f"{name} {NOT_ASSESSED}"
+        for name in CONTRIBUTIONS
+    ]
+    uncertainty = abs(measured.value) * math.hypot(*shares.values())
+    return ModelPart(uncertainty, f"{', '.join(texts)} ({source})", shares)
+
+
+# ---- stored --------------------------------------------------------------------------------------
+
+
+@cache
+def _classes() -> Mapping[tuple[str, str], Mapping[str, Any]]:
+    """The stored classes by scenario and family of the target."""
+    classes = json.loads(STORED.read_text(encoding="utf-8"))
+    return {(each["scenario"], each["family"]): each for each in classes}
+
+
+def _stored(cell: Cell, quantity: str) -> tuple[Mapping[str, float], str]:
+    """The stored contributions to a quantity, and where they come from."""
+    scenario, target = cell.run.scenario, cell.run.materials.get("target", {})
+    family = str(target.get("family", ""))
+    entry = _classes().get((scenario, family))
+    if entry is None or quantity not in entry["quantities"]:
+        return {}, f"nothing is stored for {quantity} of {scenario} in {family or 'no target'}"
+    speeds = " and ".join(f"{speed / 1e3:g}" for speed in entry["speeds"])
+    cells = entry["parameters"]["cells_per_diameter"]
+    return entry["quantities"][quantity], (
+        f"stored: {entry['material']} at {speeds} km/s, {cells:g} cells a diameter, strength "
+        f"±{100 * STRENGTH_DEVIATION:g} %, physics {entry['physics']}, {entry['command']}"
+    )
+
+
+# ---- screened ------------------------------------------------------------------------------------
+
+
+class _Screened:
+    """The answers of the screening runs of a sweep."""
+
+    def __init__(self, sweep: Any, results: Mapping[str, Any]) -> None:
+        self.middle, self.screens = sweep.screening()
+        self.results = results
+
+    def shares(self, quantity: str) -> tuple[Mapping[str, float], str]:
+        """The contributions to a quantity, and where they come from; without any, why."""
+        base = self._value(self.middle.id, quantity)
+        if not base:
+            return {}, "the run at the middle of the sweep has no value"
+        answers, lacking = {}, []
+        for screen in self.screens:
+            value = None if screen.run is None else self._value(screen.run.id, quantity)
+            if value is not None:
+                answers[screen.name] = value
+            else:
+                lacking.append(
+                    f"{screen.name}: {screen.reason or 'its screening run has no value'}"
+                )
+        text = "screening runs at the middle of the sweep"
+        return contributions_of(base, answers), "; ".join([text, *lacking])
+
+    def _value(self, run_id: str, quantity: str) -> float | None:
+        result = self.results.get(run_id)
+        if getattr(result, "state", "") != "succeeded":
+            return None
+        measured = getattr(result, "measurements", {}).get(quantity)
+        return None if measured is None else measured.value

@@ -1,0 +1,84 @@
+"""The model part in a cube: stored, screened, or not assessed with a reason."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies.cubes import cube
+from studies.cubes.cells import MissingResult
+from studies.results import RunResult
+from studies.sweeps.screening import EOS, FAILURE, STRONGER, WEAKER
+from studies.sweeps.sweep import Sweep
+from tests.studies.sweeps.test_screening import DOCUMENT
+
+HOLE = 20e-3
+ANSWERS = {STRONGER: 19.8e-3, WEAKER: 20.2e-3, FAILURE: 20.3e-3, EOS: 19.6e-3}
+# 1 %, and 1.5 % and 2 % over the root of 3.
+EXPECTED = HOLE * np.hypot(0.01, np.hypot(0.015, 0.02) / np.sqrt(3.0))
+
+
+def results_of(sweep: Sweep, screens: dict[str, float]) -> dict[str, Any]:
+    """A hole of 20 mm in each run, and these values in the runs that screen the models; the others failed."""
+    values = {point.run.id: HOLE for point in sweep.runs()}
+    for point in sweep.every_run()[sweep.size :]:
+        values[point.run.id] = screens.get(str(point.coordinates["screening"]), np.nan)
+    return {run_id: _result(run_id, value) for run_id, value in values.items()}
+
+
+def _result(run_id: str, value: float) -> Any:
+    if np.isnan(value):
+        return MissingResult("failed", "unphysical state")
+    measured = {"value": value, "uncertainty": 1e-4, "parts": {"resolution": 1e-4}, "flags": []}
+    hole = {**measured, "history": {}, "version": 4}
+    plain = {"run_id": run_id, "state": "succeeded", "measurements": {"hole_diameter": hole}}
+    return RunResult.from_json({**plain, "flags": []})
+
+
+def built(model_part: str, screens: dict[str, float] | None = None, **changes: Any) -> Any:
+    sweep = Sweep.parse({**DOCUMENT, "model_part": model_part, **changes})
+    return cube.build(sweep, results_of(sweep, ANSWERS if screens is None else screens))
+
+
+def test_screened__is_the_share_of_each_value_and_no_point_of_the_cube() -> None:
+    dataset = built("screen")
+    assert dict(dataset.hole_diameter.sizes) == {"speed": 3, "cells_per_diameter": 2}
+    np.testing.assert_allclose(dataset.hole_diameter_model_part, EXPECTED)
+    assert dataset.hole_diameter_model_part.attrs["units"] == "m"
+    reason = str(dataset.hole_diameter_model_part_reason.values)
+    assert "strength 1 %, failure 0.87 %, equation of state 1.2 % (screening runs" in reason
+
+
+def test_screened__without_a_screening_run_names_it() -> None:
+    dataset = built("screen", {name: ANSWERS[name] for name in (STRONGER, WEAKER)})
+    np.testing.assert_allclose(dataset.hole_diameter_model_part, 0.01 * HOLE)
+    reason = str(dataset.hole_diameter_model_part_reason.values)
+    assert "failure not assessed, equation of state not assessed" in reason
+    assert "failure: its screening run has no value" in reason
+
+
+@pytest.mark.parametrize(
+    ("model_part", "screens", "reason"),
+    [
+        ("none", None, "not assessed: model_part is none"),
+        (
+            "screen",
+            {},
+            "not assessed: screening runs at the middle of the sweep; stronger: its scr",
+        ),
+    ],
+)
+def test_not_assessed__is_nan_with_the_reason(
+    model_part: str, screens: dict[str, float] | None, reason: str
+) -> None:
+    dataset = built(model_part, screens)
+    assert np.isnan(dataset.hole_diameter_model_part).all()
+    assert str(dataset.hole_diameter_model_part_reason.values).startswith(reason)
+
+
+def test_stored__of_a_class_that_nobody_computed_is_not_assessed() -> None:
+    fixed = {**DOCUMENT["fixed"], "projectile": "lead", "target": "lead"}  # type: ignore[dict-item]
+    dataset = built("stored", fixed=fixed)
+    assert np.isnan(dataset.hole_diameter_model_part).all()
+    reason = str(dataset.hole_diameter_model_part_reason.values)
+    assert reason == "not assessed: nothing is stored for hole_diameter of thin_plate in lead"

@@ -1,0 +1,132 @@
+"""Screening runs: another strength, failure and equation of state, beside the points of a sweep."""
+
+import math
+from statistics import mean, stdev
+
+import pytest
+
+from studies import materials
+from studies.runs.run import Run, materials_of, resolve
+from studies.sweeps.cost import cost_of
+from studies.sweeps.screening import (
+    EOS,
+    FAILURE,
+    SCREENS,
+    STRENGTH_DEVIATION,
+    STRONGER,
+    WEAKER,
+    contributions_of,
+    screens_of,
+)
+from studies.sweeps.sweep import Sweep
+from studies.values.errors import InvalidInput
+
+DOCUMENT = {
+    "scenario": "thin_plate",
+    "fixed": {
+        "projectile": "copper-ofhc",
+        "target": "copper-ofhc",
+        "projectile_diameter": "8 mm",
+        "plate_thickness": "2 mm",
+        "geometry": "axisymmetric",
+    },
+    "axes": {"speed": ["4 km/s", "5 km/s", "6 km/s"]},
+    "resolution": [8, 12],
+    "model_part": "screen",
+}
+
+
+def run_of(material: str, **parameters: object) -> Run:
+    roles = dict.fromkeys(("projectile", "target"), materials.load(material))
+    fixed = {"speed": 5e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}
+    grid = {"geometry": "axisymmetric", "cells_per_diameter": 8.0}
+    names = dict.fromkeys(roles, material)
+    return resolve("thin_plate", {**fixed, **grid, **names, **parameters}, roles)
+
+
+def test_strength_deviation__is_that_of_published_strengths() -> None:
+    # Yield stress of Al 6061-T6, and flow stress of copper at a plastic strain of 1 and 1e5/s, both in MPa: the sources
+    # are at the constant.
+    rates = [1.0 + rate * math.log(1e5) for rate in (0.025, 0.013)]
+    johnson_cook = [(90.0 + 292.0) * rates[0], (65.0 + 356.0) * rates[1]]
+    copper = [*johnson_cook, 157.0 + 425.0, 118.0 + 484.0, 120.0 * 37.0**0.45]
+    aluminium = [276.0, 290.0, 324.0]
+    deviations = [stdev(each) / mean(each) for each in (copper, aluminium)]
+    assert deviations == pytest.approx([0.11, 0.08], abs=0.005)
+    assert min(deviations) < STRENGTH_DEVIATION < max(deviations)
+
+
+@pytest.mark.parametrize("name", materials.names())
+def test_strength__of_any_material_is_scaled_in_its_stresses_alone(name: str) -> None:
+    run = run_of(name)
+    stronger, weaker, *_ = screens_of(run)
+    for screen, factor in (
+        (stronger, 1.0 + STRENGTH_DEVIATION),
+        (weaker, 1.0 - STRENGTH_DEVIATION),
+    ):
+        assert screen.run is not None
+        before, after = (materials_of(each)["target"] for each in (run, screen.run))
+        stresses = {p for p, unit in before.paths().items() if unit == "Pa" and "strength." in p}
+        stresses -= {path for path in stresses if not path.startswith("strength.")}
+        assert stresses
+        for path in before.paths():
+            value = before.value_at(path)
+            if path in stresses and value is not None:
+                value *= factor
+            assert after.value_at(path) == (value if value is None else pytest.approx(value))
+
+
+def test_failure__is_switched_on_and_off() -> None:
+    screens = {each.name: each.run for each in screens_of(run_of("copper-ofhc"))}
+    assert tuple(screens) == SCREENS
+    on = screens[FAILURE]
+    assert on is not None
+    assert on.parameters["failure"] == "spall"
+    back = {each.name: each.run for each in screens_of(on)}[FAILURE]
+    assert back is not None
+    assert back.id == run_of("copper-ofhc").id
+
+
+def test_equation_of_state__is_that_of_a_material_with_the_same_strength() -> None:
+    screen = {each.name: each for each in screens_of(run_of("copper-ofhc"))}[EOS]
+    assert screen.run is not None
+    assert screen.run.id == run_of("copper-ofhc-tillotson").id
+    alone = {each.name: each for each in screens_of(run_of("al-2024-t3"))}[EOS]
+    assert alone.run is None
+    assert "al-2024-t3" in alone.reason
+
+
+def test_contributions__are_half_the_gap_of_strengths_and_the_change_over_root_three() -> None:
+    answers = {STRONGER: 19.0, WEAKER: 21.0, FAILURE: 20.0 + math.sqrt(3.0)}
+    told = contributions_of(20.0, answers)
+    assert told == pytest.approx({"strength": 0.05, FAILURE: 0.05})
+    assert contributions_of(20.0, {STRONGER: 19.0}) == {}
+
+
+def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> None:
+    sweep = Sweep.parse(DOCUMENT)
+    middle, screens = sweep.screening()
+    assert (middle.parameters["speed"], middle.parameters["cells_per_diameter"]) == (5e3, 12.0)
+    assert middle.id in {point.run.id for point in sweep.runs()}
+    beside = sweep.every_run()[len(sweep.runs()) :]
+    assert [point.coordinates for point in beside] == [{"screening": name} for name in SCREENS]
+    assert [point.run.id for point in beside] == [each.run.id for each in screens if each.run]
+    assert cost_of(sweep).runs == sweep.size + len(SCREENS)
+
+
+@pytest.mark.parametrize("model_part", ["stored", "none"])
+def test_sweep__without_screening_has_its_points_alone(model_part: str) -> None:
+    sweep = Sweep.parse({**DOCUMENT, "model_part": model_part})
+    assert len(sweep.every_run()) == sweep.size == cost_of(sweep).runs
+
+
+@pytest.mark.parametrize("model_part", ["stored", "screen", "none"])
+def test_document__keeps_the_model_part(model_part: str) -> None:
+    document = Sweep.parse({**DOCUMENT, "model_part": model_part}).document()
+    assert document.get("model_part", "stored") == model_part
+    assert Sweep.parse(document).model_part == model_part
+
+
+def test_document__refuses_another_model_part() -> None:
+    with pytest.raises(InvalidInput, match="stored, screen or none"):
+        Sweep.parse({**DOCUMENT, "model_part": "screened"})
