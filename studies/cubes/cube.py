@@ -95,9 +95,7 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 # ---- columns: declared variables with their values -----------------------------------------------
 
 
-def _in_order(
-    layout: Layout, catalogue: Catalogue, sweep: Any, assess: Assess
-) -> list[Column]:
+def _in_order(layout: Layout, catalogue: Catalogue, sweep: Any, assess: Assess) -> list[Column]:
     """The columns as a reader wants them: axes, other parameters; then group by group, quantities of laws first."""
     first = [*_names(layout.axes), *_names(layout.refinements), *map(variable_name, sweep.fixed)]
     main = {law.quantity for law in catalogue.laws}
