@@ -26,6 +26,8 @@ PIXELS = 96.0  # of a specification, in an inch
 POINT = 72.0 / PIXELS  # a pixel in typographic points
 SHARP = 2.0  # pixels of a PNG for each pixel of the specification
 LEGEND_COLUMNS = 3
+LABEL_APART = 6.0  # points, between a mark and its label
+TITLE_LINE = 16.0  # px
 # Plotly's names of marks; "-open" and "-thin" may follow.
 MARKERS = {
     "circle": "o",
@@ -144,6 +146,29 @@ class _Panel:
             ):
                 self.axes.plot([at], [value], clip_on=clip, zorder=3, **_mark(marker, each))
 
+        if "text" in mode:
+            for text, at, value, position in zip(
+                trace["text"], x, y, trace["textposition"], strict=True
+            ):
+                self._label(text, (at, value), position, trace["textfont"])
+
+    def _label(
+        self, text: str, place: tuple[float, float], position: str, font: Mapping[str, Any]
+    ) -> None:
+        """A text beside a mark: "bottom right" of it, for instance."""
+        vertical, _, horizontal = position.partition(" ")
+        across = {"left": -1.0, "right": 1.0}.get(horizontal, 0.0)
+        self.axes.annotate(
+            _plain(text),
+            place,
+            (across * LABEL_APART, LABEL_APART if vertical == "top" else -LABEL_APART),
+            textcoords="offset points",
+            ha={-1.0: "right", 1.0: "left"}.get(across, "center"),
+            va="bottom" if vertical == "top" else "top",
+            color=font["color"],
+            size=font["size"] * POINT,
+        )
+
     def _place(self, value: Any) -> float:
         """A value of the abscissa; a word as its number in the order of the words."""
         if value is None:
@@ -173,7 +198,7 @@ def _mark(marker: Mapping[str, Any], symbol: str) -> dict[str, Any]:
         "markersize": marker.get("size", 6.0) * POINT,
         "markeredgewidth": max(1.0, marker.get("line", {}).get("width", 0.0)) * POINT,
         "markeredgecolor": colour,
-        "markerfacecolor": "white" if symbol.endswith("-open") else colour,
+        "markerfacecolor": "none" if symbol.endswith("-open") else colour,
     }
 
 
@@ -194,15 +219,16 @@ def _at(layout: Mapping[str, Any], x: float, y: float) -> tuple[float, float]:
 
 
 def _write(canvas: Any, annotation: Mapping[str, Any], layout: Mapping[str, Any]) -> None:
-    """A title above its panel, bold, and its note below it."""
+    """The lines of a title above its panel, bold, and of its note below it."""
     if annotation.get("xref") != "paper":
         return
-    title, *notes = annotation["text"].split("<br>")
+    bold, _, rest = annotation["text"].partition("</b>")
+    lines = [(text, "bold", 10) for text in bold.split("<br>")]
+    lines += [(text, "normal", 9) for text in rest.split("<br>") if text]
     left, bottom = _at(layout, annotation["x"], annotation["y"])
-    line = 16.0 / layout["height"]
-    canvas.text(left, bottom + line * (0.25 + len(notes)), _plain(title), size=10, weight="bold")
-    for number, note in enumerate(reversed(notes)):
-        canvas.text(left, bottom + line * (0.25 + number), _plain(note), size=9)
+    for number, (text, weight, size) in enumerate(reversed(lines)):
+        height = bottom + TITLE_LINE * (0.25 + number) / layout["height"]
+        canvas.text(left, height, _plain(text), size=size, weight=weight)
 
 
 def _legend(canvas: Any, specification: Mapping[str, Any]) -> None:

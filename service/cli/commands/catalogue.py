@@ -126,8 +126,9 @@ def _show_law(law: Document) -> None:
     print(f"{law['name']}: {law['title']}, for {law['quantity']}")
     print(f"  equation  {law['equation']}")
     print(f"  source    {law['source']} ({law['confidence']})")
-    scatter = "not published" if law["scatter"] is None else f"{law['scatter']:.0%}"
-    print(f"  scatter   {scatter} (relative standard deviation)")
+    scatter = law["scatter"]
+    words = "not published" if scatter is None else f"{scatter:.0%} (relative standard deviation)"
+    print(f"  scatter   {words}")
     rows = (
         (each["words"], each["source"], "yes" if each["machine_checked"] else "no")
         for each in law["range"]

@@ -48,6 +48,28 @@ def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(
         assert any(figure.y.label in text for text in texts), figure.name
 
 
+def test_draw__writes_the_flags_at_their_marks(tmp_path: Path) -> None:
+    trace = {
+        "xaxis": "x",
+        "yaxis": "y",
+        "mode": "markers+text",
+        "x": [1.0],
+        "y": [2.0],
+        "text": ["near rim"],
+        "textposition": ["bottom left"],
+        "textfont": {"color": "#a3003c", "size": 12},
+        "marker": {"color": "#a3003c", "size": 17, "symbol": "circle-open"},
+    }
+    axis = {"domain": [0.0, 1.0], "range": [0.0, 3.0]}
+    margin = {"l": 60, "r": 10, "t": 30, "b": 60}
+    layout = {"width": 400, "height": 300, "margin": margin, "xaxis": axis, "yaxis": axis}
+    title = {"text": "<b>two<br>lines</b><br>note", "x": 0.0, "y": 1.0, "xref": "paper"}
+    specification = {"data": [trace], "layout": {**layout, "annotations": [title]}}
+    file = draw(specification, tmp_path / "flag.svg")
+    texts = set(re.findall(r"<!-- (.*?) -->", file.read_text()))
+    assert {"near rim", "two", "lines", "note"} <= texts
+
+
 @pytest.mark.parametrize("format", ["png", "pdf"])
 def test_draw__writes_the_format_of_the_ending(format: str, tmp_path: Path) -> None:
     dataset = cube.build(WORDS, fakes.results(WORDS), fakes.catalogue(WORDS.scenario, ()))
