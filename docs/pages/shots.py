@@ -17,7 +17,7 @@ from solver import PHYSICS_VERSION
 from studies import measurements, observations, scenarios
 from studies.observations import written
 from studies.sweeps.sweep import vocabulary
-from studies.values.formats import decimals, display_of, signed
+from studies.values.formats import NONE, decimals, display_of, signed
 from studies.values.parameters import declared
 
 STORED = RESULTS / "shots.json"
@@ -100,17 +100,22 @@ def computed(
 ) -> Iterator[dict[str, Any]]:
     """A row for each shot of a table: as published, with the simulation at its parameters; all of them by default."""
     import whipple
+    from studies.cubes import variables as cubes
     from studies.reports.matched import matched_observations
-    from studies.reports.points import points_of
+    from studies.reports.points import places_of, points_of
 
     all_shots = published(name)
     document = sweep_of(name, shots or all_shots)
     with whipple.open_cube(whipple.run_sweep(document, folder)) as cube:
         points = points_of(cube.load())
+        places = places_of(points)
         for quantity in dict.fromkeys(shot.quantity for shot in shots or all_shots):
             for match in matched_observations(points, quantity):
                 shot = all_shots[match.observation]
                 if shots is None or shot in shots:
+                    flags = cubes.FLAGS.of(points, quantity)
+                    mask = int(flags.isel(run=places.index(dict(match.at))))
+                    words = [word for bit, word in cubes.flag_meanings(flags) if mask & bit]
                     yield {
                         "table": name,
                         "quantity": quantity,
@@ -120,7 +125,7 @@ def computed(
                         "uncertainty": shot.uncertainty,
                         "simulated": match.simulation,
                         "numerical_uncertainty": match.simulation_uncertainty,
-                        "reason": match.how,
+                        "flags": words,
                         "source": shot.source,
                         "confidence": shot.confidence,
                         "note": shot.note,
@@ -172,9 +177,10 @@ def page() -> str:
         + ".\n",
         "## Bias and scatter\n",
         summary(shots),
-        "A shot contradicts a slower one of its series where the faster bar is the longer one; the last three columns "
-        "leave these out. Reading the published figures is uncertain by 0.1 mm in a length and 0.2 mm in a diameter. "
-        "Holes are quoted at second hand, and their alloys are not stated.\n",
+        "A shot contradicts a slower one of its series where the faster bar is the longer one; the last column "
+        "leaves these out (bias, scatter / %). Reading the published figures is uncertain by 0.1 mm in a length and "
+        "0.2 mm in a diameter. Holes are quoted at second hand, and their alloys are not stated. A bar that spreads "
+        "beyond the grid, three diameters wide, has no length (`lost_particles`).\n",
         "![Simulation over observation less 1, against speed, a panel for each table](drawings/shots.svg)\n",
     ]
     for name in TABLES:
@@ -185,24 +191,19 @@ def page() -> str:
 
 def summary(shots: Rows) -> str:
     """Bias and scatter of each table and quantity."""
-    header = [
-        "shots of",
-        "quantity",
-        "shots",
-        "bias / %",
-        "scatter / %",
-        "less contradictory: shots",
-        "bias / %",
-        "scatter / %",
-    ]
+    header = ["shots of", "quantity", "shots", "bias / %", "scatter / %", "contradictory left out"]
     rows = []
     for name in TABLES:
         mine = [row for row in shots if row["table"] == name]
         for quantity in dict.fromkeys(row["quantity"] for row in mine):
             every = [row for row in mine if row["quantity"] == quantity]
             sound = [row for row in every if DOUBTFUL not in row["note"]]
-            cells = [_cells(each) for each in (every, sound)]
-            rows.append([TITLES[name], _title(quantity), *cells[0], *cells[1]])
+            count, bias, scatter = _cells(sound)
+            compared, *others = _cells(every)
+            rest = f"{count} shots: {bias}, {scatter}" if count != compared else NONE
+            rows.append(
+                [TITLES[name], _title(quantity), f"{compared} of {len(every)}", *others, rest]
+            )
     return table(header, rows)
 
 
@@ -211,12 +212,12 @@ def _cells(rows: Rows) -> list[str]:
     return [
         str(count),
         _percent(bias),
-        "–" if math.isnan(scatter) else decimals(100.0 * scatter, 1),
+        NONE if math.isnan(scatter) else decimals(100.0 * scatter, 1),
     ]
 
 
 def _percent(value: float) -> str:
-    return "–" if math.isnan(value) else signed(100.0 * value, 1)
+    return NONE if math.isnan(value) else signed(100.0 * value, 1)
 
 
 def _title(quantity: str) -> str:
@@ -256,10 +257,11 @@ def _rows(rows: Rows) -> str:
         observed = _millimetres(row["observed"])
         if uncertainty is not None:
             observed += f" ± {_millimetres(uncertainty)}"
-        simulated = "–" if row["simulated"] is None else _millimetres(row["simulated"])
+        simulated = NONE if row["simulated"] is None else _millimetres(row["simulated"])
         if row["numerical_uncertainty"] is not None:
             simulated += f" ± {_millimetres(row['numerical_uncertainty'])}"
-        note = row["note"] if row["simulated"] is not None else f"{row['note']} ({row['reason']})"
+        flags = [f"`{flag}`" for flag in row["flags"]]
+        note = "; ".join(filter(None, [row["note"], *flags]))
         lines.append(
             [
                 *at,

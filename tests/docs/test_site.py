@@ -76,7 +76,8 @@ def test_shots__bias_and_scatter_are_those_of_the_table() -> None:
             mine = [row for row in rows if (row["table"], row["quantity"]) == (name, quantity)]
             pairs = np.array([[row["simulated"] or np.nan, row["observed"]] for row in mine])
             ratios = 100.0 * (pairs[:, 0] / pairs[:, 1] - 1.0)
-            printed = f"| {title} | {measured.load(quantity).title} | {np.isfinite(ratios).sum()} |"
+            compared = f"{np.isfinite(ratios).sum()} of {len(mine)}"
+            printed = f"| {title} | {measured.load(quantity).title} | {compared} |"
             [line] = [line for line in text.splitlines() if line.startswith(printed)]
             bias = line.split("|")[4].strip().replace("−", "-")
             assert float(bias) == pytest.approx(np.nanmean(ratios), abs=0.051)
