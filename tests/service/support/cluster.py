@@ -31,10 +31,13 @@ EXAMPLE_HOST, EXAMPLE_PORT, EXAMPLE_COUNT = "scheduler.example.org", "8786", "--
 
 
 def documented(beginning: str, language: str = "sh") -> str:
-    """The block of commands, or the program, of the document that has a line with this beginning."""
+    """The block of commands, or the program, of the document that has a line with this beginning.
+
+    What the document starts in the background runs in the foreground: its process is the command's.
+    """
     blocks = re.findall(rf"```{language}\n(.*?)```", DOCUMENT.read_text(), re.DOTALL)
-    [pids] = [block for block in blocks if re.search(f"^{re.escape(beginning)}", block, re.M)]
-    return str(pids)
+    [block] = [block for block in blocks if re.search(f"^{re.escape(beginning)}", block, re.M)]
+    return re.sub(r" 2> \S+ &$", "", block, flags=re.M)
 
 
 def free_port() -> int:
