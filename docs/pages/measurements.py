@@ -56,13 +56,11 @@ def _perforation() -> Sketch:
         ("hole_diameter_lip", 218, 62),
         ("hole_diameter_midplane", 225, 150),
         ("hole_diameter", 240, 238),
-        ("hole_diameter_clear", 240, 308),
         ("hole_diameter_areal", 229, 274),
     ):
-        if name in measurements.names():
-            sketch.dashed(edge, 80, edge, y)
-            sketch.dashed(WIDTH - edge, 80, WIDTH - edge, y)
-            sketch.across(edge, WIDTH - edge, y, name)
+        sketch.dashed(edge, 80, edge, y)
+        sketch.dashed(WIDTH - edge, 80, WIDTH - edge, y)
+        sketch.across(edge, WIDTH - edge, y, name)
     return sketch
 
 
