@@ -232,7 +232,7 @@ def _observed(
         for variable in (declared.OBSERVED_LAW_LABEL, declared.OBSERVED_LAW_TITLE):
             yield _column(variable.filled(quantity), _records(choices))
         asked = answers(choices, _each(shots, lambda shot: shot.shot))
-        for variable in (declared.BY_LAW_AT_OBSERVATION, declared.BY_LAW_AT_OBSERVATION_IN_RANGE):
+        for variable in declared.OF_ANSWERS_AT_OBSERVATIONS:
             yield _column(variable.filled(quantity), asked)
 
 

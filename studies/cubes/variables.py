@@ -243,6 +243,7 @@ class AuditNumber:
     meaning: str
     share: bool = False  # people read it in per cent
     limit: float | None = None  # beyond it, on either side of zero, a run is marked
+    shown: bool = True  # in the report
 
     @property
     def variable(self) -> Variable:
@@ -296,12 +297,17 @@ AUDIT = (
         "separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"
     ),
     _share("fast_mass_fraction", meaning="connected target above 300 m/s, over the target's mass"),
+    _share(
+        "molten_mass_fraction",
+        meaning="matter at or above its melting point at the end, over the initial mass",
+    ),
     AuditNumber("largest_speed", "m s-1", "largest speed of a particle"),
     AuditNumber("tension_floors", "1", "uses of the floor that limits tension"),
     AuditNumber("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),
     AuditNumber("below_zero_kelvin", "1", "states whose energy gave a negative temperature"),
     AuditNumber("below_expansion", "1", "states thinner than the range of the equation of state"),
-    AuditNumber("molten", "1", "states at or above the melting point"),
+    # A state is a particle in a step: what people ask for is the molten mass.
+    AuditNumber("molten", "1", "states at or above the melting point", shown=False),
     AuditNumber("sound_floors", "1", "uses of the floor of the sound speed in the time step"),
     AuditNumber("unstable", "1", "states whose pressure falls with density"),
     AuditNumber("failed", "1", "particles that failed for good"),
@@ -613,6 +619,19 @@ BY_LAW_AT_OBSERVATION_IN_RANGE = _in_range(
     dims=(OBSERVATION, OBSERVED_LAW),
     label="{words}, in range",
     group="observation",
+)
+BY_LAW_AT_OBSERVATION_REASON = Variable(
+    "{quantity}_by_law_at_observation_reason",
+    "why the law is outside its range, or has no answer, for each shot",
+    lambda answer: answer.reason,
+    (OBSERVATION, OBSERVED_LAW),
+    kind="text",
+    label="{words}, law reason at shots",
+)
+OF_ANSWERS_AT_OBSERVATIONS = (
+    BY_LAW_AT_OBSERVATION,
+    BY_LAW_AT_OBSERVATION_IN_RANGE,
+    BY_LAW_AT_OBSERVATION_REASON,
 )
 
 

@@ -317,7 +317,7 @@ def _audit(dataset: xr.Dataset) -> Iterator[Document]:
     places = places_of(dataset)
     for number in cubes.AUDIT:
         name, limit = number.variable.name, number.limit
-        if name in dataset and np.isfinite(dataset[name]).any():
+        if number.shown and name in dataset and np.isfinite(dataset[name]).any():
             values = dataset[name].values.ravel()
             yield {
                 "variable": name,

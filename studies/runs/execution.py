@@ -3,12 +3,13 @@
 import json
 import platform
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -223,9 +224,30 @@ def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
         "outflow_energy_fraction": audit.outflow_energy,
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
+        "molten_mass_fraction": molten_fraction(observer.setting.problem.bodies, outcome.snapshot),
         **observer.scenario.observer.numbers(observer.last_view),
         **counted,
     }
+
+
+def molten_fraction(bodies: Sequence[Any], snapshot: Any) -> float:
+    """Mass at or above its melting point, over the initial mass; debris as it was when it left or was retired."""
+    from solver.eos import reference_density
+    from solver.stress import homologous_temperature
+
+    particles, retired = snapshot.particles, snapshot.retired
+    molten = 0.0
+    for number, body in enumerate(bodies):
+        mine, late = snapshot.body == number, retired.body == number
+        ratio = particles.density[mine] / reference_density(body.matter.eos)
+        # Retired debris has no density any more: it melts as at its reference density.
+        for mass, kelvin, density_ratio in (
+            (particles.mass[mine], particles.temperature[mine], ratio),
+            (retired.mass[late], retired.temperature[late], 1.0),
+        ):
+            liquid = homologous_temperature(body.matter, kelvin, density_ratio) >= 1.0
+            molten += float(mass[liquid].sum())
+    return molten / float(sum(body.mass.sum() for body in bodies))
 
 
 def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tuple[str, ...]:

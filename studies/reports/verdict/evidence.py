@@ -24,7 +24,7 @@ from studies.reports.points import (
 
 Reference = Literal["simulation", "observation"]
 State = Literal["judged", "outside", "unjudged"]
-Word = Literal["close", "undecided", "under", "over", "outside", "unjudged"]
+Word = Literal["close", "agrees", "under", "over", "outside", "unjudged"]
 
 # The largest difference with which a law is called trusted: a tenth, by convention and whatever the numbers are.
 TRUST = 0.10
@@ -88,7 +88,7 @@ class JudgedPoint:
         if max(difference, self.bar) <= TRUST:
             return "close"
         if difference <= self.bar:
-            return "undecided"
+            return "agrees"
         return "under" if self.residual < 0.0 else "over"
 
 
@@ -199,7 +199,9 @@ class _Quantity:
             return
         tests = self.tests()
         unjudged = [self._why_unjudged(number) for number in range(len(self.places))]
-        for law in self._laws(cubes.BY_LAW, cubes.BY_LAW_IN_RANGE, cubes.LAW_TITLE):
+        for law in self._laws(
+            cubes.BY_LAW, cubes.BY_LAW_IN_RANGE, cubes.LAW_TITLE, cubes.BY_LAW_REASON
+        ):
             bars = self.bars(law.label)
             yield Subject(
                 law.label,
@@ -243,6 +245,7 @@ class _Quantity:
             cubes.BY_LAW_AT_OBSERVATION,
             cubes.BY_LAW_AT_OBSERVATION_IN_RANGE,
             cubes.OBSERVED_LAW_TITLE,
+            cubes.BY_LAW_AT_OBSERVATION_REASON,
             rows,
         ):
             yield Subject(
@@ -294,21 +297,27 @@ class _Quantity:
         answers: cubes.Variable,
         in_range: cubes.Variable,
         titles: cubes.Variable,
+        reasons: cubes.Variable,
         rows: Sequence[int] | None = None,
     ) -> Iterator["_Law"]:
         """Each law with its answers, (points,) or at some observed shots."""
-        found = answers.of(self.points, self.name)
-        inside = in_range.of(self.points, self.name)
-        if rows is not None:
-            found, inside = found.isel(observation=list(rows)), inside.isel(observation=list(rows))
-        reasons = cubes.BY_LAW_REASON.of(self.points, self.name) if rows is None else None
+        some = {} if rows is None else {"observation": list(rows)}
+        found, inside = (
+            variable.of(self.points, self.name).isel(some) for variable in (answers, in_range)
+        )
+        # Cubes of schema 3 and earlier have no reasons at observed shots.
+        stated = (
+            reasons.of(self.points, self.name).isel(some)
+            if reasons.is_in(self.points, self.name)
+            else None
+        )
         scatter = self.scatter()
         for number, label in enumerate(found[str(found.dims[-1])].values):
             values = found.values[..., number].ravel()
             whole = inside.values[..., number].ravel() == 1
             why = [""] * len(values)
-            if reasons is not None:
-                why = [str(text) for text in reasons.values[..., number].ravel()]
+            if stated is not None:
+                why = [str(text) for text in stated.values[..., number].ravel()]
             yield _Law(
                 str(label),
                 str(titles.of(self.points, self.name).values[number]),

@@ -21,7 +21,7 @@ from studies.reports.verdict.trends import CONFIDENCE, UNEVEN, Exponent, Trend
 from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
 
 if TYPE_CHECKING:
-    from studies.reports.verdict import LawVerdict
+    from studies.reports.verdict import LawVerdict, StatedBand
 
 MOST_SLICES = 3  # combinations of other axes that a band lists
 MOST_REASONS = 3
@@ -29,6 +29,7 @@ SIMPLE = 1e-6  # an exponent this close to a fraction of small numbers is that f
 LARGEST_DENOMINATOR = 6
 SAME = 5e-4  # a difference that rounds to 0.0 %
 OF = {"simulation": "the simulation", "observation": "the observed shots"}
+NONE_AT_ALL = "no difference"
 UNTESTED = {
     ("simulation", False): "mesh error unknown",
     ("observation", False): "the shots state no uncertainty",
@@ -56,9 +57,15 @@ def word_of(band: Band, reference: Reference, is_simulation: bool) -> str:
         return f"within {limit} ({untested(band.untested, len(band.judged), reference, is_simulation)})"
     if band.word in ("under", "over"):
         return f"{band.word}-predicts by {spread(map(abs, band.residuals))}"
-    if band.word == "undecided":
+    if band.word == "agrees":
         bar = at_most(max(point.bar for point in band.judged))
-        return f"not judged because the joint uncertainty of up to ±{bar} covers the difference"
+        gives = difference(band.residuals)
+        if band.untested:
+            why = untested(band.untested, len(band.judged), reference, is_simulation)
+            return (
+                f"not judged: error bars of up to ±{bar} cover the difference ({gives}), but {why}"
+            )
+        return f"agrees within the joint uncertainty of up to ±{bar} ({gives})"
     if band.word == "unjudged":
         return f"not judged because of {_listed(band.unjudged)}"
     gives = f" (it gives {difference(band.residuals)})" if band.residuals else ""
@@ -155,14 +162,19 @@ def residual_text(law: "LawVerdict") -> str:
 def _trend(trend: Trend | None) -> str:
     if trend is None or not trend.slopes:
         return "too few points for a trend"
-    changes = " and ".join(
+    clear = [slope for slope in trend.slopes if abs(slope.value) > slope.interval]
+    lost = [slope for slope in trend.slopes if slope not in clear]
+    texts = [
         f"{signed(100.0 * slope.value, 1)} ± {decimals(100.0 * slope.interval, 1)} percentage points per "
         f"{_per(slope.unit)}of {_words(slope.axis)}"
-        for slope in trend.slopes
-    )
-    return f"linear trend over {trend.n} points: {changes} ({CONFIDENCE:.0%} interval)".replace(
-        "%", f"{NARROW_SPACE}%"
-    )
+        for slope in clear
+    ]
+    if lost:
+        texts.append(
+            f"none beyond its interval along {_joined([_words(slope.axis) for slope in lost])}"
+        )
+    share = f"{100.0 * CONFIDENCE:.0f}{NARROW_SPACE}%"
+    return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share} interval)"
 
 
 def _per(unit: str) -> str:
@@ -241,40 +253,62 @@ def agreement_text(law: "LawVerdict", has_model: bool) -> str:
 
 
 def recommendation(evidence: Evidence, laws: Sequence["LawVerdict"]) -> str:
-    """Which law to use where, and what it does elsewhere; against observations where any is judged."""
-    quantity = _words(evidence.quantity)
+    """Which law to use where, and what it does elsewhere: against observations, then against the simulation."""
+    simulation = [law for law in laws if law.subject == "simulation" and law.judged]
     laws = [law for law in laws if law.subject != "simulation"]
-    if not laws:
-        return f"{quantity.capitalize()}: no law predicts it."
-    shots = [law for law in laws if law.reference == "observation" and law.judged]
-    compared = shots or [law for law in laws if law.reference == "simulation"]
-    judged = [law for law in compared if law.judged]
-    if not judged:
-        return f"{quantity.capitalize()}: no recommendation, because {_why_none(compared)}."
-    best = max(judged, key=_merit)
-    if not best.trusted:
-        nearest = min(
-            judged, key=lambda law: max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
-        )
-        return (
-            f"{quantity.capitalize()}: no law stays within {at_most(TRUST)} of {OF[best.reference]} at any judged "
-            f"point; the nearest is {title(nearest)}, which {_elsewhere(nearest)}."
-        )
-    clauses = [_use(best), _elsewhere(best)]
-    second = _second(best, judged)
-    if second is not None:
-        clauses.append(_use(second))
-    return f"{quantity.capitalize()}: {'; '.join(filter(None, clauses))}."
-
-
-def _merit(law: "LawVerdict") -> tuple[int, float]:
-    """Trusted points first, then the smaller limit."""
-    return law.trusted, -max(
-        (band.limit for band in law.bands if band.word == "close"), default=1.0
+    by_shots, by_simulation = (
+        [law for law in laws if law.reference == reference]
+        for reference in ("observation", "simulation")
+    )
+    texts = ["no law predicts it"] if not laws else []
+    if any(law.judged for law in by_shots):
+        texts.append(_which(by_shots))
+    texts += [_of_simulation(law) for law in simulation]
+    if by_simulation:
+        texts.append(_which(by_simulation, recommended=not any(law.judged for law in by_shots)))
+    first, *others = texts
+    return (
+        ". ".join([f"{_words(evidence.quantity).capitalize()}: {first}", *map(_capital, others)])
+        + "."
     )
 
 
-def _use(law: "LawVerdict") -> str:
+def _of_simulation(law: "LawVerdict") -> str:
+    """What the simulation gives beside observed shots."""
+    assert law.smallest is not None
+    assert law.largest is not None
+    gives = difference([law.smallest, law.largest])
+    than = "from" if gives == NONE_AT_ALL else "than"
+    points = _plural(law.judged, "judged point")
+    return f"the simulation gives {gives} {than} {OF['observation']} ({points})"
+
+
+def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
+    """Which of some laws to use where, against one reference; beside shots the simulation recommends none."""
+    judged = [law for law in laws if law.judged]
+    if not judged:
+        return f"no recommendation, because {_why_none(laws)}"
+    best = max(judged, key=_merit)
+    if best.trusted:
+        clauses = [_use(best, recommended), _doing(best, "it ", ("agrees", "under", "over"))]
+        second = _second(best, judged)
+        clauses.append("" if second is None else _use(second, recommended))
+        return "; ".join(filter(None, clauses))
+    nearest = f"{title(best)}, {_doing(best, '', ('agrees', 'under', 'over'))}"
+    return (
+        f"no law is trusted to {at_most(TRUST)} against {OF[best.reference]} at any judged point; the nearest, "
+        f"{nearest}"
+    )
+
+
+def _merit(law: "LawVerdict") -> tuple[int, float, int, float]:
+    """Trusted points first, and the smaller limit of these; then points that agree, and the smaller difference."""
+    limit = max((band.limit for band in law.bands if band.word == "close"), default=1.0)
+    agreeing = sum(band.judged for band in law.bands if band.word == "agrees")
+    return law.trusted, -limit, agreeing, -max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
+
+
+def _use(law: "LawVerdict", recommended: bool) -> str:
     close = [band for band in law.bands if band.word == "close"]
     places = _joined([band.where for band in close])
     limit = at_most(max(band.limit for band in close))
@@ -282,15 +316,22 @@ def _use(law: "LawVerdict") -> str:
     notes = [untested(unknown, judged, law.reference, is_simulation=False)] if unknown else []
     notes += ["a single point"] if law.trusted == 1 else []
     note = f" ({', '.join(notes)})" if notes else ""
-    return f"{places} use {title(law)}: within {limit} of {OF[law.reference]}{note}"
+    use = f"use {title(law)}:" if recommended else f"{title(law)} is"
+    return f"{places} {use} within {limit} of {OF[law.reference]}{note}"
 
 
-def _elsewhere(law: "LawVerdict") -> str:
-    """What a law does where it is not trusted, in the order of its bands."""
-    texts = [f"{band.where} it {band.says}" for band in law.bands if band.word in ("under", "over")]
-    return _joined(texts) or _joined(
-        [f"{band.where} it is {band.says}" for band in law.bands if band.word == "undecided"]
-    )
+def _doing(law: "LawVerdict", it: str, words: Sequence[str]) -> str:
+    """What a law does in its bands of some words, in their order: "up to 4 km/s it under-predicts by 16 to 25 %"."""
+    return _joined([f"{band.where} {it}{_verb(band)}" for band in law.bands if band.word in words])
+
+
+def _verb(band: "StatedBand") -> str:
+    """The words of a band after a subject: "is trusted to 5 %", "under-predicts by 20 %"."""
+    return band.says if band.says.startswith(("under", "over", "agrees")) else f"is {band.says}"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _second(best: "LawVerdict", laws: Sequence["LawVerdict"]) -> "LawVerdict | None":
@@ -387,14 +428,18 @@ def terms() -> tuple[tuple[str, str], ...]:
             "reference.",
         ),
         (
+            "agrees within the joint uncertainty of x",
+            f"the difference is inside the joint uncertainty, which is wider than {limit}: the law is neither trusted "
+            "to that nor contradicted.",
+        ),
+        (
             "outside its range",
             "a limit that the law's source states, or that its formula has, is not met; what it gives there is no "
             "test of the law.",
         ),
         (
             "not judged",
-            "the point has no value, or carries a flag, or the joint uncertainty exceeds "
-            f"{limit} and covers the difference.",
+            "the point has no value, or carries a flag; or error bars that are no test cover the difference.",
         ),
         (
             "joint uncertainty",
@@ -438,7 +483,7 @@ def difference(residuals: Sequence[float]) -> str:
     """Relative differences in words: "16 to 25 % less", "3 % less to 4 % more"."""
     low, high = min(residuals), max(residuals)
     if max(-low, high) < SAME:
-        return "no difference"
+        return NONE_AT_ALL
     if low < 0.0 < high and (_whole(-low) != "0" or _whole(high) != "0"):
         return f"{_whole(-low)}{NARROW_SPACE}% less to {_whole(high)}{NARROW_SPACE}% more"
     return f"{spread(map(abs, residuals))} {'less' if low < 0.0 else 'more'}"

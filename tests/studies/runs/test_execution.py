@@ -4,8 +4,10 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from solver.errors import Interrupted
@@ -13,9 +15,10 @@ from solver.simulation import start
 from studies import scenarios
 from studies.measurements import Reading
 from studies.results import DEFINITION, Progress, RunControl, RunResult
-from studies.runs.execution import execute, observer_of
+from studies.runs.execution import execute, molten_fraction, observer_of
 from studies.runs.observer import Observer
 from studies.runs.run import materials_of
+from tests.solver.bodies import MELT, real_copper
 from tests.studies.runs.solved import BROKEN_OFF_AFTER, RUNS, after, asked, solved
 
 
@@ -342,3 +345,20 @@ def test_estimate__is_near_the_real_number_of_steps(
     chosen = scenarios.load(scenario)
     size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
     assert 0.5 < size.steps / results[scenario].numbers["steps"] < 2.0
+
+
+def test_molten_fraction__is_of_mass_and_counts_retired_debris() -> None:
+    body = SimpleNamespace(matter=real_copper(), mass=np.array([1.0, 2.0, 3.0, 4.0]))
+    density = np.full(3, body.matter.eos.density)
+    snapshot = SimpleNamespace(
+        body=np.zeros(3, int),
+        particles=SimpleNamespace(
+            mass=body.mass[:3],
+            density=density,
+            temperature=np.array([MELT, 0.99 * MELT, 2.0 * MELT]),
+        ),
+        retired=SimpleNamespace(
+            body=np.zeros(1, int), mass=body.mass[3:], temperature=np.array([1.1 * MELT])
+        ),
+    )
+    assert molten_fraction([body], snapshot) == pytest.approx((1.0 + 3.0 + 4.0) / 10.0)
