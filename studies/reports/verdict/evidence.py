@@ -37,6 +37,7 @@ PARTS = {
     "resolution": "position on the grid",
     "azimuth": "scatter around the edge",
     "growth": "growth at the end of the run",
+    "particles": "number of particles in a cell",
 }
 
 
