@@ -626,7 +626,7 @@ BY_LAW_AT_OBSERVATION_REASON = Variable(
     lambda answer: answer.reason,
     (OBSERVATION, OBSERVED_LAW),
     kind="text",
-    label="{words}, law reason at shots",
+    label="{words}, shot reason",
 )
 OF_ANSWERS_AT_OBSERVATIONS = (
     BY_LAW_AT_OBSERVATION,

@@ -90,7 +90,11 @@ def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
         flags = flags.isel({dim: -1}) if dim == "cells_per_diameter" else flags.any(dim)
     for part in ("definition", "model"):
         if f"{name}_{part}_part" in dataset:
-            bar = (bar**2 + dataset[f"{name}_{part}_part"].fillna(0.0) ** 2) ** 0.5
+            # Of the finest run without offset.
+            known = dataset[f"{name}_{part}_part"].isel(
+                {"cells_per_diameter": -1, "offset": 0}, missing_dims="ignore"
+            )
+            bar = (bar**2 + known.fillna(0.0) ** 2) ** 0.5
     mesh = dataset[f"{name}_converged_uncertainty_mesh"] if refined else value * np.nan
     inside = (dataset[f"{name}_by_law_in_range"] == 1) & dataset[f"{name}_by_law"].notnull()
     return xr.Dataset(
