@@ -1,0 +1,131 @@
+"""A page in a browser: its messages, its requests, what it cuts off, and how accessible it is."""
+
+import os
+import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from axe_playwright_python.sync_playwright import Axe
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from tests.rows import Row, at_most, equal
+
+CHROMIUM = os.environ.get("WHIPPLE_CHROMIUM") or shutil.which("chromium")
+FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    # Whatever the page may ask for is answered by nobody.
+    "--host-resolver-rules=MAP * ~NOTFOUND",
+)
+PATIENCE = 120_000  # ms: a cold browser on a busy machine
+WIDTHS, HEIGHT = (400, 1400), 900  # of the window, px
+SERIOUS = ("serious", "critical")
+# Boxes that people cannot scroll sideways, and what reaches beyond them.
+CUT = """() => [...document.querySelectorAll("figure, figure > *, svg, p, h1, h2, h3, nav, dl")]
+    .filter(box => box.getBoundingClientRect().right > innerWidth + 1 && !box.closest("table"))
+    .map(box => `${box.tagName} ${box.className.baseVal ?? box.className} ${box.textContent.slice(0, 40)}`)"""
+
+A4 = (595, 842)  # points, portrait
+
+Scheme = Literal["light", "dark"]
+SCHEMES: tuple[Scheme, ...] = ("light", "dark")
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A page in a window of a width."""
+
+    messages: tuple[str, ...]  # on the console, and errors of scripts
+    requests: tuple[str, ...]  # but for the page itself
+    wider: int  # px of the document beyond the window
+    cut: tuple[str, ...]  # elements that reach beyond the window
+    violations: tuple[str, ...]  # of accessibility, serious or worse
+
+
+@contextmanager
+def chromium() -> Iterator[Browser]:
+    """A browser for the duration of a block."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=list(FLAGS), timeout=PATIENCE
+        )
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def opened(
+    browser: Browser, file: Path, width: int, scheme: Scheme = "light"
+) -> Iterator[tuple[Page, list[str], list[str]]]:
+    """A page from disk after its scripts have run, its messages, and its requests."""
+    context = browser.new_context(viewport={"width": width, "height": HEIGHT}, color_scheme=scheme)
+    page = context.new_page()
+    messages: list[str] = []
+    requests: list[str] = []
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.on("request", lambda request: requests.append(request.url))
+    try:
+        page.goto(file.as_uri(), timeout=PATIENCE)
+        yield (
+            page,
+            messages,
+            [url for url in requests if not url.startswith(("data:", file.as_uri()))],
+        )
+    finally:
+        context.close()
+
+
+def look(
+    browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path | None = None
+) -> Seen:
+    """Open a page, and keep a picture of all of it."""
+    with opened(browser, file, width, scheme) as (page, messages, requests):
+        wider = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        cut = page.evaluate(CUT)
+        violations = Axe().run(page).response["violations"]
+        if picture:
+            page.screenshot(path=picture, full_page=True)
+        return Seen(
+            messages=tuple(messages),
+            requests=tuple(requests),
+            wider=max(0, int(wider)),
+            cut=tuple(dict.fromkeys(cut)),
+            violations=tuple(
+                f"{each['id']}: {node['html'][:120]}"
+                for each in violations
+                if each["impact"] in SERIOUS
+                for node in each["nodes"]
+            ),
+        )
+
+
+def rows_of(seen: Seen, name: str) -> Iterator[Row]:
+    """What must not be there, in a window of a name."""
+    for what, got in (
+        ("messages on the console", seen.messages),
+        ("requests", seen.requests),
+        ("elements beyond the window", seen.cut),
+        ("serious violations of accessibility (axe)", seen.violations),
+    ):
+        shown = "; ".join(got[:3]) if got else "none"
+        yield Row(f"{name}: {what}", "none", f"{len(got)}: {shown}" if got else "none", not got)
+    yield at_most(f"{name}: document wider than the window by (px)", limit=0, got=seen.wider)
+
+
+def print_page(browser: Browser, file: Path, pdf: Path) -> Iterator[Row]:
+    """Print a page as PDF; it stands on sheets of A4 and asks for nothing."""
+    with opened(browser, file, max(WIDTHS)) as (page, messages, requests):
+        page.pdf(path=pdf, prefer_css_page_size=True, print_background=True)
+        said = [*messages, *requests]
+    yield Row("printed: messages and requests", "none", "; ".join(said) or "none", not said)
+    boxes = re.findall(rb"/MediaBox \[\s*0 0 ([\d.]+) ([\d.]+)", pdf.read_bytes())
+    sizes = {(round(float(width)), round(float(height))) for width, height in boxes}
+    yield equal("printed: size of the sheets (points)", expected={A4}, got=sizes)
+    yield Row("printed: sheets", "", str(len(boxes)), None)
