@@ -47,12 +47,12 @@ ALONG = ("crater_depth", "final_length")
 WINDOW = "settled_window"  # the parameter: time over which growth is judged
 
 # Shares of the shown matter below (and above) which colours end: single particles do not set the scale.
-OUTLIERS = 0.02
+OUTLIERS = 0.05
 STRAINED = 0.01  # plastic strain of matter that an impact has moved
 STRAY = 0.004  # share of moved matter that a frame may leave out at each end
 BESIDE = 1.6  # half width of a frame, in measured radii
 DEBRIS_HALF_WIDTH = 2.25  # of a frame of debris, in projectile diameters
-TALLEST, FLATTEST = 1.1, 0.3  # of a frame, in its width
+TALLEST, FLATTEST = 1.3, 0.3  # of a frame, in its width
 SAME_SCALE = 3.0  # ratio of the widest to the narrowest run that still share a scale
 
 
@@ -74,7 +74,8 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
     sign = upward(setup)
     shown = [_shown(dataset, number, files) for number in _chosen(dataset)]
     kept = [run for run in shown if run.sections]
-    full = [run.number for run in spread(kept, MOST_FULL)]
+    finest = _finest(dataset)
+    full = [run.number for run in spread([run for run in kept if run.number in finest], MOST_FULL)]
     frames = {kind: _frames(kept, kind, sign) for kind in ("end", "debris")}
     limits = {kind: _limits(kept, kind) for kind in ("end", "debris")}
     runs = []
@@ -113,12 +114,19 @@ def first_of_kinds(document: Document) -> list[Document]:
 
 def _chosen(dataset: xr.Dataset) -> tuple[int, ...]:
     """Numbers of the runs with a thumbnail."""
-    numbers = np.arange(dataset.run_state.size).reshape(dataset.run_state.shape)
-    if numbers.size > MOST_RUNS:
-        refined = refinements_of(dataset)
-        last = {name: place for name, place in ((RESOLUTION, -1), (OFFSET, 0)) if name in refined}
-        numbers = xr.DataArray(numbers, dims=dataset.run_state.dims).isel(last).values
-    return spread(numbers.ravel().tolist(), MOST_RUNS)
+    count = dataset.run_state.size
+    return spread(range(count) if count <= MOST_RUNS else _finest(dataset), MOST_RUNS)
+
+
+def _finest(dataset: xr.Dataset) -> list[int]:
+    """Numbers of the runs of the finest resolution, without offset."""
+    numbers = xr.DataArray(
+        np.arange(dataset.run_state.size).reshape(dataset.run_state.shape),
+        dims=dataset.run_state.dims,
+    )
+    refined = refinements_of(dataset)
+    last = {name: place for name, place in ((RESOLUTION, -1), (OFFSET, 0)) if name in refined}
+    return [int(number) for number in numbers.isel(last).values.ravel()]
 
 
 def _shown(dataset: xr.Dataset, number: int, files: Mapping[str, Path]) -> Shown:
@@ -379,7 +387,7 @@ def rounded_up(value: float) -> float:
     power = 10.0 ** math.floor(math.log10(value))
     step = next(
         step
-        for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+        for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
         if step * power >= value * 0.999
     )
     return float(f"{step * power:.12g}")
