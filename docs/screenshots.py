@@ -19,13 +19,16 @@ COLOURS = 256
 # The last run in full size: its debris at two times and its section at the end, without the growth history.
 PICTURES = """() => {
     const run = [...document.querySelectorAll("section.run")].at(-1);
-    const debris = [...run.querySelectorAll(".beside > figure svg.full:not(.growth)")];
-    const end = run.querySelector(".fields > figure svg.full");
+    const debris = [...run.querySelectorAll(".beside > figure svg.of-run")];
+    const end = run.querySelector(".fields > figure svg.of-run");
     const styles = [...document.querySelectorAll("style")].map(style => style.outerHTML).join("");
     const ramps = document.querySelector("svg.ramps").outerHTML;
     return [styles + ramps, run.querySelector("h3").textContent, [...debris, end].map(svg => svg.outerHTML)];
 }"""
-ROWS = {"holes": "Copper sphere of 8 mm on a copper plate", "craters": "Copper cylinder on a copper block"}
+ROWS = {
+    "holes": "Copper sphere of 8 mm on a copper plate",
+    "craters": "Copper cylinder on a copper block",
+}
 
 
 def main(demo: Path) -> None:

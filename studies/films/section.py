@@ -26,7 +26,7 @@ from solver.state import Snapshot
 from studies.values.files import write_atomically
 
 # Particles of a section at most: as many as a picture has pixels.
-MOST = 150_000
+MOST = 200_000
 END = -1  # in place of a moment
 STEPS = 65535  # of a position in its box
 HALF = 65504.0  # the largest number of half precision

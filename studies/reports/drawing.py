@@ -130,7 +130,7 @@ def thumbnail(picture: Document, frame: Frame, raster: bytes, width: int) -> str
     parts += _lengths(picture, frame, 0, 0, scale)
     parts += _scale_bar(frame, scale, height + FOOT)
     parts += [text("small", width - 2, height + FOOT - 4, microseconds(picture["time"]), "end")]
-    return svg("thumbnail", width, height + FOOT, parts, picture["alt"])
+    return svg("of-run thumbnail", width, height + FOOT, parts, picture["alt"])
 
 
 def colour_keys(pictures: Sequence[Document]) -> Markup:
@@ -164,7 +164,7 @@ def full_size(picture: Document, frame: Frame, raster: bytes) -> str:
     parts += _axes(frame, scale, width, height, picture["sign"])
     parts += _lengths(picture, frame, LEFT, ABOVE, scale)
     parts += _colour_bar(picture, FULL - RIGHT + BAR_GAP, ABOVE, max(height, 90.0))
-    return svg("full", FULL, ABOVE + max(height, 90.0) + BELOW, parts, picture["alt"])
+    return svg("of-run full", FULL, ABOVE + max(height, 90.0) + BELOW, parts, picture["alt"])
 
 
 def _image(raster: bytes, x: float, y: float, width: float, height: float) -> str:

@@ -224,6 +224,7 @@ def environment() -> Environment:
         ],
         cut_note=_cut_note,
         thumbnails=_thumbnails,
+        coarser=lambda runs: [run for run in runs if not bare(run.finest)],
         ends=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "end"],
         debris=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "debris"],
     )

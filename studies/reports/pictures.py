@@ -46,13 +46,14 @@ ALONG = ("crater_depth", "final_length")
 
 WINDOW = "settled_window"  # the parameter: time over which growth is judged
 
-# Shares of the shown matter below (and above) which colours end: single particles do not set the scale.
+# Shares of the moved matter below (and above) which colours end: single particles do not set the scale.
 OUTLIERS = 0.05
 STRAINED = 0.01  # plastic strain of matter that an impact has moved
 STRAY = 0.004  # share of moved matter that a frame may leave out at each end
-BESIDE = 1.6  # half width of a frame, in measured radii
+BELOW = 1.5  # lower end of a frame, in measured depths
+BESIDE = 1.4  # half width of a frame, in measured radii
 DEBRIS_HALF_WIDTH = 2.25  # of a frame of debris, in projectile diameters
-TALLEST, FLATTEST = 1.3, 0.3  # of a frame, in its width
+TALLEST, FLATTEST = {"end": 0.75, "debris": 1.3}, 0.3  # of a frame, in its width
 SAME_SCALE = 3.0  # ratio of the widest to the narrowest run that still share a scale
 
 
@@ -88,6 +89,7 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
                 "title": run.title,
                 "missing": run.missing or None,
                 "full": is_full,
+                "finest": run.number in finest,
                 "growth": _growth(dataset, run) if is_full else None,
                 "pictures": pictures,
             }
@@ -335,8 +337,7 @@ def _frame(run: Shown, kind: str, sign: float) -> Frame | None:
     lengths = [run.lengths[name] for name in ALONG if name in run.lengths and kind == "end"]
     width, margin = 2.0 * half, 0.08 * half
     top, bottom = min(ends) - margin, max(ends) + margin
-    if not lengths:
-        bottom = min(bottom, top + TALLEST * width)
+    bottom = min(bottom, BELOW * max(lengths) if lengths else top + TALLEST[kind] * width)
     # Measured lengths are whole.
     top = min([top, *(sign * length - margin for length in lengths)])
     bottom = max([bottom, *(sign * length + margin for length in lengths)])
@@ -357,8 +358,10 @@ def _limits(runs: Sequence[Shown], kind: str) -> dict[str, tuple[float, float]]:
 
 
 def _limits_of(field: str, states: Sequence[Section]) -> tuple[float, float]:
-    values = [state.fields[field][np.isfinite(state.fields[field])] for state in states]
-    values = [each for each in values if each.size]
+    moved = [state.fields["plastic_strain"] > STRAINED for state in states]
+    values = [state.fields[field][of] for state, of in zip(states, moved, strict=True)]
+    values = values if any(of.any() for of in moved) else [state.fields[field] for state in states]
+    values = [each[np.isfinite(each)] for each in values if np.isfinite(each).any()]
     if not values:
         return (0.0, 1.0)
     lows = [np.quantile(each, [0.0, OUTLIERS]) for each in values]

@@ -19,7 +19,7 @@ FAST = 300.0
 MOMENTS = (1.5, 4.0)
 # Part of the target in pictures, in projectile diameters from the point of impact: plates of the default size are
 # whole, and craters of copper at 7 km/s have half of it as their radius.
-REACH = 6.0
+REACH = 7.0
 
 
 # Part of the uncertainty of what runs with ``FEW_PARTICLES`` of the default recipe's shape measure, relative: the root

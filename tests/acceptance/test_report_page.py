@@ -82,7 +82,7 @@ def test_page__shows_every_picture_with_its_text(browser: Browser, report: Path)
 
 
 # All four of them are looked at by the claim report-page.
-@pytest.mark.parametrize(("width", "scheme"), zip(WIDTHS, reversed(SCHEMES), strict=True))
+@pytest.mark.parametrize(("width", "scheme"), [*zip(WIDTHS, reversed(SCHEMES), strict=True)])
 def test_page__is_quiet_whole_and_accessible(
     browser: Browser, report: Path, width: int, scheme: Scheme
 ) -> None:
