@@ -76,6 +76,7 @@ def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
         try:
             # An offset changes no cost; what screens the models is computed at one.
             once = cost_of(replace(resolved, offsets=1, model_part="none"))
-            yield PresetCost(*about, once.times(preset.offsets).plus(_of_screening(resolved)))
+            every = once.times(preset.offsets).plus(_of_screening(resolved))
+            yield replace(PresetCost(*about, every), runs=every.runs)
         except InvalidInput as error:
             yield PresetCost(*about, None, str(error.findings[0].limit))

@@ -128,11 +128,13 @@ def test_estimate__counts_and_stores_nothing(api: Api) -> None:
     assert len(api.http.get("/v1/sweeps").json()["items"]) == 1
 
 
-def test_estimate__shows_what_each_accuracy_would_cost(api: Api) -> None:
-    presets = api.http.post("/v1/sweeps/estimate", json=SWEEP).json()["presets"]
+@pytest.mark.parametrize("model_part", ["stored", "screen"])
+def test_estimate__shows_what_each_accuracy_would_cost(api: Api, model_part: str) -> None:
+    sweep = {**SWEEP, "model_part": model_part}
+    presets = api.http.post("/v1/sweeps/estimate", json=sweep).json()["presets"]
     assert [preset["name"] for preset in presets] == list(ACCURACY)
     for preset in presets:
-        at = {key: value for key, value in SWEEP.items() if key != "resolution"}
+        at = {key: value for key, value in sweep.items() if key != "resolution"}
         asked = api.http.post("/v1/sweeps/estimate", json=at | {"accuracy": preset["name"]}).json()
         for word in ("runs", "core_seconds", "bytes"):
             assert preset[word] == pytest.approx(asked[word])
@@ -144,6 +146,21 @@ def test_estimate__says_why_a_preset_is_not_offered(api: Api) -> None:
     draft = {preset["name"]: preset for preset in presets}["draft"]
     assert draft["core_seconds"] is None
     assert "half a cell" in draft["reason"]
+
+
+def test_submit__plans_the_screening_runs_beside_the_points_and_cancel_ends_them(api: Api) -> None:
+    sweep = {**SWEEP, "model_part": "screen"}
+    points = api.http.post("/v1/sweeps/estimate", json=SWEEP).json()["runs"]
+    assert api.http.post("/v1/sweeps/estimate", json=sweep).json()["runs"] == points + 4
+    id = api.submit(model_part="screen")
+    assert api.http.get(f"/v1/sweeps/{id}").json()["planned"] == points + 4
+    rows = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"]
+    screens = [row["coordinates"] for row in rows if "screening" in row["coordinates"]]
+    names = ["stronger", "weaker", "failure", "equation of state"]
+    assert screens == [{"screening": name} for name in names]
+    api.http.post(f"/v1/sweeps/{id}/cancel")
+    rows = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"]
+    assert {row["state"] for row in rows} == {"cancelled"}
 
 
 def test_submit__of_several_resolutions_and_offsets_plans_each_run(api: Api) -> None:
