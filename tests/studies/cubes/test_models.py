@@ -1,5 +1,6 @@
 """The model part in a cube: stored, screened, or not assessed with a reason."""
 
+import json
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
+from studies.cubes.models import STORED
 from studies.results import RunResult
 from studies.sweeps.screening import EOS, FAILURE, STRONGER, WEAKER
 from studies.sweeps.sweep import Sweep
@@ -74,6 +76,15 @@ def test_not_assessed__is_nan_with_the_reason(
     dataset = built(model_part, screens)
     assert np.isnan(dataset.hole_diameter_model_part).all()
     assert str(dataset.hole_diameter_model_part_reason.values).startswith(reason)
+
+
+def test_stored__is_that_of_scenario_and_family() -> None:
+    classes = {(each["scenario"], each["family"]): each for each in json.loads(STORED.read_text())}
+    shares = classes["thin_plate", "copper"]["quantities"]["hole_diameter"]
+    dataset = built("stored")
+    expected = HOLE * np.linalg.norm(list(shares.values()))
+    np.testing.assert_allclose(dataset.hole_diameter_model_part, expected)
+    assert "python -m docs.model_part" in str(dataset.hole_diameter_model_part_reason.values)
 
 
 def test_stored__of_a_class_that_nobody_computed_is_not_assessed() -> None:
