@@ -184,9 +184,8 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
 def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[Column]:
     """The model part of a quantity, with its contributions or the reason why it has none."""
     parts = _each(layout.cells, lambda cell: assess(cell, quantity.name))
-    yield _column(declared.MODEL_PART.filled(quantity), parts)
-    variable = declared.MODEL_REASON.filled(quantity)
-    yield variable, _compact(variable.values(parts), layout), {}
+    for variable in (declared.MODEL_PART, declared.MODEL_REASON):
+        yield _column(variable.filled(quantity), parts)
 
 
 def _of_laws(quantity: Quantity, catalogue: Catalogue, shots: np.ndarray) -> Iterator[Column]:

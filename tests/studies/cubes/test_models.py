@@ -47,14 +47,14 @@ def test_screened__is_the_share_of_each_value_and_no_point_of_the_cube() -> None
     assert dict(dataset.hole_diameter.sizes) == {"speed": 3, "cells_per_diameter": 2}
     np.testing.assert_allclose(dataset.hole_diameter_model_part, EXPECTED)
     assert dataset.hole_diameter_model_part.attrs["units"] == "m"
-    reason = str(dataset.hole_diameter_model_part_reason.values)
+    reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
     assert "strength 1 %, failure 0.87 %, equation of state 1.2 % (screening runs" in reason
 
 
 def test_screened__without_a_screening_run_names_it() -> None:
     dataset = built("screen", {name: ANSWERS[name] for name in (STRONGER, WEAKER)})
     np.testing.assert_allclose(dataset.hole_diameter_model_part, 0.01 * HOLE)
-    reason = str(dataset.hole_diameter_model_part_reason.values)
+    reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
     assert "failure not assessed, equation of state not assessed" in reason
     assert "failure: its screening run has no value" in reason
 
@@ -75,7 +75,7 @@ def test_not_assessed__is_nan_with_the_reason(
 ) -> None:
     dataset = built(model_part, screens)
     assert np.isnan(dataset.hole_diameter_model_part).all()
-    assert str(dataset.hole_diameter_model_part_reason.values).startswith(reason)
+    assert str(dataset.hole_diameter_model_part_reason.values.flat[0]).startswith(reason)
 
 
 def test_stored__is_that_of_scenario_and_family() -> None:
@@ -84,12 +84,14 @@ def test_stored__is_that_of_scenario_and_family() -> None:
     dataset = built("stored")
     expected = HOLE * np.linalg.norm(list(shares.values()))
     np.testing.assert_allclose(dataset.hole_diameter_model_part, expected)
-    assert "python -m docs.model_part" in str(dataset.hole_diameter_model_part_reason.values)
+    assert "python -m docs.model_part" in str(
+        dataset.hole_diameter_model_part_reason.values.flat[0]
+    )
 
 
 def test_stored__of_a_class_that_nobody_computed_is_not_assessed() -> None:
     fixed = {**DOCUMENT["fixed"], "projectile": "lead", "target": "lead"}  # type: ignore[dict-item]
     dataset = built("stored", fixed=fixed)
     assert np.isnan(dataset.hole_diameter_model_part).all()
-    reason = str(dataset.hole_diameter_model_part_reason.values)
+    reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
     assert reason == "not assessed: nothing is stored for hole_diameter of thin_plate in lead"
