@@ -234,7 +234,7 @@ class _Rows:
 
 def digest_of(sweep: "Sweep") -> str:
     """Digest of a sweep's document and of its runs: the same document for the same physics."""
-    return _digest(sweep.document(), [fault_point.run.id for fault_point in sweep.every_run()])
+    return _digest(sweep.document(), [point.run.id for point in sweep.every_run()])
 
 
 def _digest(document: Mapping[str, Any], run_ids: Sequence[str]) -> str:

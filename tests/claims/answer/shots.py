@@ -11,7 +11,7 @@ from studies.observations import Observation
 from studies.verification import equal, relative
 from tests.claims import Row, claim
 
-# Processors that compute other bits: copper bars of other lengths differ by 1e-6, and by 1e-3 where matter breaks up.
+# An estimate: processors compute other bits, which matter that breaks up makes larger.
 SAME = 2e-3
 CHOSEN = 2  # shots of each table: the shortest bars, and both holes
 

@@ -75,6 +75,8 @@ class FakeSweep:
             for place, run in enumerate(self.asked)
         ]
 
+    every_run = runs
+
 
 def sweep_of(runs: Sequence[FakeRun] | int, *, name: str = "asked") -> Sweep:
     """A sweep of these runs, or of so many fine ones."""
