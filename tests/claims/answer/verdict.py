@@ -397,6 +397,7 @@ def _document(
         (fakes.Axis("speed", "m s-1", speeds),),
         fixed,
         refinements=fakes.refinements(offsets=(0.0,)),
+        model_part="none",
     )
     results = {point.run.id: change(_result(point.run)) for point in sweep.runs()}
     catalogue = fakes.catalogue()
