@@ -61,8 +61,9 @@ def fit(
 
     Exact values of first order, f(h) = 20 + h/2:
 
-    >>> fit((1.0, 2.0, 4.0), (20.5, 21.0, 22.0), (0.1, 0.2, 0.4), 1.0)
-    Fit(limit=20.0, misfit=0.0)
+    >>> exact = fit((1.0, 2.0, 4.0), (20.5, 21.0, 22.0), (0.1, 0.2, 0.4), 1.0)
+    >>> round(exact.limit, 9), round(exact.misfit, 9)
+    (20.0, 0.0)
     """
     powers = [spacing**order for spacing in spacings]
     weights = [uncertainty**-2.0 for uncertainty in uncertainties]

@@ -21,7 +21,7 @@ def step_of(length: float) -> float:
     """A round step near a length.
 
     >>> step_of(0.0011), step_of(0.0034), step_of(7.1)
-    (0.001, 0.005, 5.0)
+    (0.001, 0.005, 10.0)
     """
     power = 10.0 ** math.floor(math.log10(length))
     return float(

@@ -130,8 +130,8 @@ def _reads_to_its_end(file: Path) -> bool:
         return True
     if content.startswith(b"<"):
         return content.rstrip().endswith(b"</html>")
-    if file.suffix == ".csv":
-        return content.endswith(b"\n")
+    if file.suffix == ".csv" and content.endswith(b"\n"):
+        return True
     # A log ends anywhere; a final state of a stand-in is the id of its run, and words.
     if file.suffix == ".txt" or ID.match(content.decode()):
         return True
