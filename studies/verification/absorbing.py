@@ -163,4 +163,5 @@ CASE = Case(
     "accounted for",
     source="d'Alembert; Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95 (EM4), 859",
     run=_run,
+    quick=False,
 )

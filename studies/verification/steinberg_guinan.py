@@ -140,4 +140,5 @@ CASE = Case(
     says="a point follows Steinberg, Cochran and Guinan's modulus, yield stress and melting curve",
     source="Steinberg, Cochran and Guinan (1980); Steinberg (1996), UCRL-MA-106439",
     run=_run,
+    quick=False,
 )
