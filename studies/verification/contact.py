@@ -286,4 +286,5 @@ CASE = Case(
     "asked at a wall); contact creates no kinetic energy, and the removed energy closes the balance",
     source="Bardenhagen, Brackbill and Sulsky (2000); Coulomb; d'Alembert for the bars; Ma (2005), section 2.2.3",
     run=_run,
+    quick=False,
 )

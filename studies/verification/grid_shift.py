@@ -62,4 +62,5 @@ CASE = Case(
     says="a shift by whole cells changes round-off only",
     source="the grid has no preferred cell",
     run=_run,
+    quick=False,
 )

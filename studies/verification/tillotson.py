@@ -113,4 +113,5 @@ CASE = Case(
     says="copper with Tillotson's equation of state has its exact shocks, and boils along its isentrope",
     source="Rankine and Hugoniot, and the isentrope de = p / rho^2 drho, with Tillotson (1962)",
     run=_run,
+    quick=False,
 )

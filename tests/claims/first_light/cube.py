@@ -217,7 +217,7 @@ def failed_run_is_a_result() -> Iterator[Row]:
             )
 
 
-@claim("cube-is-cf", says="compliance-checker finds no error against CF-1.11", quick=True)
+@claim("cube-is-cf", says="compliance-checker finds no error against CF-1.11")
 def cube_is_cf() -> Iterator[Row]:
     for name in ("claims", "failing"):
         complaints = compliance.complaints(computed(name)[1] / "cube.nc")
