@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 WIDTH, HEIGHT = 680, 330
 GREY, FILL, MARK = "#7f7f7f", "#7f7f7f55", "#0072b2"
-HEAD = 5  # of an arrow
+HEAD = 5  # length of an arrow's head, px
 
 
 class Sketch:

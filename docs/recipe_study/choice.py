@@ -8,8 +8,8 @@ from studies.results import ENERGY_DRIFT_LIMIT
 from studies.verification import bar_contact, plate_impact
 
 OTHER_SHAPES = plate_impact.PRESSURE["gimp"]  # whatever is not named there is held to this
-# Of the Taylor bar's lengths in the mean, from 10 to 20 cells per diameter and from 20 to 40: first order. The bar
-# converges by itself; the constants of its strength were fitted with another code, on one grid.
+# Largest mean change of the Taylor bar's lengths from 10 to 20 cells per diameter and from 20 to 40, which halves at
+# first order. The gate is this convergence: the constants of the strength were fitted with another code, on one grid.
 TAYLOR_CHANGES = (0.02, 0.01)
 CHANGES = {"32": 0.08, "64": 0.02}  # of the mean hole, from the grid before
 

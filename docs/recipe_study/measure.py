@@ -26,7 +26,7 @@ CRATER_CELLS = 8  # coarse: it compares recipes, it does not predict
 # Of the candidates.
 FINAL_SPEEDS = (2e3, 4e3, 6e3)  # m/s
 FINAL_CELLS = (16, 32, 64)
-OFFSETS = (0.0, 1.0 / 3.0, 2.0 / 3.0)  # of a cell
+OFFSETS = (0.0, 1.0 / 3.0, 2.0 / 3.0)  # places of the target against the grid, in cells
 
 Figures = dict[str, Any]
 

@@ -19,7 +19,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from docs.recipe_study.measure import Figures, computed, hole, taylor
+from docs.recipe_study.measure import OFFSETS, Figures, computed, hole, taylor
 from studies import examples
 from studies.sweeps.document import read_yaml
 from studies.values.recipes import RECIPES, Recipe
@@ -32,7 +32,6 @@ CELLS = {
     "crater": (16, 24),
 }  # across the projectile's diameter; 16 are the draft's
 BLOCK = {"target_depth": "30 mm", "target_radius": "25 mm"}
-OFFSETS = (0.0, 1.0 / 3.0, 2.0 / 3.0)  # of a cell
 OF_HOLES = ("hole_diameter", "hole_diameter_areal")
 OF_CRATERS = ("crater_depth", "crater_diameter")
 COMPANIONS = ("hole_diameter_midplane", "crater_depth_over_diameter")  # in no table
@@ -107,7 +106,7 @@ def crater(recipe: Recipe, speed: float, cells: int, offset: float) -> Figures:
 
 
 def _calls() -> dict[str, tuple[Any, ...]]:
-    """What is computed, by name."""
+    """Every computation of the study by its name: the function and its arguments."""
     recipes = {count: replace(RECIPES["whipple"], particles_per_cell=count) for count in COUNTS}
     calls: dict[str, tuple[Any, ...]] = {
         _name("taylor", count): (taylor, recipe) for count, recipe in recipes.items()

@@ -46,7 +46,7 @@ URL_VARIABLE = "WHIPPLE_SERVICE"
 KEY_VARIABLE = "WHIPPLE_API_KEY"
 POLL_SECONDS = 1.0  # interval between two requests of ``wait``
 MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
-_PREFIX = re.compile("[0-9a-f]{1,31}")  # of an id of 32 digits
+_PREFIX = re.compile("[0-9a-f]{1,31}")  # beginning of an id, which has 32 digits
 PATIENCE = 30.0  # s, for a service that restarts or is busy
 
 Document = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file

@@ -2,7 +2,16 @@
 
 import numpy as np
 
-from studies.measurements._impact import ImpactView, contained, cumulated, radii_by_sector
+from studies.measurements import Reading
+from studies.measurements._impact import (
+    ImpactView,
+    azimuthal_spread,
+    contained,
+    cumulated,
+    equal_area_diameter,
+    radii_by_sector,
+    rim_flags,
+)
 from studies.results import CLOSED_ON_AXIS
 
 # Particles lose contact when they are drawn more than a cell apart: at a stretch of two, where two fill a cell. A plate
@@ -24,6 +33,13 @@ def flag_without_hole(view: ImpactView, edges: np.ndarray) -> str:
     if np.isnan(edges).any() or is_whole(view):
         return "not_perforated"
     return "" if contained(view, edges) else "not_contained"
+
+
+def hole_reading(view: ImpactView, radii: np.ndarray, **parts: float) -> Reading:
+    """The reading of a hole with the radii (sectors,) of its wall (m); ``parts`` are uncertainties of its own, m."""
+    diameter = equal_area_diameter(radii)
+    numerical = {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)}
+    return Reading(diameter, {**numerical, **parts}, film_flags(view) + rim_flags(view, diameter))
 
 
 def is_whole(view: ImpactView) -> bool:

@@ -23,13 +23,11 @@ import numpy as np
 from studies.measurements import Measurement, Reading
 from studies.measurements._impact import (
     ImpactView,
-    azimuthal_spread,
     equal_area_diameter,
     overlap,
     place_holding,
-    rim_flags,
 )
-from studies.measurements._perforation import areal_edges, film_flags, flag_without_hole
+from studies.measurements._perforation import areal_edges, flag_without_hole, hole_reading
 from studies.results import DEFINITION
 
 OBSTACLE = 0.01  # of the mass that a full bin holds within a projectile diameter of the edge
@@ -45,16 +43,8 @@ def _read(view: ImpactView) -> Reading:
     radii = np.array([_clear_radius(view, sector, edge) for sector, edge in enumerate(edges)])
     if (radii < view.cell).any():
         return Reading(math.nan, flags=("not_perforated",))
-    diameter = equal_area_diameter(radii)
-    return Reading(
-        diameter,
-        {
-            "resolution": view.resolution,
-            "azimuth": azimuthal_spread(radii),
-            DEFINITION: HALF_OF_GAP * abs(equal_area_diameter(edges) - diameter),
-        },
-        film_flags(view) + rim_flags(view, diameter),
-    )
+    gap = abs(equal_area_diameter(edges) - equal_area_diameter(radii))
+    return hole_reading(view, radii, **{DEFINITION: HALF_OF_GAP * gap})
 
 
 def _clear_radius(view: ImpactView, sector: int, edge: float) -> float:

@@ -3,13 +3,8 @@
 import math
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._impact import (
-    ImpactView,
-    azimuthal_spread,
-    equal_area_diameter,
-    rim_flags,
-)
-from studies.measurements._perforation import areal_edges, film_flags, flag_without_hole
+from studies.measurements._impact import ImpactView
+from studies.measurements._perforation import areal_edges, flag_without_hole, hole_reading
 
 
 def _read(view: ImpactView) -> Reading:
@@ -18,12 +13,7 @@ def _read(view: ImpactView) -> Reading:
     flag = flag_without_hole(view, edges)
     if flag:
         return Reading(math.nan, flags=(flag,))
-    diameter = equal_area_diameter(edges)
-    return Reading(
-        diameter,
-        {"resolution": view.resolution, "azimuth": azimuthal_spread(edges)},
-        film_flags(view) + rim_flags(view, diameter),
-    )
+    return hole_reading(view, edges)
 
 
 MEASUREMENT = Measurement(

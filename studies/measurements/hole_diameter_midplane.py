@@ -5,14 +5,8 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._impact import (
-    ImpactView,
-    azimuthal_spread,
-    contained,
-    equal_area_diameter,
-    rim_flags,
-)
-from studies.measurements._perforation import film_flags, is_whole
+from studies.measurements._impact import ImpactView, contained
+from studies.measurements._perforation import hole_reading, is_whole
 
 
 def _read(view: ImpactView) -> Reading:
@@ -30,12 +24,7 @@ def _read(view: ImpactView) -> Reading:
         return Reading(math.nan, flags=("not_perforated",))
     if not np.isfinite(radii).all() or not contained(view, radii):
         return Reading(math.nan, flags=("not_contained",))
-    diameter = equal_area_diameter(radii)
-    return Reading(
-        diameter,
-        {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)},
-        film_flags(view) + rim_flags(view, diameter),
-    )
+    return hole_reading(view, radii)
 
 
 MEASUREMENT = Measurement(

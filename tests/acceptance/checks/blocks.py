@@ -81,17 +81,7 @@ class Reader:
     def run(self, block: Block, *command: str | Path) -> Row:
         """A program, which must end well; what it leaves in the background is not waited for."""
         log = self._beside(block, "log")
-        with log.open("wb") as file:
-            process = subprocess.Popen(
-                command,
-                cwd=self.clone,
-                env=self.environment,
-                stdin=subprocess.DEVNULL,
-                stdout=file,
-                stderr=file,
-                start_new_session=True,
-            )
-        self.sessions.append(process.pid)
+        process = self._start(log, command, subprocess.DEVNULL)
         ended = process.wait(self.seconds)
         output = "" if ended == 0 else f": {log.read_text(errors='replace')[-LAST:]}"
         return Row(f"line {block.line}, exit status", 0, f"{ended}{output}", ended == 0)
@@ -101,6 +91,22 @@ class Reader:
         if self.python is not None and self.python.stdin is not None:
             self.python.stdin.close()
         end_programs(self.sessions)
+
+    def _start(self, log: Path, command: Sequence[str | Path], stdin: int) -> subprocess.Popen[str]:
+        """A program in the clone, in a session of its own, with its output in a file."""
+        with log.open("wb") as file:
+            process = subprocess.Popen(
+                command,
+                cwd=self.clone,
+                env=self.environment,
+                stdin=stdin,
+                stdout=file,
+                stderr=file,
+                text=True,
+                start_new_session=True,
+            )
+        self.sessions.append(process.pid)
+        return process
 
     def _beside(self, block: Block, ending: str) -> Path:
         return self.clone.with_name(f"{self.page}-line-{block.line}.{ending}")
@@ -119,18 +125,7 @@ class Reader:
         if self.python is None:
             kept = self.clone.with_name(f"{self.page}.variables")
             program = f"[ ! -f {kept} ] || . {kept}; exec .venv/bin/python -c '{SESSION}'"
-            with log.open("wb") as file:
-                self.python = subprocess.Popen(
-                    ["sh", "-c", program],
-                    cwd=self.clone,
-                    env=self.environment,
-                    stdin=subprocess.PIPE,
-                    stdout=file,
-                    stderr=file,
-                    text=True,
-                    start_new_session=True,
-                )
-            self.sessions.append(self.python.pid)
+            self.python = self._start(log, ["sh", "-c", program], subprocess.PIPE)
         assert self.python.stdin is not None
         self.python.stdin.write(f"{code}\n")
         self.python.stdin.flush()

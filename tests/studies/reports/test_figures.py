@@ -11,7 +11,7 @@ from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.reports.compare import compare
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
-from studies.reports.plot import FLAGGED, OUTSIDE, WIDTHS, plot
+from studies.reports.plot import FLAGGED, OUTSIDE, UNSETTLED, WIDTHS, plot
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Sweep
 
@@ -145,6 +145,12 @@ def test_legend__is_open_and_dotted_for_a_law_that_is_nowhere_inside_its_range()
     assert legend["thesis 1-5, all constants"]["line"]["dash"] == "dot"
     assert legend["general form with the sound speed"]["line"]["dash"] == "solid"
     assert legend[OUTSIDE]["marker"]["symbol"].endswith("-open")
+
+
+def test_legend__explains_open_marks_of_values_that_grids_did_not_settle() -> None:
+    legend = legend_of(drawn(built(REFINED), "laws"))
+    assert legend[UNSETTLED]["marker"]["symbol"] == "circle-open"
+    assert UNSETTLED not in legend_of(drawn(built(PLAIN), "laws"))
 
 
 def test_flagged_points__are_ringed_with_their_flags_beside_them() -> None:
