@@ -101,8 +101,8 @@ def computed(
     """A row for each shot of a table: as published, with the simulation at its parameters; all of them by default."""
     import whipple
     from studies.cubes import variables as cubes
+    from studies.cubes.points import places_of, points_of
     from studies.reports.matched import matched_observations
-    from studies.reports.points import places_of, points_of
 
     all_shots = published(name)
     document = sweep_of(name, shots or all_shots)

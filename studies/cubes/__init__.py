@@ -2,5 +2,6 @@
 
 ``variables`` declares each variable once: name, dimensions, unit, meaning, and how a record of a run, a law or a shot
 gives its value. ``cells`` puts each run in its place, ``catalogue`` offers laws, shots and materials, ``cube`` joins
-them and writes the file. Called by ``reports`` and by processes that publish; the API never imports it.
+them and writes the file; ``points`` reads one value for each point of it. Called by ``reports`` and by processes
+that publish; the API never imports it.
 """

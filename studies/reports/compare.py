@@ -16,8 +16,7 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
-from studies.reports.matched import MatchedObservation, interpolate, matched_observations
-from studies.reports.points import (
+from studies.cubes.points import (
     Place,
     comparable,
     places_of,
@@ -26,6 +25,7 @@ from studies.reports.points import (
     refinements_of,
     simulated,
 )
+from studies.reports.matched import MatchedObservation, interpolate, matched_observations
 from studies.reports.verdict import Verdict, verdict
 from studies.reports.verdict.evidence import axes_in, evidence_of
 from studies.reports.verdict.trends import is_uneven

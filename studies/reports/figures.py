@@ -16,10 +16,7 @@ import xarray as xr
 from studies.convergence.orders import FORMAL_ORDER
 from studies.convergence.richardson import Convergence
 from studies.cubes import variables as cubes
-from studies.reports import captions
-from studies.reports.compare import Comparison
-from studies.reports.matched import MatchedObservation
-from studies.reports.points import (
+from studies.cubes.points import (
     Place,
     Refined,
     main_quantities,
@@ -28,6 +25,9 @@ from studies.reports.points import (
     refined,
     refinements_of,
 )
+from studies.reports import captions
+from studies.reports.compare import Comparison
+from studies.reports.matched import MatchedObservation
 from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, spread, title_of, view_of
 from studies.sweeps.sweep import RESOLUTION
 from studies.values.quantities import readable

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
-from studies.reports.points import SUCCEEDED, simulated
+from studies.cubes.points import SUCCEEDED, simulated
 
 
 @dataclass(frozen=True)

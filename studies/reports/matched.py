@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
-from studies.reports.points import Place, axes_of, comparable, places_of, plain, simulated
+from studies.cubes.points import Place, axes_of, comparable, places_of, plain, simulated
 
 ELSEWHERE = "not simulated: different"
 LINEAR = "linear between neighbouring runs"

@@ -16,8 +16,8 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
+from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
-from studies.reports.points import axes_of, by_run, places_of, refinements_of, simulated
 from studies.reports.raster import Frame
 from studies.reports.setup import setup_of, upward, values_of
 from studies.reports.view import spread, title_of

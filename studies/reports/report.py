@@ -24,11 +24,7 @@ from studies.convergence.richardson import (
     VERDICTS,
 )
 from studies.cubes import variables as cubes
-from studies.cubes.variables import STATES
-from studies.reports.compare import Comparison
-from studies.reports.figures import figures
-from studies.reports.pictures import pictures_of
-from studies.reports.points import (
+from studies.cubes.points import (
     Refined,
     axes_of,
     by_run,
@@ -39,6 +35,10 @@ from studies.reports.points import (
     refined,
     refinements_of,
 )
+from studies.cubes.variables import STATES
+from studies.reports.compare import Comparison
+from studies.reports.figures import figures
+from studies.reports.pictures import pictures_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 
 # 2: converged values and their error bars, a sentence about each law

@@ -9,7 +9,7 @@ import xarray as xr
 
 from studies import scenarios
 from studies.cubes import variables as cubes
-from studies.reports.points import by_run, plain
+from studies.cubes.points import by_run, plain
 from studies.values.errors import InvalidInput
 from studies.values.quantities import readable
 

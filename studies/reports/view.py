@@ -9,8 +9,8 @@ import xarray as xr
 
 from studies.convergence.richardson import VERDICTS, Verdict
 from studies.cubes import variables as cubes
+from studies.cubes.points import Place, axes_of, by_run, comparable, places_of, simulated
 from studies.cubes.variables import Variable
-from studies.reports.points import Place, axes_of, by_run, comparable, places_of, simulated
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.quantities import readable
 

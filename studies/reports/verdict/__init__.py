@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.reports.points import Place
+from studies.cubes.points import Place
 from studies.reports.verdict import texts
 from studies.reports.verdict.bands import Band, Value, bands_of
 from studies.reports.verdict.evidence import (

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from studies.reports.points import Place
+from studies.cubes.points import Place
 from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint, Word
 from studies.reports.view import PREFERRED
 

@@ -11,9 +11,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from studies.cubes import variables as cubes
-from studies.reports.joint import joint_uncertainty
-from studies.reports.matched import ELSEWHERE, MatchedObservation, interpolate
-from studies.reports.points import (
+from studies.cubes.points import (
     Place,
     axes_of,
     comparable,
@@ -21,6 +19,8 @@ from studies.reports.points import (
     places_of,
     simulated,
 )
+from studies.reports.joint import joint_uncertainty
+from studies.reports.matched import ELSEWHERE, MatchedObservation, interpolate
 
 Reference = Literal["simulation", "observation"]
 State = Literal["judged", "outside", "unjudged"]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from studies.reports.points import Place
+from studies.cubes.points import Place
 from studies.reports.verdict.bands import Band
 from studies.reports.verdict.evidence import (
     DEFINITION,

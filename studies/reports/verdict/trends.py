@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.reports.points import Place
+from studies.cubes.points import Place
 from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint
 from studies.values.formats import display_of
 

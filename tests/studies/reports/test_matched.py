@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from studies.cubes.points import SUCCEEDED
 from studies.reports.matched import interpolate
-from studies.reports.points import SUCCEEDED
 
 FLAGS = {"flag_masks": [1, 2], "flag_meanings": "closed_on_axis near_rim"}
 AXES = {"speed": (1.0, 2.0, 4.0), "plate_thickness": (1.0, 3.0, 4.0)}

@@ -11,8 +11,8 @@ import xarray as xr
 from studies.convergence.richardson import Sample, converge
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
+from studies.cubes.points import points_of, refined
 from studies.cubes.variables import STATES, VERDICT_WORDS
-from studies.reports.points import points_of, refined
 from studies.results import DEFINITION
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Axis, Sweep
