@@ -228,7 +228,7 @@ def _observed(
     yield _column(declared.OBSERVED_UNCERTAINTY.filled(quantity), mine)
     choices = catalogue.choices(quantity.name, [shot.shot for shot in mine if shot is not None])
     if choices:
-        for variable in (declared.OBSERVED_LAW_LABEL, declared.OBSERVED_LAW_TITLE):
+        for variable in declared.OF_OBSERVED_LAWS:
             yield _column(variable.filled(quantity), _records(choices))
         asked = answers(choices, _each(shots, lambda shot: shot.shot))
         for variable in declared.OF_ANSWERS_AT_OBSERVATIONS:

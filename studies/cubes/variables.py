@@ -490,6 +490,10 @@ _in_range = partial(
     meanings=IN_RANGE,
 )
 
+EQUATION = (
+    "equation: "  # before the word of confidence: it is not about the constants of a material
+)
+
 LAW_LABEL = _text_of_law(LAW, "law and variant", lambda choice: choice.label)
 BY_LAW = Variable(
     "{quantity}_by_law",
@@ -528,7 +532,7 @@ LAW_RANGE = _text_of_law(
 LAW_CONFIDENCE = _text_of_law(
     "{quantity}_law_confidence",
     "confidence in the equation",
-    lambda each: f"equation: {each.law.confidence}",
+    lambda each: EQUATION + each.law.confidence,
 )
 LAW_SCATTER = Variable(
     "{quantity}_law_scatter",
@@ -605,6 +609,14 @@ OBSERVED_LAW_TITLE = Variable(
     label="title of the law",
     group="observation",
 )
+OBSERVED_LAW_CONFIDENCE = Variable(
+    "{quantity}_observed_law_confidence",
+    "confidence in the equation",
+    lambda choice: EQUATION + choice.law.confidence,
+    (OBSERVED_LAW,),
+    kind="text",
+    group="observation",
+)
 BY_LAW_AT_OBSERVATION = Variable(
     "{quantity}_by_law_at_observation",
     "{quantity} by published laws for each shot",
@@ -628,6 +640,7 @@ BY_LAW_AT_OBSERVATION_REASON = Variable(
     kind="text",
     label="{words}, shot reason",
 )
+OF_OBSERVED_LAWS = (OBSERVED_LAW_LABEL, OBSERVED_LAW_TITLE, OBSERVED_LAW_CONFIDENCE)
 OF_ANSWERS_AT_OBSERVATIONS = (
     BY_LAW_AT_OBSERVATION,
     BY_LAW_AT_OBSERVATION_IN_RANGE,
@@ -641,6 +654,15 @@ OF_ANSWERS_AT_OBSERVATIONS = (
 def quantities_of(dataset: xr.Dataset) -> list[str]:
     """Names of the measured quantities of a cube."""
     return str(dataset.attrs["quantities"]).split()
+
+
+def confidences_of(
+    dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE
+) -> list[str]:
+    """The word of confidence of each law of a quantity, in the order of the labels; empty of cubes that lack it."""
+    if not variable.is_in(dataset, quantity):
+        return []
+    return [str(text).removeprefix(EQUATION) for text in variable.of(dataset, quantity).values]
 
 
 def mixed_versions(dataset: xr.Dataset, quantity: str) -> list[int]:

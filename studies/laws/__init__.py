@@ -3,7 +3,9 @@
 How to add one: one file here, named after the law, that offers ``LAW``. Write the bare formula as a
 public function on arrays in SI, with a doctest that reproduces a published number; then the ``Law``
 around it: equation as published, source, the scatter that the source states, and a range whose limits say what is
-checked and where it is stated; it is for compact projectiles unless it states another ``projectile``.
+checked and where it is stated; it is for compact projectiles unless it states another ``projectile``. Its
+``confidence`` decides its use: a law that is recalled and unchecked, or a rule of thumb, is drawn and compared, and
+enters no verdict, no recommendation and no average (``DRAWN_ONLY``).
 ``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit.
 
 A law answers outside its range too, flagged with the reasons; where it is meaningless it answers
@@ -23,6 +25,8 @@ from studies.values.nearest import nearest_cure
 from studies.values.quantities import refusal
 
 __all__ = [
+    "CAVEATS",
+    "DRAWN_ONLY",
     "NOT_FOUND",
     "Law",
     "LawValue",
@@ -37,6 +41,15 @@ __all__ = [
 ]
 
 ONE_FORM = ("",)  # the variants of a law that leaves no constant open
+
+# Confidence decides the use of a law: these words of studies.materials.CONFIDENCES keep it out of verdicts,
+# recommendations and averages, so that it is compared and drawn alone; what is not known at all is no law here.
+DRAWN_ONLY: Mapping[str, str] = {
+    "memory": "recalled and unchecked",
+    "indicative": "a rule of thumb or a limit",
+}
+# A verdict states these words with the law.
+CAVEATS: Mapping[str, str] = {"cross-checked": "recalled, cross-checked"}
 
 
 @dataclass(frozen=True)
@@ -101,6 +114,12 @@ class Law:
         finite = [value for value in values if not math.isnan(value)]
         return (min(finite), max(finite)) if finite else (math.nan, math.nan)
 
+    @property
+    def use(self) -> str:
+        """What its confidence allows: "verdict", or "drawn only" with the reason."""
+        reason = DRAWN_ONLY.get(self.confidence)
+        return f"drawn only: {reason}" if reason else "verdict"
+
     def describe(self) -> dict[str, Any]:
         """The law as plain values, for a catalogue."""
         return {
@@ -110,6 +129,7 @@ class Law:
             "equation": self.equation,
             "source": self.source,
             "confidence": self.confidence,
+            "use": self.use,
             "scatter": self.scatter,
             "range": self.range.describe(),
         }

@@ -25,6 +25,7 @@ from studies.cubes.points import (
     refinements_of,
     simulated,
 )
+from studies.laws import DRAWN_ONLY
 from studies.reports.matched import MatchedObservation, interpolate, matched_observations
 from studies.reports.verdict import Verdict, verdict
 from studies.reports.verdict.evidence import axes_in, evidence_of
@@ -99,6 +100,7 @@ class Residual:
     everywhere: Statistics  # where the subject answers
     in_range: Statistics | None  # inside the law's range; None for the simulation
     points: int  # at which the reference has a value; the subject need not answer at all of them
+    drawn_only: str = ""  # why the law enters no average and no verdict; empty where it does
 
 
 @dataclass(frozen=True)
@@ -203,6 +205,13 @@ def statistics(subject: np.ndarray, reference: References) -> Statistics:
     )
 
 
+def without_averages(summary: Statistics) -> Statistics:
+    """The statistics of a law that enters no average: its ends and its largest residual; one point is no average."""
+    if summary.n < 2:
+        return summary
+    return replace(summary, bias=None, rms=None, relative_bias=None, relative_rms=None)
+
+
 def _inside(residual: np.ndarray, reference: np.ndarray, bars: np.ndarray) -> dict[str, Any]:
     """Count the residuals inside the error bars of their references; median length of those."""
     barred = np.isfinite(bars)
@@ -252,7 +261,9 @@ def _against_simulation(cube: xr.Dataset, points: xr.Dataset, name: str) -> Iter
         )
         inside = cubes.BY_LAW_IN_RANGE.of(points, name)
         titles = cubes.LAW_TITLE.of(points, name)
-        yield from _of_laws(name, cubes.BY_LAW.of(points, name), inside, titles, reference)
+        confidences = cubes.confidences_of(points, name)
+        answers = cubes.BY_LAW.of(points, name)
+        yield from _of_laws(name, answers, inside, titles, confidences, reference)
 
 
 def _against_observations(
@@ -287,6 +298,7 @@ def _against_observations(
             cubes.BY_LAW_AT_OBSERVATION.of(points, name).isel(rows),
             cubes.BY_LAW_AT_OBSERVATION_IN_RANGE.of(points, name).isel(rows),
             cubes.OBSERVED_LAW_TITLE.of(points, name),
+            cubes.confidences_of(points, name, cubes.OBSERVED_LAW_CONFIDENCE),
             References("observation", values, places, bars),
         )
 
@@ -296,6 +308,7 @@ def _of_laws(
     answers: xr.DataArray,
     inside: xr.DataArray,
     titles: xr.DataArray,
+    confidences: Sequence[str],
     reference: References,
 ) -> Iterator[Residual]:
     """Each law, along the last dimension of its answers."""
@@ -303,15 +316,21 @@ def _of_laws(
     for number, label in enumerate(labels):
         answer = answers.values[..., number].ravel()
         in_range = inside.values[..., number].ravel() == 1
+        drawn_only = DRAWN_ONLY.get(confidences[number], "") if confidences else ""
+        everywhere = statistics(answer, reference)
+        ranged = statistics(np.where(in_range, answer, np.nan), reference)
+        if drawn_only:
+            everywhere, ranged = without_averages(everywhere), without_averages(ranged)
         yield Residual(
             quantity=name,
             unit=answers.attrs["units"],
             subject=str(label),
             title=str(titles.values[number]),
             reference=reference.kind,
-            everywhere=statistics(answer, reference),
-            in_range=statistics(np.where(in_range, answer, np.nan), reference),
+            everywhere=everywhere,
+            in_range=ranged,
             points=int(np.isfinite(reference.values).sum()),
+            drawn_only=drawn_only,
         )
 
 
@@ -333,6 +352,7 @@ def sentence(residual: Residual) -> str:
     variant = residual.subject.partition("/")[2]
     subject += f" ({variant})" if variant else ""
     subject = subject[:1].upper() + subject[1:]
+    subject += f", drawn only ({residual.drawn_only})" if residual.drawn_only else ""
     everywhere, inside = residual.everywhere, residual.in_range
     if not everywhere.n:
         return f"{subject}: no point to compare."

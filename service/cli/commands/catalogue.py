@@ -126,6 +126,7 @@ def _show_law(law: Document) -> None:
     print(f"{law['name']}: {law['title']}, for {law['quantity']}")
     print(f"  equation  {law['equation']}")
     print(f"  source    {law['source']} ({law['confidence']})")
+    print(f"  use       {law['use']}")
     scatter = law["scatter"]
     words = "not published" if scatter is None else f"{scatter:.0%} (relative standard deviation)"
     print(f"  scatter   {words}")

@@ -51,6 +51,7 @@ class LawVerdict:
     subject: str
     title: str
     reference: Reference
+    caveat: str  # "recalled, cross-checked"; empty where the law was read in a source
     bands: tuple[StatedBand, ...]
     points: int
     judged: int  # points inside the range with a value and without a flag
@@ -81,6 +82,7 @@ class QuantityVerdict:
         LawVerdict, ...
     ]  # against observations first, and those that are trusted at most points
     unjudged: tuple[str, ...]  # sentences on the laws that no point can judge
+    drawn: tuple[str, ...]  # sentences on the laws that enter no verdict
     flags: tuple[str, ...]  # sentences
     bars: str  # what the error bars hold
     rests: str  # what the judgement rests on
@@ -131,13 +133,16 @@ def verdict(
 
 def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep]) -> QuantityVerdict:
     laws = tuple(
-        of_law(subject, axes, has_model=evidence.has_model) for subject in evidence.subjects
+        of_law(subject, axes, has_model=evidence.has_model)
+        for subject in evidence.subjects
+        if not subject.drawn_only
     )
     return QuantityVerdict(
         evidence.quantity,
         texts.recommendation(evidence, laws),
         tuple(sorted(laws, key=lambda law: (law.reference, not law.judged, *_rank(law)))),
         texts.outside_texts([law for law in laws if not law.judged]),
+        texts.drawn_texts(evidence.subjects),
         texts.flag_sentences(evidence),
         texts.bars_text(evidence),
         texts.rests_text(evidence),
@@ -160,6 +165,7 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         subject=subject.name,
         title=subject.title,
         reference=subject.reference,
+        caveat=subject.caveat,
         bands=tuple(
             _stated(band, axes, subject.reference, is_simulation)
             for band in bands_of(subject.points, axes)

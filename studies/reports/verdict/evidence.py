@@ -19,6 +19,7 @@ from studies.cubes.points import (
     places_of,
     simulated,
 )
+from studies.laws import CAVEATS, DRAWN_ONLY
 from studies.reports.joint import joint_uncertainty
 from studies.reports.matched import ELSEWHERE, MatchedObservation, interpolate
 
@@ -101,6 +102,17 @@ class Subject:
     title: str
     reference: Reference
     points: tuple[JudgedPoint, ...]
+    confidence: str = ""  # in the equation of a law
+
+    @property
+    def caveat(self) -> str:
+        """What a verdict says of the law by its confidence."""
+        return CAVEATS.get(self.confidence, "")
+
+    @property
+    def drawn_only(self) -> str:
+        """Why the law enters no verdict; empty where it does."""
+        return DRAWN_ONLY.get(self.confidence, "")
 
 
 @dataclass(frozen=True)
@@ -201,7 +213,11 @@ class _Quantity:
         tests = self.tests()
         unjudged = [self._why_unjudged(number) for number in range(len(self.places))]
         for law in self._laws(
-            cubes.BY_LAW, cubes.BY_LAW_IN_RANGE, cubes.LAW_TITLE, cubes.BY_LAW_REASON
+            cubes.BY_LAW,
+            cubes.BY_LAW_IN_RANGE,
+            cubes.LAW_TITLE,
+            cubes.LAW_CONFIDENCE,
+            cubes.BY_LAW_REASON,
         ):
             bars = self.bars(law.label)
             yield Subject(
@@ -220,6 +236,7 @@ class _Quantity:
                     )
                     for number, place in enumerate(self.places)
                 ),
+                law.confidence,
             )
 
     def _why_unjudged(self, number: int) -> str:
@@ -246,6 +263,7 @@ class _Quantity:
             cubes.BY_LAW_AT_OBSERVATION,
             cubes.BY_LAW_AT_OBSERVATION_IN_RANGE,
             cubes.OBSERVED_LAW_TITLE,
+            cubes.OBSERVED_LAW_CONFIDENCE,
             cubes.BY_LAW_AT_OBSERVATION_REASON,
             rows,
         ):
@@ -265,6 +283,7 @@ class _Quantity:
                     )
                     for number, shot in enumerate(shots)
                 ),
+                law.confidence,
             )
 
     def _simulated_shot(self, shot: MatchedObservation) -> JudgedPoint:
@@ -298,6 +317,7 @@ class _Quantity:
         answers: cubes.Variable,
         in_range: cubes.Variable,
         titles: cubes.Variable,
+        confidences: cubes.Variable,
         reasons: cubes.Variable,
         rows: Sequence[int] | None = None,
     ) -> Iterator["_Law"]:
@@ -313,6 +333,7 @@ class _Quantity:
             else None
         )
         scatter = self.scatter()
+        stated_confidences = cubes.confidences_of(self.points, self.name, confidences)
         for number, label in enumerate(found[str(found.dims[-1])].values):
             values = found.values[..., number].ravel()
             whole = inside.values[..., number].ravel() == 1
@@ -328,6 +349,7 @@ class _Quantity:
                     for value, inside_range, text in zip(values, whole, why, strict=True)
                 ],
                 scatter.get(str(label), math.nan),
+                stated_confidences[number] if stated_confidences else "",
             )
 
     def scatter(self) -> dict[str, float]:
@@ -348,6 +370,7 @@ class _Law:
     answers: np.ndarray
     outside: Sequence[str]  # why an answer is outside the range; empty inside
     scatter: float  # published, relative; NaN where none is
+    confidence: str  # in the equation
 
     def spread(self, number: int) -> float:
         """The published scatter about an answer, in its unit; 0 where none is published."""

@@ -16,6 +16,7 @@ from studies.reports.verdict.evidence import (
     AxisOfSweep,
     Evidence,
     Reference,
+    Subject,
 )
 from studies.reports.verdict.trends import CONFIDENCE, UNEVEN, Exponent, Trend
 from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
@@ -227,6 +228,15 @@ def outside_texts(laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
     return tuple(
         f"{name}{_variants(mine)}{'' if reference == 'simulation' else ', for the observed shots'}: {says}."
         for (reference, name, says), mine in groups.items()
+    )
+
+
+def drawn_texts(subjects: Sequence[Subject]) -> tuple[str, ...]:
+    """The laws that are compared and drawn alone, each once, with the reason."""
+    reasons = {each.title: each.drawn_only for each in subjects if each.drawn_only}
+    return tuple(
+        f"{title}: drawn and compared, and in no verdict: {reason}."
+        for title, reason in reasons.items()
     )
 
 
@@ -458,9 +468,9 @@ def terms() -> tuple[tuple[str, str], ...]:
 
 
 def title(law: "LawVerdict") -> str:
-    """The title of a law, with its variant."""
-    variant = law.subject.partition("/")[2]
-    return f"{law.title} ({variant})" if variant else law.title
+    """The title of a law, with its variant, and with what its confidence asks to be said."""
+    notes = "; ".join(filter(None, (law.subject.partition("/")[2], law.caveat)))
+    return f"{law.title} ({notes})" if notes else law.title
 
 
 def at_most(share: float) -> str:

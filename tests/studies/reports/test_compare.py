@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
+from studies.laws import DRAWN_ONLY
 from studies.reports.compare import (
     ONLY_SIMULATION,
     UNJUDGED_BY_OBSERVATION,
@@ -117,6 +118,42 @@ def test_law__is_not_compared_with_a_value_whose_flags_speak_against_it(
         fakes.result(run), measurements={"hole_diameter": fakes.measured(0.012, flag)}
     )
     assert residual(holes(**{run.id: flagged}), "maiden_c").points == 17 + compared
+
+
+def with_confidence(word: str) -> xr.Dataset:
+    """Holes in runs and in a shot, with every law of one confidence."""
+    sweep = fakes.holes()
+    catalogue = fakes.catalogue(observations=[fakes.observed(4e3, 3e-3, 17.9e-3)])
+    laws = tuple(replace(law, confidence=word) for law in catalogue.laws)
+    return cube.build(sweep, fakes.results(sweep), replace(catalogue, laws=laws))
+
+
+@pytest.mark.parametrize("word", ["memory", "indicative"])
+def test_law__that_is_drawn_only_enters_no_verdict_no_recommendation_and_no_average(
+    word: str,
+) -> None:
+    comparison = compare(with_confidence(word))
+    (quantity,) = comparison.verdict.quantities
+    assert all(law.subject == "simulation" for law in quantity.laws)
+    assert "thesis 1-3" not in quantity.recommendation
+    assert len(quantity.drawn) == len(fakes.HOLE_LAWS)
+    assert all(DRAWN_ONLY[word] in text for text in quantity.drawn)
+    laws = [each for each in comparison.residuals if each.subject != "simulation"]
+    assert {each.reference for each in laws} == {"simulation", "observation"}
+    several = [each.everywhere for each in laws if each.everywhere.n > 1]
+    assert several
+    assert all(each.rms is None and each.relative_bias is None for each in several)
+    assert all("drawn only" in sentence(each) for each in laws)
+
+
+@pytest.mark.parametrize(("word", "stated"), [("cross-checked", True), ("read", False)])
+def test_verdict__says_which_laws_are_recalled(word: str, stated: bool) -> None:
+    (quantity,) = compare(with_confidence(word)).verdict.quantities
+    laws = [law for law in quantity.laws if law.subject != "simulation"]
+    assert laws
+    assert all(("recalled, cross-checked" in law.sentence) == stated for law in laws)
+    assert ("recalled, cross-checked" in quantity.recommendation) == stated
+    assert not quantity.drawn
 
 
 def test_quantity__whose_runs_mix_versions_of_its_definition_gets_no_verdict() -> None:
