@@ -8,7 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from service.cli.commands import catalogue, client, computing, maintenance, serving
+from service.cli.commands import catalogue, client, computing, fitting, maintenance, serving
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
 from studies.values.errors import InvalidInput
@@ -22,6 +22,7 @@ app = typer.Typer(
 )
 PANELS = {
     "On this machine, without a service": computing,
+    "Out of a cube": fitting,
     "What ships": catalogue,
     "The service": serving,
     "Requests to a service": client,

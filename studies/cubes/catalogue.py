@@ -101,7 +101,10 @@ def catalogue_of(sweep: Any) -> Catalogue:
             name: Quantity(name, unit, measurements.load(name).meaning)
             for name, unit in allowed.quantities.items()
         },
-        laws=[law for name in allowed.quantities for law in laws.answering(name)],
+        laws=[
+            *(law for name in allowed.quantities for law in laws.answering(name)),
+            *(fitted.as_law() for fitted in sweep.laws),
+        ],
         shot_of=_shot_of,
         observations=[_observed(shot, sweep, scenario) for shot in sweep.observations],
         materials=_materials(sweep),

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import yaml
 
@@ -34,6 +34,9 @@ from studies.values.parameters import declared, find, missing, parse_value, pars
 from studies.values.quantities import exact_number, refusal
 from studies.values.recipes import ACCURACY
 
+if TYPE_CHECKING:
+    from studies.laws._fitted import FittedLaw
+
 KEYS = (
     "name",
     "title",
@@ -46,12 +49,14 @@ KEYS = (
     "accuracy",
     "materials",
     "observations",
+    "laws",
     "model_part",
 )
 COMBINATIONS: tuple[Combine, ...] = ("grid", "zip")
 MODEL_PARTS: tuple[ModelPart, ...] = ("stored", "screen", "none")
 LONGEST_NAME = 200  # characters of a sweep's name or title
 MOST_BESIDE = 20  # files that are compared with the name of a missing one
+MOST_LAWS = 50  # fitted ones of a sweep
 MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
 
 Read = TypeVar("Read")
@@ -67,7 +72,8 @@ def read_sweep(document: Any, limits: SweepLimits) -> Sweep:
 def read_sweep_file(file: Path) -> dict[str, Any]:
     """The document of a YAML file, with the observations of the CSV file that it may name.
 
-    A name that ships (``studies.observations``) is read where no file of that name is beside the document.
+    A name that ships (``studies.observations``) is read where no file of that name is beside the document. Files of
+    fitted laws, by their paths from the document, are replaced by their content.
 
     Raises InvalidInput naming the file: unreadable, not YAML, not a mapping.
     """
@@ -77,10 +83,29 @@ def read_sweep_file(file: Path) -> dict[str, Any]:
         beside = file.parent / table.strip()
         if beside.exists() or table.strip() not in published.names():
             document["observations"] = _text_of(beside, "observations")
+    laws = document.get("laws")
+    if isinstance(laws, list):
+        document["laws"] = [
+            read_law_file(file.parent / law) if isinstance(law, str) else law for law in laws
+        ]
     return document
 
 
-def read_yaml(text: str, source: str) -> dict[str, Any]:
+def read_law_file(file: Path) -> dict[str, Any]:
+    """The document of a fitted law, JSON or YAML; raises InvalidInput naming the file.
+
+    Its content is part of a sweep's document: what computes the sweep never opens the file.
+    """
+    document = read_yaml(_text_of(file, str(file)), str(file), "the file of a fit")
+    if "form" not in document:
+        cure = "write it with `whipple fit CUBE --form power --out FILE`"
+        raise refusal(str(file), "no form", "the file of a fit", cure)
+    return document
+
+
+def read_yaml(
+    text: str, source: str, limit: str = "a mapping with scenario and axes"
+) -> dict[str, Any]:
     """A YAML (or JSON) text as a mapping; raises InvalidInput naming line and column."""
     try:
         document = yaml.load(text, _StrictLoader)
@@ -88,7 +113,7 @@ def read_yaml(text: str, source: str) -> dict[str, Any]:
         problem = " ".join(str(error).split()) or type(error).__name__
         raise InvalidInput([Finding(source, problem, "YAML", "correct the line named")]) from None
     if not isinstance(document, dict):
-        raise refusal(source, document, "a mapping with scenario and axes", "see the examples")
+        raise refusal(source, document, limit, "see the examples")
     return document
 
 
@@ -162,6 +187,7 @@ class _DocumentReading:
         observations = (
             None if table is None else self._attempt(partial(read_observations, table, terms))
         )
+        laws = self._laws(terms)
         model_part = self._model_part()
         name = self._text("name", scenario.name)
         title = self._text("title", name)
@@ -178,6 +204,7 @@ class _DocumentReading:
             offsets=offsets,
             materials=own,
             observations=observations or (),
+            laws=laws,
             model_part=model_part,
             max_particles=self.limits.max_particles,
         )
@@ -247,6 +274,30 @@ class _DocumentReading:
             for name, document in documents.items()
         }
         return {name: material for name, material in read.items() if material is not None}
+
+    def _laws(self, terms: AllowedNames) -> "tuple[FittedLaw, ...]":
+        """The fitted laws; each has a name of its own and is about what the scenario measures."""
+        documents = self.document.get("laws")
+        if documents is None:
+            return ()
+        limit = f"a list of at most {MOST_LAWS} fitted laws"
+        if not isinstance(documents, list | tuple) or len(documents) > MOST_LAWS:
+            self._refuse("laws", documents, limit, "write laws: [my-law.json]")
+            return ()
+        from studies.laws._fitted import read_law
+
+        read = [
+            self._attempt(partial(read_law, document, f"laws[{place}]"))
+            for place, document in enumerate(documents)
+        ]
+        laws = tuple(law for law in read if law is not None)
+        for twice in repeated(tuple(law.name for law in laws)):
+            self._refuse("laws", twice, "each law once", "give it another name: whipple fit --name")
+        for law in laws:
+            if law.quantity not in terms.quantities:
+                cure = nearest_cure(law.quantity, terms.quantities)
+                self._refuse("laws", law.quantity, "what the scenario measures", cure)
+        return laws
 
     def _material_names(self, role: str, own: Mapping[str, Material]) -> tuple[str, ...]:
         """The materials that a material parameter takes; names of no material are refused later."""

@@ -21,6 +21,7 @@ from studies.values.recipes import ACCURACY, FEW_PARTICLES
 
 if TYPE_CHECKING:
     from studies.laws import Shot
+    from studies.laws._fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
 Combine = Literal["grid", "zip"]
@@ -75,6 +76,8 @@ class Sweep:
     offsets: int = 1  # sub-cell positions of the grid for each resolution, evenly over a cell
     materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
     observations: tuple[Observation, ...] = ()
+    # Fitted laws that are compared beside the published ones; they change no run.
+    laws: "tuple[FittedLaw, ...]" = ()
     # Of ``fixed``, what a preset of accuracy set and another one may set otherwise.
     by_accuracy: tuple[str, ...] = field(default=(), compare=False)
     # Where the uncertainty of the models comes from: stored sensitivities, screening runs, or nowhere.
@@ -128,6 +131,7 @@ class Sweep:
             "offsets": self.offsets if self.offsets > 1 else None,
             "materials": {name: each.document() for name, each in self.materials.items()},
             "observations": [each.document(terms) for each in self.observations],
+            "laws": [each.document() for each in self.laws],
             "model_part": None if self.model_part == "stored" else self.model_part,
         }
         return {key: value for key, value in document.items() if value not in (None, {}, [])}
@@ -155,6 +159,10 @@ class Sweep:
                 for finding, place in findings.items()
             )
         return points
+
+    def coordinates(self) -> list[dict[str, Value]]:
+        """The values of the axes at each point, before it is refined; SI, by axis name."""
+        return [at for _, at in self._points()]
 
     def shots(self) -> "Iterator[Shot]":
         """The shot of each point, before it is refined; none where the scenario describes none."""

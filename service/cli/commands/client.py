@@ -15,6 +15,7 @@ from service.cli.commands.options import (
     SUCCESS,
     Json,
     KeyFile,
+    Laws,
     Out,
     Overwrite,
     RunId,
@@ -22,6 +23,7 @@ from service.cli.commands.options import (
     SweepId,
     Url,
     client_of,
+    document_of,
     folder_of,
 )
 from studies.values.errors import Finding, InvalidInput
@@ -48,6 +50,7 @@ def submit(
             help="A text of your choice; a repeated submission with the same text has no effect."
         ),
     ] = None,
+    law: Laws = None,
     wait: Annotated[bool, typer.Option("--wait", help="Wait until the sweep has ended.")] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -55,10 +58,9 @@ def submit(
     """Submit a sweep to a service, and print its id."""
     from service.cli.console import print_sweep, print_warnings
     from service.client.progress import showing_progress
-    from studies.sweeps.document import read_sweep_file
     from studies.sweeps.sweep import ACCEPTED, Sweep
 
-    document = read_sweep_file(file)
+    document = document_of(file, law)
     with client_of(url, key_file) as client:
         handle = client.submit(
             document, priority=priority, keep=keep, idempotency_key=idempotency_key

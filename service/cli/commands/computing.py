@@ -15,10 +15,12 @@ from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
     Json,
+    Laws,
     Out,
     Overwrite,
     SweepFile,
     Threads,
+    document_of,
     folder_of,
     settings_of,
 )
@@ -60,14 +62,19 @@ def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -
 
 
 @app.command()
-def sweep(file: SweepFile, out: Out, overwrite: Overwrite = False, threads: Threads = None) -> None:
+def sweep(
+    file: SweepFile,
+    out: Out,
+    overwrite: Overwrite = False,
+    threads: Threads = None,
+    law: Laws = None,
+) -> None:
     """Compute a sweep on this machine, without a service. Repeated, it resumes."""
     from service.cli.console import print_warnings
     from service.records.settings import Settings
-    from studies.sweeps.document import read_sweep_file
     from studies.sweeps.sweep import Sweep, SweepLimits
 
-    document = read_sweep_file(file)
+    document = document_of(file, law)
     print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
     raise typer.Exit(
         _compute(document, file.stem, folder_of(out), overwrite=overwrite, threads=threads)

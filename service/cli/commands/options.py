@@ -35,6 +35,12 @@ KeyFile = Annotated[
     ),
 ]
 SweepFile = Annotated[Path, typer.Argument(metavar="FILE", help="A sweep document (YAML or JSON).")]
+Laws = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--law", metavar="FILE", help="A law that `whipple fit` wrote, to compare too; repeatable."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
 SweepId = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
 RunId = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
@@ -45,6 +51,17 @@ DatabaseUrl = Annotated[
     str | None,
     typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password."),
 ]
+
+
+def document_of(file: Path, laws: list[Path] | None) -> dict[str, Any]:
+    """The document of a sweep, with the content of the files of fitted laws; raises InvalidInput."""
+    from studies.sweeps.document import read_law_file, read_sweep_file
+
+    document = read_sweep_file(file)
+    if laws:
+        own = document.get("laws") or []
+        document["laws"] = [*own, *map(read_law_file, laws)] if isinstance(own, list) else own
+    return document
 
 
 def client_of(url: str, key_file: Path | None) -> "Client":

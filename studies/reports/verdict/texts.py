@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from studies.cubes.points import Place
+from studies.fits.least_squares import CONFIDENCE
 from studies.reports.verdict.bands import Band
 from studies.reports.verdict.evidence import (
     DEFINITION,
@@ -18,7 +19,7 @@ from studies.reports.verdict.evidence import (
     Reference,
     Subject,
 )
-from studies.reports.verdict.trends import CONFIDENCE, UNEVEN, Exponent, Trend
+from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
 from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
 
 if TYPE_CHECKING:

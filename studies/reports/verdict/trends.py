@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.cubes.points import Place
+from studies.fits.least_squares import linear
 from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint
 from studies.values.formats import display_of
 
-CONFIDENCE = 0.95  # of the intervals, by Student's t
 # Beyond this ratio of the largest to the smallest residual an average hides what the residuals do.
 UNEVEN = 2.0
 FEWEST = (
@@ -80,7 +80,8 @@ def trend_of(places: Sequence[Place], residuals: np.ndarray, axes: Sequence[Axis
             fitted.append(axis)
     if not fitted:
         return Trend(len(places), ())
-    slopes, intervals = _least_squares(columns, residuals)
+    plane = linear([np.ones(len(places)), *columns], residuals)
+    slopes, intervals = plane.constants[1:], plane.intervals[1:]
     return Trend(
         len(places),
         tuple(
@@ -106,23 +107,14 @@ def exponents_of(points: Sequence[JudgedPoint], axes: Sequence[AxisOfSweep]) -> 
             y = np.array([(point.reference, point.law) for point in mine])
             if len(set(x)) < FEWEST or (x <= 0.0).any() or (y <= 0.0).any():
                 continue
-            logarithm = np.log(x) - np.log(x).mean()
-            (exponent,), (interval,) = _least_squares([logarithm], np.log(y[:, 0]))
-            (by_law,), _ = _least_squares([logarithm], np.log(y[:, 1]))
+            power = (np.ones(len(x)), np.log(x))
+            reference, law = (linear(power, np.log(column)) for column in y.T)
             at = {name: value for name, value in zip(others, key, strict=True) if value is not None}
             yield Exponent(
-                axis.name, at, len(mine), float(exponent), float(interval), float(by_law)
+                axis.name,
+                at,
+                len(mine),
+                float(reference.constants[1]),
+                float(reference.intervals[1]),
+                float(law.constants[1]),
             )
-
-
-def _least_squares(columns: Sequence[np.ndarray], y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Slopes of y over columns and a constant, and half lengths of their intervals."""
-    from scipy.special import stdtrit
-
-    matrix = np.column_stack([np.ones(len(y)), *columns])
-    solution, *_ = np.linalg.lstsq(matrix, y, rcond=None)
-    freedom = len(y) - matrix.shape[1]
-    variance = float(((y - matrix @ solution) ** 2).sum()) / freedom
-    errors = np.sqrt(np.diag(np.linalg.inv(matrix.T @ matrix)) * variance)
-    reach = float(stdtrit(freedom, 0.5 * (1.0 + CONFIDENCE)))
-    return solution[1:], reach * errors[1:]

@@ -1,0 +1,234 @@
+"""Points to which laws are fitted: measured sizes with their shots, from a cube or a table of shots."""
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from studies import laws, materials, observations, scenarios
+from studies.cubes import variables as cubes
+from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
+from studies.cubes.variables import variable_name
+from studies.laws import Shot
+from studies.sweeps.sweep import ACCEPTED, Sweep, vocabulary
+from studies.values.errors import InvalidInput
+from studies.values.files import CUBE
+from studies.values.nearest import nearest_cure
+from studies.values.parameters import declared
+from studies.values.quantities import parse_quantity, refusal
+
+SHORT_DIGEST = 16  # hexadecimal digits of a SHA-256 in a source
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Sizes with the shots that they belong to."""
+
+    title: str  # "craters": of the sweep or the table
+    source: str  # with the digest of the file
+    quantity: str
+    places: tuple[
+        Mapping[str, float | str], ...
+    ]  # values of the axes of each point; empty of a table
+    shots: tuple[Shot, ...]
+    values: np.ndarray  # (points,) m
+    errors: np.ndarray | None  # (points,) m, standard uncertainties; None where some are unknown
+    left_out: int = 0  # points without a value, or with a flag
+    units: Mapping[str, str | None] = field(default_factory=dict)  # of the axes; SI
+
+    def read_place(self, texts: Sequence[str]) -> dict[str, float | str]:
+        """Values of axes from texts, "target=copper-ofhc", "speed=6 km/s"; raises InvalidInput."""
+        axes = {name: value for place in self.places for name, value in place.items()}
+        chosen: dict[str, float | str] = {}
+        for text in texts:
+            name, _, value = (part.strip() for part in text.partition("="))
+            if name not in axes:
+                raise refusal("--at", text, "an axis of the points", nearest_cure(name, axes))
+            unit = self.units.get(name)
+            is_word = isinstance(axes[name], str)
+            chosen[name] = (
+                value
+                if is_word
+                else float(parse_quantity(_plain(value), unit or "1", f"--at {name}"))
+            )
+        return chosen
+
+    def at(self, chosen: Mapping[str, float | str]) -> "Measured":
+        """The points with these values on these axes."""
+        kept = [
+            number
+            for number, place in enumerate(self.places)
+            if all(name in place and _same(place[name], value) for name, value in chosen.items())
+        ]
+        return replace(
+            self,
+            places=tuple(self.places[number] for number in kept),
+            shots=tuple(self.shots[number] for number in kept),
+            values=self.values[kept],
+            errors=None if self.errors is None else self.errors[kept],
+        )
+
+
+def _plain(text: str) -> float | str:
+    """A text as a number where it is one: a quantity without unit is written so."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _same(value: float | str, other: float | str) -> bool:
+    if isinstance(value, str) or isinstance(other, str):
+        return value == other
+    return bool(np.isclose(value, other, rtol=1e-9, atol=0.0))
+
+
+# ---- from a cube ---------------------------------------------------------------------------------
+
+
+def cube_file(path: Path) -> Path:
+    """The file of a cube, from its own path or that of its folder; raises InvalidInput."""
+    from studies.sweeps.document import no_such_file
+
+    file = path / CUBE if path.is_dir() else path
+    if not file.exists():
+        raise no_such_file(file)
+    return file
+
+
+def open_cube(path: Path) -> xr.Dataset:
+    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
+    file = cube_file(path)
+    try:
+        with xr.open_dataset(file) as dataset:
+            loaded = dataset.load()
+        if "quantities" not in loaded.attrs or "sweep" not in loaded.attrs:
+            raise ValueError("no sweep is in it")
+    except (OSError, ValueError) as error:
+        cure = f"give cube.nc of a sweep, or its folder: {error}"
+        raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
+    return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
+
+
+def source_of(dataset: xr.Dataset) -> str:
+    """The name of the sweep of a cube, with the digest of the file where it is known."""
+    sweep = json.loads(dataset.attrs["sweep"])
+    text = f"sweep {sweep['name']}, cube of {dataset.attrs['date_created']}"
+    digest = dataset.attrs.get("digest")
+    return f"{text}, SHA-256 {digest[:SHORT_DIGEST]}" if digest else text
+
+
+def quantities_of(dataset: xr.Dataset, forms: Sequence[str]) -> list[str]:
+    """The quantities of a cube that are among some names."""
+    return [name for name in cubes.quantities_of(dataset) if name in forms]
+
+
+def of_cube(dataset: xr.Dataset, quantity: str) -> Measured:
+    """The points of a cube at which a quantity has a value and no flag, with converged values where there are some.
+
+    Raises InvalidInput where the scenario describes no shot.
+    """
+    points = points_of(dataset)
+    sweep = Sweep.parse(json.loads(dataset.attrs["sweep"]), ACCEPTED)
+    shots, places = _shots(sweep, axes_of(points)), places_of(points)
+    values = comparable(points, quantity).values.ravel()
+    errors = simulated(points, quantity, cubes.UNCERTAINTY).values.ravel()
+    flagged = (cubes.FLAGS.of(points, quantity).values.ravel() != 0) | (
+        cubes.FLAGS_OF_RUN.of(points).values.ravel() != 0
+    )
+    kept = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~flagged)
+    return Measured(
+        sweep.name,
+        source_of(dataset),
+        quantity,
+        tuple(places[number] for number in kept),
+        tuple(shots[tuple(places[number].values())] for number in kept),
+        values[kept],
+        _all_known(errors[kept]),
+        len(values) - len(kept),
+        {axis: points[axis].attrs.get("units") for axis in axes_of(points)},
+    )
+
+
+def _shots(sweep: Sweep, axes: Sequence[str]) -> dict[tuple[Any, ...], Shot]:
+    """The shot of each point of a sweep by its place."""
+    coordinates = [
+        {variable_name(name): value for name, value in at.items()} for at in sweep.coordinates()
+    ]
+    shots = list(sweep.shots())
+    if len(shots) != len(coordinates):
+        raise refusal(
+            "CUBE", sweep.scenario, "a scenario of impacts", "laws here are about impacts on plates"
+        )
+    return {
+        tuple(at[axis] for axis in axes): shot for at, shot in zip(coordinates, shots, strict=True)
+    }
+
+
+def _all_known(errors: np.ndarray) -> np.ndarray | None:
+    return errors if errors.size and bool((np.isfinite(errors) & (errors > 0.0)).all()) else None
+
+
+# ---- from a table of shots -----------------------------------------------------------------------
+
+
+def of_table(source: str, forms: Sequence[str]) -> Iterator[Measured]:
+    """The shots of a published table, by name, or of a CSV file: one record for each measured quantity.
+
+    The scenario is the first that measures what the table has; what a shot does not state is the scenario's default.
+    Raises InvalidInput.
+    """
+    text = observations.text(source) if source in observations.names() else Path(source).read_text()
+    digest = hashlib.sha256(text.encode()).hexdigest()[:SHORT_DIGEST]
+    scenario, shots = _read_table(text)
+    units = {name: each.unit for name, each in declared(scenario.parameters).items()}
+    for quantity in dict.fromkeys(shot.quantity for shot in shots if shot.quantity in forms):
+        mine = [shot for shot in shots if shot.quantity == quantity]
+        errors = np.array(
+            [np.nan if shot.uncertainty is None else shot.uncertainty for shot in mine]
+        )
+        yield Measured(
+            Path(source).stem,
+            f"table {Path(source).stem}, SHA-256 {digest}: "
+            + "; ".join(dict.fromkeys(shot.source for shot in mine)),
+            quantity,
+            tuple(
+                {
+                    name: value
+                    for name, value in shot.parameters.items()
+                    if isinstance(value, str | float)
+                }
+                for shot in mine
+            ),
+            tuple(_shot_of(shot, scenario) for shot in mine),
+            np.array([shot.value for shot in mine]),
+            _all_known(errors),
+            units=units,
+        )
+
+
+def _read_table(text: str) -> tuple[Any, Sequence[observations.Observation]]:
+    """Scenario and shots of a table; raises InvalidInput as the last scenario reads it."""
+    refused: InvalidInput | None = None
+    for name in scenarios.names():
+        scenario = scenarios.load(name)
+        if {"projectile", "target"} <= set(scenario.materials):
+            roles = dict.fromkeys(scenario.materials, ())
+            try:
+                return scenario, observations.read_observations(text, vocabulary(name, roles, {}))
+            except InvalidInput as error:
+                refused = error
+    assert refused is not None
+    raise refused
+
+
+def _shot_of(observation: observations.Observation, scenario: Any) -> Shot:
+    defaults = {name: each.default for name, each in declared(scenario.parameters).items()}
+    values = {**defaults, **observation.parameters}
+    roles = {role: materials.load(str(values[role])) for role in scenario.materials}
+    return laws.shot_from(values, roles)
