@@ -216,7 +216,7 @@ def _solved(
     exponents = list(form.nonlinear.values())
     first = linear(form.design(data, *exponents), ratios, errors)
     start = np.array([*first.constants, *exponents])
-    return nonlinear(lambda constants: form.ratio(data, constants), start, ratios, errors)
+    return nonlinear(lambda constants: form.ratio(data, constants.tolist()), start, ratios, errors)
 
 
 def _published(measured: Measured, form: Form) -> Iterator[Published]:
@@ -266,11 +266,11 @@ def compared(fits: Sequence[Fit]) -> list[Ranked]:
     groups: dict[int, list[Fit]] = {}
     for each in fits:
         if each.solution is not None:
-            too_few = not math.isfinite(each.aicc)
-            groups.setdefault(len(each.form.constants) if too_few else 0, []).append(each)
+            corrected = math.isfinite(each.aicc)
+            groups.setdefault(0 if corrected else len(each.form.constants), []).append(each)
     ranked = []
-    for too_few, group in groups.items():
-        sizes = {each.form.name: each.aic if too_few else each.aicc for each in group}
+    for constants, group in groups.items():
+        sizes = {each.form.name: each.aic if constants else each.aicc for each in group}
         group.sort(key=lambda each: sizes[each.form.name])
         least = min(sizes.values())
         ranked.append(Ranked(tuple(group), tuple(sizes[each.form.name] - least for each in group)))

@@ -235,11 +235,11 @@ class _Reading:
         if not isinstance(stated, Mapping) or not set(stated) <= set(RANGE_KEYS):
             self._refuse("range", stated, f"a mapping with {', '.join(RANGE_KEYS)}", EXAMPLE)
             stated = {}
-        materials = stated.get("materials")
+        materials: Any = stated.get("materials")
         if not _is_pair(materials) or not all(isinstance(each, str) for each in materials):
             self._refuse("range.materials", materials, "[projectile, target]", EXAMPLE)
             materials = ("", "")
-        thickness = stated.get("thickness_ratio")
+        thickness: Any = stated.get("thickness_ratio")
         return FittedRange(
             speed=self._pair("range.speed", stated.get("speed"), "m s-1"),
             thickness_ratio=None

@@ -10,8 +10,6 @@ from service.cli.commands.options import Json
 from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    import xarray
-
     from studies.fits.fit import Fit
     from studies.fits.measured import Measured
 
@@ -82,14 +80,14 @@ def _refuse_form(form: str | None) -> None:
 def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measured]":
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
-    from studies.fits.measured import of_cube, of_table, open_cube
+    from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
     from studies.laws._forms import LENGTHS
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, LENGTHS))
     else:
         dataset = open_cube(Path(source))
-        every = [of_cube(dataset, each) for each in _quantities(dataset)]
+        every = [of_cube(dataset, each) for each in quantities_of(dataset, LENGTHS)]
     chosen = [each for each in every if quantity in (None, each.quantity)]
     if not chosen:
         there = ", ".join(each.quantity for each in every) or "none that a law is about"
@@ -97,13 +95,6 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
             [Finding("--quantity", str(quantity), f"one that {source} has", f"it has: {there}")]
         )
     return [each.at(each.read_place(at)) for each in chosen]
-
-
-def _quantities(dataset: "xarray.Dataset") -> list[str]:
-    from studies.fits.measured import quantities_of
-    from studies.laws._forms import LENGTHS
-
-    return quantities_of(dataset, LENGTHS)
 
 
 def _write(fitted: "list[list[Fit]]", out: Path, name: str) -> None:

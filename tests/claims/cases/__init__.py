@@ -1,0 +1,1 @@
+"""Examples of the thesis, and laws out of cubes."""

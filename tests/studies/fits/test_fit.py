@@ -1,0 +1,159 @@
+"""Fits of forms of laws: exact constants of exact data, honest intervals, reasons where there is no fit."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from studies import laws, materials
+from studies.fits.fit import compared, fit, fits_of, forms_of, verdicts
+from studies.fits.least_squares import NotIdentified, linear
+from studies.fits.measured import Measured, of_cube
+from studies.laws import Shot
+from studies.laws._forms import FORMS, Form, columns_of
+from tests.studies.support.sized import CRATERS, HOLES, sized_cube
+
+COPPER = materials.load("copper-ofhc")
+ROUND_OFF = 1e-9  # relative: of an iteration to near round-off, with constants of twelve digits
+TRUE = {"c": 1.2, "n": 0.61, "a": 0.3, "b": 0.8, "m": 0.4}
+
+
+def shots(*, plate: bool) -> tuple[Shot, ...]:
+    """Shots at six speeds, of holes with three thicknesses."""
+    thicknesses = (1e-3, 2e-3, 3e-3) if plate else (None,)
+    speeds = (2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0)
+    return tuple(Shot(v, 5e-3, t, COPPER, COPPER) for v in speeds for t in thicknesses)
+
+
+def measured(values: np.ndarray, chosen: tuple[Shot, ...], quantity: str) -> Measured:
+    return Measured("made-up", "nobody", quantity, ({},) * len(chosen), chosen, values, None)
+
+
+def exact(form: Form) -> Measured:
+    """Sizes that a form gives with the constants above."""
+    chosen = shots(plate=form.uses_thickness)
+    ratios = form.ratio(columns_of(chosen), [TRUE[name] for name in form.constants])
+    return measured(5e-3 * ratios, chosen, form.quantities[-1])
+
+
+@pytest.mark.parametrize("form", FORMS.values(), ids=lambda form: form.name)
+def test_fit__finds_the_constants_of_exact_data(form: Form) -> None:
+    done = fit(exact(form), form)
+    for name, constant in done.constants.items():
+        assert constant.value == pytest.approx(TRUE[name], rel=ROUND_OFF)
+    assert done.rms < 1e-12
+
+
+@pytest.mark.parametrize("form", FORMS.values(), ids=lambda form: form.name)
+def test_fit__is_that_of_the_law_which_it_becomes(form: Form) -> None:
+    points = exact(form)
+    law = fit(points, form).law().as_law()
+    for shot, value in zip(points.shots, points.values, strict=True):
+        answer = law.evaluate(shot)
+        assert answer.value == pytest.approx(value, rel=ROUND_OFF)
+        assert answer.in_range
+
+
+def test_fit__shows_published_laws_of_its_form_beside() -> None:
+    points = of_cube(
+        sized_cube(HOLES, lambda shot: 2e-3 + 1e-3 * shot.speed**0.3, "hole_diameter"),
+        "hole_diameter",
+    )
+    published = {each.form.name: each.published for each in fits_of(points)}
+    stated = {law.title: law.constants for law in published["maiden"]}
+    # Ma (2005), Eq. 1-3; the general form has 2.40 / C with C in km/s.
+    assert stated["Maiden (aluminium)"] == pytest.approx((0.45, 0.90, 2 / 3), rel=1e-6)
+    assert stated["Maiden (sound speed)"] == pytest.approx((2.40 / 3.94, 0.90, 2 / 3), rel=1e-6)
+    assert not published["thickness"]
+
+
+def test_fit__intervals_hold_the_truth_in_95_of_100() -> None:
+    rng, form = np.random.default_rng(18), FORMS["power"]
+    points = exact(form)
+    trials, held = 300, 0
+    for _ in range(trials):
+        noisy = points.values * np.exp(0.03 * rng.standard_normal(len(points.values)))
+        exponent = fit(measured(noisy, points.shots, "crater_depth"), form).constants["n"]
+        held += exponent.low <= TRUE["n"] <= exponent.high
+    # Three standard deviations of a binomial share.
+    assert held / trials == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / trials))
+
+
+def test_fit__weights_points_by_their_uncertainties() -> None:
+    form = FORMS["linear"]
+    points = exact(form)
+    wrong = points.values.copy()
+    wrong[0] *= 1.5
+    errors = np.full(len(wrong), 1e-5)
+    errors[0] = 1.0
+    weighted = fit(replace(points, values=wrong, errors=errors), form)
+    assert weighted.constants["a"].value == pytest.approx(TRUE["a"], rel=1e-6)
+    assert fit(replace(points, values=wrong), form).constants["a"].value < 0.9 * TRUE["a"]
+
+
+def test_fit__of_fewer_points_than_constants_and_two_is_none() -> None:
+    form = FORMS["power"]
+    points = exact(form)
+    for count in (0, 1, 3):
+        few = fit(measured(points.values[:count], points.shots[:count], "crater_depth"), form)
+        assert few.reason == f"not fitted: {count} points, 2 constants take 4 or more"
+    assert fit(measured(points.values[:4], points.shots[:4], "crater_depth"), form).solution
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "reason"),
+    [
+        ("power", {}, "differ in t/d"),
+        ("maiden", {"plate_thickness": 2e-3}, "same t/d"),
+        ("thickness", {"plate_thickness": 2e-3}, "do not tell its constants apart"),
+        ("thickness", {"plate_thickness": None}, "no plate thickness"),
+        ("maiden", {"obliquity": 0.1}, "normal impact"),
+        ("zhang_tan", {"speed": 900.0}, "no value up to 1 km/s"),
+    ],
+)
+def test_fit__says_why_a_form_is_not_fitted(name: str, change: dict, reason: str) -> None:
+    chosen = tuple(replace(shot, **change) for shot in shots(plate=True))
+    points = measured(np.linspace(5e-3, 9e-3, len(chosen)), chosen, "hole_diameter")
+    assert reason in fit(points, FORMS[name]).reason
+
+
+def test_fit__of_mixed_materials_is_none() -> None:
+    points = exact(FORMS["power"])
+    mixed = (replace(points.shots[0], target=materials.load("al-2024-t3")), *points.shots[1:])
+    assert "materials" in fit(replace(points, shots=mixed), FORMS["power"]).reason
+
+
+def test_linear__refuses_columns_that_depend_on_each_other() -> None:
+    x = np.linspace(1.0, 2.0, 9)
+    with pytest.raises(NotIdentified):
+        linear([x, 2.0 * x + 1.0, np.ones(9)], x)
+
+
+def test_comparison__decides_where_the_curvature_is_measured() -> None:
+    points = exact(FORMS["power"])
+    (ranked,) = compared(fits_of(points))
+    assert ranked.fits[0].form.name == "power"
+    assert verdicts(fits_of(points))[0].startswith("The points favour power")
+
+
+def test_comparison__does_not_decide_between_forms_within_the_scatter() -> None:
+    points = exact(FORMS["linear"])
+    rng = np.random.default_rng(5)
+    noisy = replace(points, values=points.values * (1 + 0.2 * rng.standard_normal(6)))
+    assert verdicts(fits_of(noisy))[0].startswith("The points do not decide")
+
+
+def test_points__are_those_of_the_cube_without_flags() -> None:
+    dataset = sized_cube(CRATERS, lambda shot: 1e-6 * shot.speed, "crater_depth")
+    flags = dataset.run_flags.copy()
+    flags[1] = 1
+    points = of_cube(dataset.assign(run_flags=flags), "crater_depth")
+    assert [shot.speed for shot in points.shots] == [3e3, 5e3, 6e3, 7e3, 8e3]
+    assert points.left_out == 1
+    assert points.at(points.read_place(["speed=5 km/s"])).values.tolist() == [5e-3]
+
+
+def test_forms__cover_every_quantity_of_a_law() -> None:
+    for quantity in {laws.load(name).quantity for name in laws.names()}:
+        assert forms_of(quantity), quantity
