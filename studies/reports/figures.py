@@ -28,7 +28,7 @@ from studies.cubes.points import (
 from studies.reports import captions
 from studies.reports.compare import Comparison
 from studies.reports.matched import MatchedObservation
-from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, spread, title_of, view_of
+from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, spread, title_of, views_of
 from studies.sweeps.sweep import RESOLUTION
 from studies.values.quantities import readable
 
@@ -113,9 +113,11 @@ class Figure:
 def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
     """Figures of the points of a cube, the main ones first, and of their convergence."""
     points = points_of(cube)
-    view, names = view_of(points), main_quantities(points)
+    views, names = views_of(points), main_quantities(points)
+    view = views[0]
     drawn = [
         *(against_laws(view, name, comparison.observations) for name in names),
+        *(scatter(other, name, comparison.observations) for name in names for other in views[1:]),
         *(residuals(view, name) for name in names if cubes.LAW_LABEL.is_in(points, name)),
         *(overlay(view, name) for name in names if len(view.slices) > 1),
         *(companions(view, name) for name in names),
@@ -155,6 +157,16 @@ def against_laws(view: FigureView, name: str, observations: Sequence[MatchedObse
         x=view.abscissa,
         y=view.scale_of(name),
         panels=panels,
+    )
+
+
+def scatter(view: FigureView, name: str, observations: Sequence[MatchedObservation]) -> Figure:
+    """Simulation, laws and observations over another axis, all points in one panel."""
+    drawn = against_laws(view, name, observations)
+    return replace(
+        drawn,
+        name=f"{drawn.name}_over_{view.abscissa.name}",
+        title=f"{drawn.title}, {view.abscissa.label}",
     )
 
 

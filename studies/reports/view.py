@@ -127,11 +127,24 @@ class FigureView:
         return tuple(self.x[cell] for cell in piece.cells)
 
 
-def view_of(dataset: xr.Dataset) -> FigureView:
-    """Choose the abscissa and the panels of a cube of points."""
+def views_of(dataset: xr.Dataset) -> list[FigureView]:
+    """Views of a cube of points: over the speed, or else the first axis, and if its points are listed over each axis.
+
+    Points of a list, pairs or a sample, fill no panels of equal other axes: each axis then shows its own scatter.
+    """
+    first = view_of(dataset)
+    if "run" not in dataset.dims or len(first.slices) > 1:
+        return [first]
+    others = [axis for axis in axes_of(dataset) if axis != first.abscissa.name]
+    varied = (axis for axis in others if len(np.unique(dataset[axis].values)) > 1)
+    return [first, *(view_of(dataset, axis) for axis in varied)]
+
+
+def view_of(dataset: xr.Dataset, abscissa: str = "") -> FigureView:
+    """Choose the abscissa, unless it is named, and the panels of a cube of points."""
     places, axes = places_of(dataset), axes_of(dataset)
     numeric = [axis for axis in axes if dataset[axis].dtype.kind == "f"]
-    name = PREFERRED if PREFERRED in axes else [*numeric, *axes][0]
+    name = abscissa or (PREFERRED if PREFERRED in axes else [*numeric, *axes][0])
     slices = _slices(dataset, places, name)
     shown = spread(slices, MOST_PANELS)
     has_diameter = cubes.EQUIVALENT_DIAMETER.is_in(dataset)

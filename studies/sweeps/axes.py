@@ -32,6 +32,7 @@ class Axis:
     name: str  # as a user writes it: "target.strength.A"
     unit: str | None  # SI symbol; None for words
     values: tuple[Value, ...]  # SI, in the order given
+    bounds: tuple[float, float] | None = None  # of an axis that is sampled; SI
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 import yaml
 
@@ -19,6 +19,7 @@ from studies import observations as published
 from studies.materials import Material, read_document
 from studies.observations import AllowedNames, read_observations, written
 from studies.sweeps.axes import Axis, AxisReader, repeated
+from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.sweep import (
     OFFSET,
     RESOLUTION,
@@ -44,6 +45,8 @@ KEYS = (
     "fixed",
     "axes",
     "combine",
+    "points",
+    "seed",
     "resolution",
     "offsets",
     "accuracy",
@@ -52,7 +55,7 @@ KEYS = (
     "laws",
     "model_part",
 )
-COMBINATIONS: tuple[Combine, ...] = ("grid", "zip")
+COMBINATIONS: tuple[Combine, ...] = get_args(Combine)
 MODEL_PARTS: tuple[ModelPart, ...] = ("stored", "screen", "none")
 LONGEST_NAME = 200  # characters of a sweep's name or title
 MOST_BESIDE = 20  # files that are compared with the name of a missing one
@@ -179,6 +182,7 @@ class _DocumentReading:
             terms.parameters, self.fixed, "fixed", materials=terms.materials
         )
         self.findings.extend(findings)
+        self.sampling = self._attempt(partial(self._sampling, combine))
         axes = self._axes(terms, combine)
         resolutions, offsets = self._attempt(self._refinement) or ((), 1)
         self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
@@ -200,6 +204,7 @@ class _DocumentReading:
             fixed=fixed,
             axes=axes,
             combine=combine,
+            sampling=self.sampling,
             resolutions=resolutions,
             offsets=offsets,
             materials=own,
@@ -242,8 +247,19 @@ class _DocumentReading:
         for combination in COMBINATIONS:
             if asked == combination:
                 return combination
-        self._refuse("combine", asked, "grid or zip", nearest_cure(asked, COMBINATIONS))
+        limit = "one of " + ", ".join(COMBINATIONS)
+        self._refuse("combine", asked, limit, nearest_cure(asked, COMBINATIONS))
         return COMBINATIONS[0]
+
+    def _sampling(self, combine: Combine) -> Sampling | None:
+        """Count and seed of the points, where axes are sampled."""
+        if combine in METHODS:
+            return read_sampling(combine, self.document, self.limits.max_runs)
+        for key in ("points", "seed"):
+            if self.document.get(key) is not None:
+                limit = f"combine: {' or '.join(METHODS)}"
+                raise refusal(key, self.document[key], limit, "leave it out")
+        return None
 
     def _model_part(self) -> ModelPart:
         asked = self.document.get("model_part", MODEL_PARTS[0])
@@ -317,13 +333,18 @@ class _DocumentReading:
             count = f"{len(self.varied)} axes"
             self.findings.append(Finding("axes", count, limit, "split the sweep"))
             return ()
-        read = [self._attempt(partial(self._axis, terms, *item)) for item in self.varied.items()]
+        read = [
+            self._attempt(partial(self._axis, terms, combine, *item))
+            for item in self.varied.items()
+        ]
         axes = tuple(axis for axis in read if axis is not None)
-        if len(axes) == len(self.varied) > 0:
+        if len(axes) == len(self.varied) > 0 and self.sampling is not None:
+            axes = sampled(self.sampling, axes)
+        if len(axes) == len(self.varied) > 0 and combine not in METHODS:
             self._check_combination(axes, combine)
         return axes
 
-    def _axis(self, terms: AllowedNames, name: str, values: Any) -> Axis:
+    def _axis(self, terms: AllowedNames, combine: Combine, name: str, values: Any) -> Axis:
         field = f"axes.{name}"
         if name == "resolution" and name not in terms.parameters:
             cure = f"the axis is called {RESOLUTION!r}"
@@ -332,6 +353,10 @@ class _DocumentReading:
         if name in self.fixed:
             cure = "remove it from fixed or from axes"
             raise refusal(field, f"{name} twice", "a parameter that is fixed or varied", cure)
+        if combine in METHODS:
+            points = self.sampling.points if self.sampling else None
+            reader = AxisReader(self.limits.max_runs, terms.materials)
+            return read_range(parameter, name, values, reader, points)
         reader = AxisReader(self.limits.max_values, terms.materials)
         return reader.read(parameter, name, values, field)
 
@@ -358,7 +383,7 @@ class _DocumentReading:
     def _check_size(self, axes: tuple[Axis, ...], combine: Combine, times: int) -> None:
         """The number of runs, each point refined so many times; nothing is expanded yet."""
         lengths = [len(axis.values) for axis in axes] or [1]
-        points = max(lengths) if combine == "zip" else math.prod(lengths)
+        points = math.prod(lengths) if combine == "grid" else max(lengths)
         if points * times > self.limits.max_runs:
             limit = f"at most {self.limits.max_runs} runs"
             size = f"{points * times} runs"

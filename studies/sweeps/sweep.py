@@ -14,6 +14,7 @@ from studies.materials import Material
 from studies.observations import AllowedNames, Observation, written
 from studies.runs import run
 from studies.sweeps.axes import Axis
+from studies.sweeps.sampling import Sampling
 from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import Parameter, Value, declared
 from studies.values.quantities import round_quantity
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from studies.laws._fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
-Combine = Literal["grid", "zip"]
+Combine = Literal["grid", "zip", "latin-hypercube", "sobol"]
 ModelPart = Literal["stored", "screen", "none"]
 
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
@@ -57,7 +58,7 @@ ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 class Point:
     """One run of a sweep, in its place."""
 
-    index: tuple[int, ...]  # one number an axis (grid), or one (zip); then one a refinement
+    index: tuple[int, ...]  # one number an axis (grid), or one (else); then one a refinement
     coordinates: Mapping[str, Value]  # SI, by axis name
     run: "run.Run"
 
@@ -71,11 +72,12 @@ class Sweep:
     scenario: str
     fixed: Mapping[str, Value]  # by parameter name or dotted material path
     axes: tuple[Axis, ...]
-    combine: Combine
+    combine: Combine  # their product, pairs, or points sampled from their ranges
     resolutions: tuple[float, ...]  # cells per projectile diameter; empty: it is fixed or an axis
     offsets: int = 1  # sub-cell positions of the grid for each resolution, evenly over a cell
     materials: Mapping[str, Material] = field(default_factory=dict)  # the user's own, by name
     observations: tuple[Observation, ...] = ()
+    sampling: Sampling | None = None  # where the axes are sampled
     # Fitted laws that are compared beside the published ones; they change no run.
     laws: "tuple[FittedLaw, ...]" = ()
     # Of ``fixed``, what a preset of accuracy set and another one may set otherwise.
@@ -104,7 +106,7 @@ class Sweep:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The number of values on each axis (grid), or of points (zip); then on each refinement."""
+        """The number of values on each axis (grid), or of points (else); then on each refinement."""
         lengths = tuple(len(axis.values) for axis in self.axes)
         lengths = lengths if self.combine == "grid" else lengths[:1]
         return lengths + tuple(len(axis.values) for axis in self.refinements)
@@ -125,8 +127,10 @@ class Sweep:
                 name: written(value, terms.parameters[name].unit)
                 for name, value in self.fixed.items()
             },
-            "axes": {a.name: [written(value, a.unit) for value in a.values] for a in self.axes},
+            "axes": {axis.name: _written_axis(axis) for axis in self.axes},
             "combine": self.combine,
+            "points": self.sampling.points if self.sampling else None,
+            "seed": self.sampling.seed if self.sampling else None,
             "resolution": _one_or_all(self.resolutions),
             "offsets": self.offsets if self.offsets > 1 else None,
             "materials": {name: each.document() for name, each in self.materials.items()},
@@ -182,14 +186,28 @@ class Sweep:
         """
         from studies.sweeps.screening import screens_of
 
-        # Of a zip the values of one place belong together, too.
-        middle = {axis.name: axis.values[len(axis.values) // 2] for axis in self.axes}
+        middle = self._middle()
         finest = {
             axis.name: axis.values[-1] for axis in self.refinements if axis.name == RESOLUTION
         }
         first = {axis.name: axis.values[0] for axis in self.refinements if axis.name == OFFSET}
         chosen = self._run({**middle, **finest, **first})
         return chosen, list(screens_of(chosen))
+
+    def _middle(self) -> dict[str, Value]:
+        """The values of the axes in the middle of the sweep; sampled, those of the point nearest to it."""
+        if self.sampling is None:
+            # Of a zip the values of one place belong together, too.
+            return {axis.name: axis.values[len(axis.values) // 2] for axis in self.axes}
+
+        def distance(at: Mapping[str, Value]) -> float:
+            return sum(
+                ((float(at[axis.name] or 0.0) - low) / (high - low) - 0.5) ** 2
+                for axis in self.axes
+                for low, high in [axis.bounds or (0.0, 1.0)]
+            )
+
+        return min(self.coordinates(), key=distance)
 
     def every_run(self) -> list[Point]:
         """The runs of all points, and those that screen its models, which have no place on its axes."""
@@ -337,6 +355,15 @@ def _product(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str
     for cell in itertools.product(*(enumerate(axis.values) for axis in axes)):
         values = (value for _, value in cell)
         yield tuple(place for place, _ in cell), dict(zip(names, values, strict=True))
+
+
+def _written_axis(axis: Axis) -> Any:
+    """An axis as a document writes it: its values, and the ends of its range where it is sampled."""
+    values = [written(value, axis.unit) for value in axis.values]
+    if axis.bounds is None:
+        return values
+    low, high = (written(end, axis.unit) for end in axis.bounds)
+    return {"low": low, "high": high, "values": values}
 
 
 def _one_or_all(values: tuple[float, ...]) -> float | list[float] | None:

@@ -1,0 +1,122 @@
+"""Points sampled from the ranges of several axes, in place of their product: Latin hypercubes and Sobol sequences."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from studies.sweeps.axes import Axis, AxisReader
+from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.nearest import nearest_cure, shown
+from studies.values.parameters import Parameter, parse_value
+from studies.values.quantities import readable, refusal, round_quantity
+
+LATIN, SOBOL = "latin-hypercube", "sobol"
+METHODS = (LATIN, SOBOL)
+KEYS = ("low", "high", "values")
+EXAMPLE = "write {low: 2 km/s, high: 7 km/s}"
+LARGEST_SEED = 2**32 - 1
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """The rule by which the points of a sweep were sampled."""
+
+    method: str  # one of METHODS
+    points: int
+    seed: int
+
+    def coordinates(self, dimensions: int) -> list[list[float]]:
+        """The points in the unit cube: for each dimension its values.
+
+        The sequences are scrambled (Owen 1998, J. Complexity 14, 466) by ``scipy.stats.qmc``.
+        """
+        from scipy.stats import qmc
+
+        engine: Callable[..., Any] = {LATIN: qmc.LatinHypercube, SOBOL: qmc.Sobol}[self.method]
+        points = engine(dimensions, rng=self.seed).random(self.points)
+        rows: list[list[float]] = points.T.tolist()
+        return rows
+
+
+def read_sampling(method: str, document: Mapping[str, Any], most_points: int) -> Sampling:
+    """Count and seed of a document whose axes are sampled; raises InvalidInput with every finding."""
+    findings = Findings()
+    points: Any = document.get("points")
+    if not _is_whole(points) or not 1 <= points <= most_points:
+        limit = f"a whole number from 1 to {most_points}"
+        findings.append(Finding("points", shown(points), limit, "write points: 16"))
+    elif method == SOBOL and points & (points - 1):
+        below = 1 << (points.bit_length() - 1)
+        cure = f"write points: {below} or points: {2 * below}"
+        limit = "a power of two, without which a Sobol sequence loses its balance"
+        findings.append(Finding("points", shown(points), limit, cure))
+    seed: Any = document.get("seed")
+    if not _is_whole(seed) or not 0 <= seed <= LARGEST_SEED:
+        limit = f"a whole number from 0 to {LARGEST_SEED}, so that the same points come again"
+        findings.append(Finding("seed", shown(seed), limit, "write seed: 1"))
+    if findings:
+        raise InvalidInput(findings)
+    return Sampling(method, points, seed)
+
+
+def read_range(
+    parameter: Parameter, name: str, raw: Any, reader: AxisReader, points: int | None
+) -> Axis:
+    """An axis that is sampled: low and high, and the values of an earlier reading; raises InvalidInput.
+
+    A document that was read once states its values, so that they stay whatever generates them later.
+    """
+    field = f"axes.{name}"
+    if parameter.kind != "quantity" or not isinstance(raw, Mapping):
+        limit = "low and high of a quantity, because the axes are sampled"
+        raise refusal(field, raw, limit, f"{EXAMPLE}; what has one value belongs under fixed")
+    findings = Findings()
+    for key in raw:
+        if key not in KEYS:
+            cure = nearest_cure(key, KEYS)
+            findings.append(Finding(f"{field}.{key}", shown(key), "low and high", cure))
+    ends: list[float] = []
+    for key in ("low", "high"):
+        try:
+            if raw.get(key) is None:
+                raise refusal(f"{field}.{key}", None, "low and high", EXAMPLE)
+            value = parse_value(parameter, raw[key], f"{field}.{key}")
+            assert isinstance(value, float)
+            ends.append(value)
+        except InvalidInput as error:
+            findings.extend(error.findings)
+    if findings:
+        raise InvalidInput(findings)
+    low, high = ends
+    if not low < high:
+        unit = parameter.unit or "1"
+        raise refusal(f"{field}.high", raw["high"], f"more than {readable(low, unit)}", EXAMPLE)
+    if raw.get("values") is None:
+        return Axis(name, parameter.unit, (), (low, high))
+    values = reader.read(parameter, name, raw["values"], f"{field}.values").values
+    inside = all(isinstance(value, float) and low <= value <= high for value in values)
+    if not inside or len(values) != points:
+        limit = f"{points} values from low to high"
+        raise refusal(f"{field}.values", f"{len(values)} values", limit, "leave values out")
+    return Axis(name, parameter.unit, values, (low, high))
+
+
+def sampled(sampling: Sampling, axes: Sequence[Axis]) -> tuple[Axis, ...]:
+    """Axes with the values of the points; those that state all their values keep them."""
+    if all(axis.values for axis in axes):
+        return tuple(axes)
+    places = sampling.coordinates(len(axes))
+    return tuple(
+        Axis(axis.name, axis.unit, _between(axis.bounds, column), axis.bounds)
+        for axis, column in zip(axes, places, strict=True)
+        if axis.bounds is not None
+    )
+
+
+def _between(bounds: tuple[float, float], shares: Sequence[float]) -> tuple[float, ...]:
+    low, high = bounds
+    return tuple(round_quantity(low + (high - low) * share) for share in shares)
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool)

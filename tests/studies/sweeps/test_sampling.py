@@ -1,0 +1,140 @@
+"""Axes that are sampled: Latin hypercubes and Sobol sequences, the same points from the same document."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies.reports import compare, report
+from studies.sweeps.cost import cost_of
+from studies.sweeps.sampling import METHODS
+from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.values.errors import InvalidInput
+from tests.studies.support.sized import HOLES, sized_cube
+
+SAMPLED: Mapping[str, Any] = {
+    **HOLES,
+    "combine": "sobol",
+    "points": 16,
+    "seed": 3,
+    "axes": {
+        "speed": {"low": "3 km/s", "high": "7 km/s"},
+        "plate_thickness": {"low": "1 mm", "high": "2 mm"},
+    },
+}
+
+
+def changed(**parts: Any) -> dict[str, Any]:
+    return {**SAMPLED, **parts}
+
+
+def axes(**parts: Any) -> dict[str, Any]:
+    return changed(axes={**SAMPLED["axes"], **parts})
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_points__have_a_value_in_every_stratum_of_every_axis(method: str) -> None:
+    # True of a Latin hypercube by definition, and of a scrambled Sobol sequence of a power of two: Owen (1998).
+    sweep = Sweep.parse(changed(combine=method))
+    assert len(sweep.runs()) == sweep.size == 16
+    for axis, (low, high) in zip(sweep.axes, ((3e3, 7e3), (1e-3, 2e-3)), strict=True):
+        shares = (np.array(axis.values, float) - low) / (high - low)
+        assert sorted(np.floor(16 * shares)) == list(range(16))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_points__follow_from_the_seed(method: str) -> None:
+    first, again, other = (
+        Sweep.parse(changed(combine=method, seed=seed)).axes for seed in (3, 3, 4)
+    )
+    assert first == again != other
+
+
+def test_document__of_a_sample_states_its_values_and_is_read_as_itself() -> None:
+    sweep = Sweep.parse(changed(resolution=[8, 16], offsets=2))
+    document = json.loads(json.dumps(sweep.document()))
+    assert Sweep.parse(document) == sweep
+    assert len(document["axes"]["speed"]["values"]) == document["points"] == 16
+    assert sweep.shape == (16, 2, 2)
+    assert cost_of(sweep).runs == 64
+
+
+def test_document__with_values_of_its_own_keeps_them() -> None:
+    document = Sweep.parse(SAMPLED).document()
+    document["axes"]["speed"]["values"][0] = "3.25 km/s"
+    assert Sweep.parse(document).axes[0].values[0] == 3250.0
+
+
+@pytest.mark.parametrize(
+    ("document", "field", "cure"),
+    [
+        (changed(points=12), "points", "write points: 8 or points: 16"),
+        (changed(points=0), "points", "write points: 16"),
+        (changed(points="many"), "points", "write points: 16"),
+        (changed(points=2**20), "points", "write points: 16"),
+        (changed(seed=None), "seed", "write seed: 1"),
+        (changed(seed=-1), "seed", "write seed: 1"),
+        (changed(combine="halton"), "combine", "use one of"),
+        ({**HOLES, "seed": 1}, "seed", "leave it out"),
+        ({**HOLES, "points": 8}, "points", "leave it out"),
+        (axes(speed=["3 km/s"]), "axes.speed", "low"),
+        (axes(target={"low": 1, "high": 2}), "axes.target", ""),
+        (axes(speed={"low": "3 km/s"}), "axes.speed.high", "low"),
+        (axes(speed={"low": "7 km/s", "high": "3 km/s"}), "axes.speed.high", "low"),
+        (axes(speed={"low": "3", "high": "7 km/s"}), "axes.speed.low", "km/s"),
+        (axes(speed={"start": "3 km/s", "high": "7 km/s"}), "axes.speed.start", ""),
+        (
+            axes(speed={"low": "3 km/s", "high": "7 km/s", "values": ["4 km/s"]}),
+            "axes.speed.values",
+            "leave values out",
+        ),
+        (
+            axes(speed={"low": "3 km/s", "high": "7 km/s", "values": ["8 km/s"] * 16}),
+            "axes.speed.values",
+            "leave values out",
+        ),
+    ],
+)
+def test_sample__that_is_wrong_is_refused_by_name(
+    document: dict[str, Any], field: str, cure: str
+) -> None:
+    with pytest.raises(InvalidInput) as refused:
+        Sweep.parse(document)
+    assert [
+        finding
+        for finding in refused.value.findings
+        if finding.field == field and cure in finding.cure
+    ]
+
+
+def test_sample__is_limited_by_the_number_of_runs() -> None:
+    with pytest.raises(InvalidInput, match="at most 20 runs"):
+        Sweep.parse(changed(resolution=[8, 16]), SweepLimits(max_runs=20))
+
+
+def test_screening__takes_the_point_nearest_to_the_middle() -> None:
+    sweep = Sweep.parse(changed(model_part="screen"))
+    middle, _ = sweep.screening()
+    distances = [
+        ((at["speed"] - 5e3) / 4e3) ** 2 + ((at["plate_thickness"] - 1.5e-3) / 1e-3) ** 2  # type: ignore[operator]
+        for at in sweep.coordinates()
+    ]
+    assert middle.id == sweep.runs()[int(np.argmin(distances))].run.id
+
+
+def test_report__of_a_sample_has_a_verdict_and_a_scatter_over_each_axis() -> None:
+    document = changed(resolution=[16, 24, 32])
+    cube = sized_cube(document, lambda shot: 5e-3 + 1e-6 * shot.speed, "hole_diameter")
+    assert cube.hole_diameter.dims == ("run", "cells_per_diameter")
+    assert cube.speed.dims == cube.plate_thickness.dims == ("run",)
+    comparison = compare.compare(cube)
+    plain = report.document(cube, comparison)
+    assert plain["verdict"]["quantities"][0]["laws"]
+    figures = {figure["name"]: figure for figure in plain["figures"]}
+    for name in ("hole_diameter_laws", "hole_diameter_laws_over_plate_thickness"):
+        (panel,) = figures[name]["panels"]
+        simulated = next(each for each in panel["series"] if each["kind"] == "simulation")
+        assert len(simulated["x"]) == 16
+        assert not simulated["connected"]
