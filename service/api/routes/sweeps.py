@@ -45,8 +45,8 @@ SWEEP_BODY: dict[str, Any] = {
             "A sweep document. Quantities have a unit: `6 km/s`, `2 mm`. `resolution` may be a list and "
             "`offsets` a number of sub-cell positions; `accuracy` sets both by name. `model_part` (`stored`, "
             "`screen` or `none`) says where the uncertainty of the models comes from; `laws` has the content of files "
-            "that `whipple fit` wrote. `combine` is `grid`, `zip`, or for axes with `low` and `high` `latin-hypercube` or "
-            "`sobol`, of which `points` are sampled with a `seed`."
+            "that `whipple fit` wrote. `combine` is `grid`, `zip`, or for axes with `low` and `high` "
+            "`latin-hypercube` or `sobol`, of which `points` are sampled with a `seed`."
         ),
         "content": {
             "application/json": {"schema": {"type": "object"}, "examples": example_sweeps()},
