@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from solver.geometry import conserved_axes
-from solver.state import Particles
+from solver.geometry import conserved_axes, impact_axis
+from solver.state import Departed, Particles
 
 HOTTEST_SHARE = 1e-3  # of the mass: the particles whose share of internal energy is watched
 
@@ -51,6 +51,27 @@ class Totals:
 
 
 @dataclass(frozen=True)
+class BodyBalance:
+    """Sums over the particles of a body at one time, on the grid and departed (per radian in axisymmetry)."""
+
+    kinetic: float  # J, on the grid
+    internal: float  # J, on the grid
+    momentum: float  # kg m/s along the line of flight, on the grid
+    departed_kinetic: float  # J
+    departed_internal: float  # J
+    departed_momentum: float  # kg m/s along the line of flight
+
+
+@dataclass(frozen=True)
+class Exchanged:
+    """What particles exchanged with faces, damping and contact up to a time (per radian in axisymmetry)."""
+
+    removed: float  # energy that damping, contact, absorbers and walls took, J
+    removed_by_contact: float  # the part of it that contact took, J
+    impulse: float  # given to the particles by faces and absorbers along the line of flight, N s
+
+
+@dataclass(frozen=True)
 class Audit:
     """How well a run kept its balances; relative numbers unless a unit is given."""
 
@@ -66,6 +87,14 @@ class Audit:
     outflow_energy: float  # of the initial energy
     hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass
     largest_speed: float  # m/s
+    exchanged: Exchanged
+    bodies: tuple[BodyBalance, ...] = ()  # in the order of the problem
+
+    @staticmethod
+    def from_plain(plain: dict[str, Any]) -> "Audit":
+        """The audit of which ``asdict`` made plain objects."""
+        bodies = tuple(BodyBalance(**body) for body in plain["bodies"])
+        return Audit(**{**plain, "exchanged": Exchanged(**plain["exchanged"]), "bodies": bodies})
 
 
 def totals(particles: Particles, index: Any = slice(None)) -> Totals:
@@ -97,6 +126,7 @@ def audit(
     impulse: np.ndarray,
     removed: float = 0.0,
     removed_by_contact: float = 0.0,
+    bodies: tuple[BodyBalance, ...] = (),
 ) -> Audit:
     """Balance the present state, the ledger and the impulse of the faces against the start."""
     living = np.flatnonzero(particles.alive)
@@ -118,7 +148,31 @@ def audit(
         outflow_energy=(ledger.kinetic + ledger.internal) / start_energy if start_energy else 0.0,
         hottest_energy_share=_hottest_share(particles, living, now.internal),
         largest_speed=_largest_speed(particles, living),
+        exchanged=Exchanged(removed, removed_by_contact, float(impulse[impact_axis(geometry)])),
+        bodies=bodies,
     )
+
+
+def body_balances(
+    geometry: Any, particles: Particles, body: np.ndarray, departed: Departed, count: int
+) -> tuple[BodyBalance, ...]:
+    """The sums of each of ``count`` bodies; ``body`` (n,) is the index of each particle's body.
+
+    Particles that departed have no mass in ``particles`` any more.
+    """
+    axis = impact_axis(geometry)
+    here, gone = (
+        [
+            np.bincount(of, weights=weight, minlength=count)
+            for weight in (
+                0.5 * matter.mass * np.einsum("ij,ij->i", matter.velocity, matter.velocity),
+                matter.mass * matter.energy,
+                matter.mass * matter.velocity[:, axis],
+            )
+        ]
+        for matter, of in ((particles, body), (departed, departed.body))
+    )
+    return tuple(BodyBalance(*map(float, sums)) for sums in zip(*here, *gone, strict=True))
 
 
 def _largest_speed(particles: Particles, living: np.ndarray) -> float:

@@ -68,7 +68,7 @@ class CheckpointWriter:
             return
         observing = carried.numbers["observing"]
         self.checkpoint.restore_observer(observing["observer"])
-        self.observing.history = [Audit(**audit) for audit in observing["history"]]
+        self.observing.history = [Audit.from_plain(audit) for audit in observing["history"]]
         self.observing.due = observing["due"]
         self.simulation.take_over(carried)
         self.checkpoint.on_checkpoint(self.simulation.step)

@@ -8,8 +8,8 @@ Hot debris is the fastest of all matter and so sets the step of all, up to the e
 2. its way is clear: the straight path of each of its particles leads out of the grid past the target as it stands;
 3. some time has passed: before, the target's surface is thrown out itself and might catch up with it.
 
-The target is the piece with the most mass of one body. What is retired is booked like what leaves the grid, which is
-where it flies, and each particle leaves a record of its last state. From there it flies straight: what the parts of a
+The target is the piece with the most mass of one body. What is retired is booked and recorded like what leaves the
+grid, which is where it flies (``state.Departed``). From there it flies straight: what the parts of a
 piece would still do to one another, and pieces that would meet, are left out.
 """
 
@@ -17,12 +17,12 @@ import numpy as np
 
 from solver.geometry import MARGIN
 from solver.problem import Face, Problem
-from solver.state import Particles, Retired
+from solver.state import Departed, Particles
 
 NEIGHBOURS = np.ones((3, 3, 3), bool)  # no shape reaches farther than to those of the nearest node
 
 
-def departed(problem: Problem, particles: Particles, body: np.ndarray) -> np.ndarray:
+def clear_debris(problem: Problem, particles: Particles, body: np.ndarray) -> np.ndarray:
     """Indices of the particles that have come off the target and whose piece is on a clear way out of the grid."""
     from scipy import (
         ndimage,  # half a second, which runs that follow their debris need not wait for
@@ -46,10 +46,15 @@ def departed(problem: Problem, particles: Particles, body: np.ndarray) -> np.nda
     return living[~stays[of]]
 
 
-def flown(problem: Problem, retired: Retired, time: float) -> np.ndarray:
-    """Where retired particles are at a time (s) if they are on the grid, else NaN; (n, 3) m."""
-    passed = (time - retired.time)[:, None]
-    place = _mirrored(problem, retired.position + passed * retired.velocity)
+def flown(problem: Problem, departed: Departed, time: float) -> np.ndarray:
+    """Where particles that have departed are at a time (s); (n, 3) m."""
+    passed = (time - departed.time)[:, None]
+    return _mirrored(problem, departed.position + passed * departed.velocity)
+
+
+def flown_on_grid(problem: Problem, departed: Departed, time: float) -> np.ndarray:
+    """Where particles that have departed are at a time (s) if that is on the grid, else NaN; (n, 3) m."""
+    place = flown(problem, departed, time)
     return np.where(_is_inside(problem, place)[:, None], place, np.nan)
 
 

@@ -7,21 +7,22 @@ from dataclasses import asdict, dataclass, field, fields
 
 import numpy as np
 
-from solver.audit import Audit, Ledger, Totals, audit, totals
+from solver.audit import Audit, Ledger, Totals, audit, body_balances, totals
 from solver.checkpoint import Carried, Checkpointing
 from solver.checkpointing import CheckpointWriter, Observing
-from solver.debris import departed
+from solver.debris import clear_debris
 from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
 from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
 from solver.problem import Body, Problem
 from solver.state import (
     MASS,
-    NO_DEBRIS,
+    NONE_DEPARTED,
+    Departed,
     Particles,
-    Retired,
     Snapshot,
     empty_table,
+    joined,
     records,
     reordered,
     views,
@@ -53,7 +54,7 @@ CARRIED = (
     "removed",
     "removed_by_contact",
 )
-RETIRED = "retired_"  # before the names of its arrays
+DEPARTED = "departed_"  # before the names of its arrays
 
 Observer = Callable[[Snapshot], str | None]
 
@@ -129,14 +130,21 @@ class Simulation:
         self.shares = self.shares or shares_for(self.particles.mass.size)
         self.stepper = Stepper(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
-        self.retired = NO_DEBRIS
+        self._departures = [NONE_DEPARTED]
         self.dt = problem.fixed_dt or _first_step(problem)
         self._arrange()
         self.start = totals(self.particles)
 
     def snapshot(self) -> Snapshot:
         """The present state; the arrays are those of the simulation."""
-        return Snapshot(self.time, self.step, self.particles, self.body, self.retired)
+        return Snapshot(self.time, self.step, self.particles, self.body, self.departed)
+
+    @property
+    def departed(self) -> Departed:
+        """Records of all particles that left the grid or were retired, in the order in which they did."""
+        if len(self._departures) > 1:
+            self._departures = [joined(self._departures)]
+        return self._departures[0]
 
     def audit(self) -> Audit:
         """The present balances."""
@@ -149,6 +157,13 @@ class Simulation:
             impulse=self.impulse,
             removed=self.removed,
             removed_by_contact=self.removed_by_contact,
+            bodies=body_balances(
+                self.problem.geometry,
+                self.particles,
+                self.body,
+                self.departed,
+                len(self.problem.bodies),
+            ),
         )
 
     def carried(self) -> Carried:
@@ -162,7 +177,7 @@ class Simulation:
             "impulse": self.impulse,
             "ledger_momentum": ledger.pop("momentum"),
             "start_momentum": first.pop("momentum"),
-            **{RETIRED + name: array for name, array in self.retired._asdict().items()},
+            **{DEPARTED + name: array for name, array in self.departed._asdict().items()},
         }
         numbers = {
             **{name: getattr(self, name) for name in CARRIED},
@@ -181,7 +196,7 @@ class Simulation:
         self.ledger = Ledger(**numbers["ledger"], momentum=arrays["ledger_momentum"])
         self.start = Totals(**numbers["start"], momentum=arrays["start_momentum"])
         self.impulse = arrays["impulse"]
-        self.retired = Retired(*(arrays[RETIRED + name] for name in Retired._fields))
+        self._departures = [Departed(*(arrays[DEPARTED + name] for name in Departed._fields))]
         self.table, self.body = arrays["table"], arrays["body"]
         self._lay_out(arrays["number"], arrays["alive"])
 
@@ -223,13 +238,11 @@ class Simulation:
                 raise ProblemError("every particle has left the grid; enlarge it or end earlier")
 
     def _retire(self) -> None:
-        """Retire debris that nothing can meet any more, and keep its records."""
+        """Retire debris that nothing can meet any more."""
         rule = self.problem.retirement
         if rule is None or self.time < rule.after:
             return
-        gone = departed(self.problem, self.particles, self.body)
-        new = records(self.time, self.particles, self.body, gone)
-        self.retired = Retired(*map(np.concatenate, zip(self.retired, new, strict=True)))
+        gone = clear_debris(self.problem, self.particles, self.body)
         self.particles.alive[gone] = 0
         self._drop(gone)
 
@@ -280,8 +293,11 @@ class Simulation:
         self.partition = Partition(self.table, self.particles, shares_of(ranges, self.shares))
 
     def _drop(self, gone: np.ndarray) -> None:
-        """Move particles to the ledger; without mass they stay in a harmless place until the next reordering."""
+        """Book and record particles; without mass they stay in a harmless place until the next reordering."""
+        if not gone.size:
+            return
         self.ledger = self.ledger.with_particles(self.particles, gone)
+        self._departures.append(records(self.time, self.particles, self.body, gone))
         self.table[MASS, gone] = 0.0
         geometry = self.problem.geometry
         self.particles.position[gone] = geometry.lower + 0.5 * geometry.spacing

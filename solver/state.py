@@ -63,28 +63,35 @@ class Nodes(NamedTuple):
     areas: np.ndarray  # (m, 8) table whose columns of the force are surface
 
 
-class Retired(NamedTuple):
-    """Particles that were retired (``debris.py``), k of them, each as it was then; it has flown straight since."""
+class Departed(NamedTuple):
+    """Particles that left the grid or were retired (``debris.py``), k of them, each as it was then.
+
+    Each has flown straight since. A particle departs once, so that a run has at most as many records as particles.
+    """
 
     number: np.ndarray  # (k,) permanent, int64
     body: np.ndarray  # (k,) index of its body
-    time: np.ndarray  # (k,) of retirement, s
+    time: np.ndarray  # (k,) of departure, s
     position: np.ndarray  # (k, 3) m
     velocity: np.ndarray  # (k, 3) m/s
     mass: np.ndarray  # (k,) kg (per radian in axisymmetry)
+    energy: np.ndarray  # (k,) specific internal energy, J/kg
     temperature: np.ndarray  # (k,) K
     plastic_strain: np.ndarray  # (k,)
+    damage: np.ndarray  # (k,) 0 whole .. 1 failed
 
 
-NO_DEBRIS = Retired(
+NONE_DEPARTED = Departed(
     number=np.zeros(0, np.int64),
     body=np.zeros(0, np.int64),
     time=np.zeros(0),
     position=np.zeros((0, 3)),
     velocity=np.zeros((0, 3)),
     mass=np.zeros(0),
+    energy=np.zeros(0),
     temperature=np.zeros(0),
     plastic_strain=np.zeros(0),
+    damage=np.zeros(0),
 )
 
 
@@ -95,7 +102,7 @@ class Snapshot(NamedTuple):
     step: int
     particles: Particles
     body: np.ndarray  # (n,) index of each particle's body
-    retired: Retired = NO_DEBRIS
+    departed: Departed = NONE_DEPARTED
 
 
 def empty_table(count):
@@ -171,14 +178,15 @@ def empty_nodes(count, *, smooth=True, surface=True, sparse=False):
 
 
 def records(time, particles, body, index):
-    """The records of particles (indices) that are retired at a time (s)."""
-    return Retired(
-        number=particles.number[index],
-        body=body[index],
-        time=np.full(len(index), time),
-        position=particles.position[index],
-        velocity=particles.velocity[index],
-        mass=particles.mass[index],
-        temperature=particles.temperature[index],
-        plastic_strain=particles.plastic_strain[index],
-    )
+    """The records of particles (indices) that depart at a time (s)."""
+    last = {
+        name: getattr(particles, name)[index]
+        for name in Departed._fields
+        if name not in ("body", "time")
+    }
+    return Departed(body=body[index], time=np.full(len(index), time), **last)
+
+
+def joined(parts):
+    """The records of several departures, in their order."""
+    return Departed(*map(np.concatenate, zip(*parts, strict=True)))

@@ -54,6 +54,10 @@ class Cell:
         return self.of_result("numbers") or {}
 
     @property
+    def histories(self) -> Mapping[str, Any]:
+        return self.of_result("histories") or {}
+
+    @property
     def provenance(self) -> Mapping[str, Any]:
         return self.of_result("provenance") or {}
 

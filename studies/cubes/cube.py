@@ -118,6 +118,7 @@ def _columns(layout: Layout, catalogue: Catalogue, assess: Assess) -> Iterator[C
     if samples := _samples(layout):
         times = _each(layout.cells, _times)
         yield declared.HISTORY_TIME, _padded(times, samples), {}
+        yield from _of_histories(layout, samples)
     for quantity in catalogue.quantities.values():
         yield from _of_quantity(layout, quantity)
         yield from _of_models(layout, quantity, assess)
@@ -157,6 +158,23 @@ def _of_runs(layout: Layout) -> Iterator[Column]:
     for number in declared.AUDIT:
         if any(number.name in cell.numbers for cell in layout.cells.flat):
             yield _column(number.variable, layout.cells)
+
+
+def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
+    """Energy and momentum of each body over time, and what the run exchanged."""
+    bodies = max((cell.histories.get("bodies", ()) for cell in layout.cells.flat), key=len)
+    if not bodies:
+        return
+    yield _column(declared.BODY_NAME, _records(bodies))
+    for history in declared.HISTORIES:
+        picked = _each(layout.cells, lambda cell, name=history.name: cell.histories.get(name))
+        if history.by_body:
+            by_body = np.full((*picked.shape, len(bodies)), None, object)
+            for place, values in np.ndenumerate(picked):
+                if values is not None:
+                    by_body[place] = _records(values)
+            picked = by_body
+        yield history.variable, _padded(picked, samples), {}
 
 
 def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
@@ -308,7 +326,7 @@ def _samples(layout: Layout) -> int:
 def _times(cell: Cell) -> Sequence[float]:
     """The times of a run's histories (s): those of the longest one."""
     histories = (measured.history.get("time", ()) for measured in cell.measurements.values())
-    return max(histories, key=len, default=())
+    return max((cell.histories.get("time", ()), *histories), key=len)
 
 
 def _history(cell: Cell, quantity: str) -> list[float] | None:

@@ -315,6 +315,65 @@ AUDIT = (
 )
 
 
+# ---- of a run: its histories; a record is a cell, or a cell and a body --------------------------
+
+
+@dataclass(frozen=True)
+class RunHistory:
+    """A number of a run over time: of each body, or of all."""
+
+    name: str  # as in the histories of a result
+    unit: str
+    meaning: str
+    by_body: bool = True
+
+    @property
+    def variable(self) -> Variable:
+        """Its variable of the cube; a record is the values of a run, or those of a body in it."""
+        return Variable(
+            f"{self.name}_history",
+            f"{self.meaning}, over history_time",
+            lambda values: values,
+            (*RUNS, BODY, "sample") if self.by_body else (*RUNS, "sample"),
+            self.unit,
+            label=f"{self.name.replace('_', ' ')}, history",
+            group="history",
+        )
+
+
+BODY = "body"
+BODY_NAME = Variable(BODY, "body of the problem", str, (BODY,), kind="text")
+
+# Their sum over kinds and bodies is the initial energy and what the audit calls drift; that of the momenta, without the
+# impulse, is the initial momentum. Models of a sector count for the whole.
+HISTORIES = (
+    RunHistory("kinetic_energy", "J", "kinetic energy of the particles of a body on the grid"),
+    RunHistory("internal_energy", "J", "internal energy of the particles of a body on the grid"),
+    RunHistory(
+        "departed_energy", "J", "energy of the particles that left the grid or were retired"
+    ),
+    RunHistory("axial_momentum", "N s", "momentum along the line of flight, on the grid"),
+    RunHistory(
+        "departed_axial_momentum",
+        "N s",
+        "momentum along the line of flight of the particles that left the grid or were retired",
+    ),
+    RunHistory("contact_energy", "J", "energy that contact of the bodies removed", by_body=False),
+    RunHistory(
+        "otherwise_removed_energy",
+        "J",
+        "energy that damping, walls and absorbing surfaces removed",
+        by_body=False,
+    ),
+    RunHistory(
+        "axial_impulse",
+        "N s",
+        "impulse that faces and absorbing surfaces gave along the line of flight",
+        by_body=False,
+    ),
+)
+
+
 # ---- of a quantity: a record is a measurement ----------------------------------------------------
 
 _measured = partial(Variable, dims=RUNS, unit="{unit}")

@@ -15,7 +15,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from solver.debris import flown
+from solver.debris import flown_on_grid
 from solver.problem import Problem
 from solver.state import Snapshot
 from studies.values.files import write_atomically
@@ -94,13 +94,13 @@ class Film:
         frame[place, 4] = particles.pressure[shown]
         frame[place, 5] = particles.temperature[shown]
         self.body[place] = snapshot.body[shown]
-        retired = snapshot.retired
-        shown = retired.number % self.stride == 0
-        place = retired.number[shown] // self.stride
-        frame[place, :3] = flown(self.problem, retired, snapshot.time)[shown]
-        frame[place, 3] = np.linalg.norm(retired.velocity[shown], axis=1)
+        departed = snapshot.departed
+        shown = departed.number % self.stride == 0
+        place = departed.number[shown] // self.stride
+        frame[place, :3] = flown_on_grid(self.problem, departed, snapshot.time)[shown]
+        frame[place, 3] = np.linalg.norm(departed.velocity[shown], axis=1)
         frame[place, 4] = 0.0
-        frame[place, 5] = retired.temperature[shown]
+        frame[place, 5] = departed.temperature[shown]
         frame[np.isnan(frame[:, 0])] = np.nan
         return frame
 

@@ -19,7 +19,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from solver.debris import flown
+from solver.debris import flown_on_grid
 from solver.geometry import impact_axis
 from solver.problem import Face, Problem
 from solver.state import Snapshot
@@ -157,28 +157,28 @@ class SectionRecorder:
         return layer
 
     def _section(self, snapshot: Snapshot, moment: int) -> Section:
-        particles, retired = snapshot.particles, snapshot.retired
+        particles, departed = snapshot.particles, snapshot.departed
         shown = (particles.alive == 1) & self._kept[particles.number]
         shown &= self._in_plane(particles.position, self._widths[snapshot.body])
-        out = flown(self.problem, retired, snapshot.time)
-        late = np.isfinite(out[:, 0]) & self._kept[retired.number]
-        late &= self._in_plane(out, self._widths[retired.body])
+        out = flown_on_grid(self.problem, departed, snapshot.time)
+        late = np.isfinite(out[:, 0]) & self._kept[departed.number]
+        late &= self._in_plane(out, self._widths[departed.body])
         nothing = np.full(int(late.sum()), np.nan)
         fields = {
-            "plastic_strain": (particles.plastic_strain, retired.plastic_strain[late]),
-            "temperature": (particles.temperature, retired.temperature[late]),
+            "plastic_strain": (particles.plastic_strain, departed.plastic_strain[late]),
+            "temperature": (particles.temperature, departed.temperature[late]),
             "pressure": (particles.pressure, nothing),
             "density": (particles.density, nothing),
-            "speed": (_speed(particles.velocity), _speed(retired.velocity[late])),
+            "speed": (_speed(particles.velocity), _speed(departed.velocity[late])),
         }
-        number = np.concatenate([particles.number[shown], retired.number[late]])
+        number = np.concatenate([particles.number[shown], departed.number[late]])
         order = np.argsort(number)
         position = np.concatenate([particles.position[shown], out[late]])
         return Section(
             time=snapshot.time,
             moment=moment,
             position=position[:, self.axes][order],
-            body=np.concatenate([snapshot.body[shown], retired.body[late]])[order],
+            body=np.concatenate([snapshot.body[shown], departed.body[late]])[order],
             fields={
                 name: np.concatenate([values[shown], more])[order]
                 for name, (values, more) in fields.items()

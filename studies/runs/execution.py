@@ -1,6 +1,7 @@
 """Computes a run: problem, simulation, measurements on the way, balances, files. Imported by processes that solve."""
 
 import json
+import math
 import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -14,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from solver import PHYSICS_VERSION
+from solver.audit import BodyBalance, Exchanged
 from solver.checkpoint import Checkpointing
 from solver.errors import WhippleError
 from solver.jit import software
-from solver.simulation import Outcome, simulate, threads_for
+from solver.simulation import DEPARTED, Outcome, simulate, threads_for
 from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
@@ -201,7 +203,33 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
         flags=_flags(numbers, observer.scenario.observer.least_cells),
         numbers=numbers,
         stop=outcome.stop,
+        histories=_histories(observer.setting, outcome),
     )
+
+
+def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:
+    """Energy, momentum and what was exchanged over time (``studies.cubes.variables.HISTORIES``), of whole bodies."""
+    whole, audits = 2.0 * math.pi / setting.sector, outcome.history
+
+    def of_bodies(pick: Callable[[BodyBalance], float]) -> list[list[float]]:
+        count = range(len(setting.problem.bodies))
+        return [[whole * pick(audit.bodies[body]) for audit in audits] for body in count]
+
+    def of_run(pick: Callable[[Exchanged], float]) -> list[float]:
+        return [whole * pick(audit.exchanged) for audit in audits]
+
+    return {
+        "time": [audit.time for audit in audits],
+        "bodies": [body.name for body in setting.problem.bodies],
+        "kinetic_energy": of_bodies(lambda body: body.kinetic),
+        "internal_energy": of_bodies(lambda body: body.internal),
+        "departed_energy": of_bodies(lambda body: body.departed_kinetic + body.departed_internal),
+        "axial_momentum": of_bodies(lambda body: body.momentum),
+        "departed_axial_momentum": of_bodies(lambda body: body.departed_momentum),
+        "contact_energy": of_run(lambda given: given.removed_by_contact),
+        "otherwise_removed_energy": of_run(lambda given: given.removed - given.removed_by_contact),
+        "axial_impulse": of_run(lambda given: given.impulse),
+    }
 
 
 def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
@@ -235,15 +263,15 @@ def molten_fraction(bodies: Sequence[Any], snapshot: Any) -> float:
     from solver.eos import reference_density
     from solver.stress import homologous_temperature
 
-    particles, retired = snapshot.particles, snapshot.retired
+    particles, departed = snapshot.particles, snapshot.departed
     molten = 0.0
     for number, body in enumerate(bodies):
-        mine, late = snapshot.body == number, retired.body == number
+        mine, late = snapshot.body == number, departed.body == number
         ratio = particles.density[mine] / reference_density(body.matter.eos)
-        # Retired debris has no density any more: it melts as at its reference density.
+        # What has departed has no density any more: it melts as at its reference density.
         for mass, kelvin, density_ratio in (
             (particles.mass[mine], particles.temperature[mine], ratio),
-            (retired.mass[late], retired.temperature[late], 1.0),
+            (departed.mass[late], departed.temperature[late], 1.0),
         ):
             liquid = homologous_temperature(body.matter, kelvin, density_ratio) >= 1.0
             molten += float(mass[liquid].sum())
@@ -263,13 +291,13 @@ def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tu
 
 
 def _save_state(directory: Path, outcome: Outcome) -> None:
-    """The living particles of the final state, so that measurements can be read again, and records of the retired."""
+    """The living particles of the final state, so that measurements can be read again, and the departed."""
     particles, living = outcome.snapshot.particles, outcome.snapshot.particles.alive == 1
     fields = {
         name: getattr(particles, name)[living] for name in particles._fields if name != "alive"
     }
-    retired = outcome.snapshot.retired._asdict()
-    fields.update({f"retired_{name}": array for name, array in retired.items()})
+    departed = outcome.snapshot.departed._asdict()
+    fields.update({DEPARTED + name: array for name, array in departed.items()})
 
     def save(path: Path) -> None:
         with open(path, "wb") as file:

@@ -75,16 +75,25 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
 
 
 def load_state(file: Path, *, step: int = 0) -> Any:
-    """The final state in a ``state.npz``, as a ``solver.state.Snapshot`` of the particles that were on the grid."""
+    """The final state in a ``state.npz``, as a ``solver.state.Snapshot``; only particles on the grid are in its arrays.
+
+    Files that have ``retired_`` records lack what left the grid by itself, and the energy and damage of the rest (NaN).
+    """
     import numpy as np
 
-    from solver.state import Particles, Snapshot
+    from solver.simulation import DEPARTED
+    from solver.state import Departed, Particles, Snapshot
 
     with np.load(file, allow_pickle=False) as saved:
         body = saved["body"]
         alive = np.ones(body.size, np.uint8)
         fields = {name: saved[name] for name in Particles._fields if name != "alive"}
-        return Snapshot(float(saved["time"]), step, Particles(**fields, alive=alive), body)
+        prefix = DEPARTED if DEPARTED + "number" in saved else "retired_"
+        absent = np.full(saved[prefix + "mass"].size, np.nan)
+        departed = Departed(*(saved.get(prefix + name, absent) for name in Departed._fields))
+        return Snapshot(
+            float(saved["time"]), step, Particles(**fields, alive=alive), body, departed
+        )
 
 
 def _view_of(run: Run, result: RunResult, state: Path) -> Any:

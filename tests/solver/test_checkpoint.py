@@ -72,7 +72,7 @@ PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Simulation], float]]]
     "spline": (lambda: blocks(shape=QuadraticBSpline()), lambda run: run.counters.tension_floors),
     "usf": (lambda: blocks(scheme=Scheme.USF), lambda run: run.counters.tension_floors),
     "fixed-step": (lambda: blocks(fixed_dt=2e-8), lambda run: run.counters.tension_floors),
-    "retired": (with_debris, lambda run: run.retired.mass.size),
+    "retired": (with_debris, lambda run: run.departed.mass.size),
 }
 
 
@@ -131,7 +131,7 @@ def same_bits(outcome: Outcome, other: Outcome) -> bool:
 
 def _bits(outcome: Outcome) -> tuple[Any, ...]:
     snapshot = outcome.snapshot
-    arrays = (*snapshot.particles, *snapshot.retired, snapshot.body)
+    arrays = (*snapshot.particles, *snapshot.departed, snapshot.body)
     numbers = (
         snapshot.time,
         snapshot.step,

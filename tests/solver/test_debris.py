@@ -7,12 +7,22 @@ import numpy as np
 import pytest
 
 from solver import simulation as simulation_module
-from solver.debris import departed, flown
+from solver.debris import clear_debris, flown, flown_on_grid
 from solver.errors import ProblemError
 from solver.problem import Body, Face, Problem, Retirement
 from solver.simulation import Simulation, simulate, start
-from solver.state import NO_DEBRIS, Retired
-from tests.solver.bodies import ABOUT_AXIS, FREE, OPEN, ROUND_OFF, after, block, box, real_copper
+from solver.state import NONE_DEPARTED, Departed
+from tests.solver.bodies import (
+    ABOUT_AXIS,
+    FREE,
+    OPEN,
+    ROUND_OFF,
+    after,
+    block,
+    box,
+    leaving,
+    real_copper,
+)
 
 SPEED = 1000.0  # m/s
 REORDERED = 50  # steps between reorderings here, so that short runs have some
@@ -50,7 +60,7 @@ def with_debris(**changes: Any) -> Problem:
 def leaves(problem: Problem) -> bool:
     """Whether all of the block goes, or nothing does; whatever goes is of the block."""
     simulation = start(problem, threads=1)
-    gone = departed(problem, simulation.particles, simulation.body)
+    gone = clear_debris(problem, simulation.particles, simulation.body)
     assert (simulation.body[gone] == 0).all()
     assert gone.size in (0, problem.bodies[0].mass.size)
     return bool(gone.size)
@@ -104,7 +114,7 @@ def test_departed__in_three_dimensions_flies_past_the_side_of_the_target(
 @pytest.mark.parametrize("rule", [Retirement(body=1, after=1.0), None])
 def test_debris__is_followed_before_its_time_and_without_a_rule(rule: Retirement | None) -> None:
     simulation = after(behind(retirement=rule), STEPS)
-    assert simulation.retired.mass.size == NO_DEBRIS.mass.size == 0
+    assert simulation.departed.mass.size == NONE_DEPARTED.mass.size == 0
     assert simulation.ledger.particles == 0
 
 
@@ -118,11 +128,11 @@ def test_retirement__where_debris_may_come_back_is_refused(pair: tuple[Face, Fac
 
 
 def test_record__is_the_state_in_which_it_went() -> None:
-    before, retired = after(behind(), REORDERED), after(behind(), STEPS).retired
+    before, retired = after(behind(), REORDERED), after(behind(), STEPS).departed
     order = np.flatnonzero(before.body == 0)
     order = order[np.argsort(before.particles.number[order])]
     place = np.argsort(retired.number)
-    for name in set(Retired._fields) - {"time", "body"}:
+    for name in set(Departed._fields) - {"time", "body"}:
         expected = getattr(before.particles, name)[order]
         np.testing.assert_array_equal(getattr(retired, name)[place], expected, name)
     assert (retired.body == 0).all()
@@ -155,7 +165,7 @@ def _step_after_retirement(problem: Problem) -> float:
 
 def test_flown__is_straight_mirrored_at_the_axis_and_ends_at_the_edge() -> None:
     problem = behind()
-    debris = Retired(*(field[:1] for field in after(problem, STEPS).retired))._replace(
+    debris = Departed(*(field[:1] for field in after(problem, STEPS).departed))._replace(
         time=np.array([1e-6]),
         position=np.array([[2e-3, 18e-3, 0.0]]),
         velocity=np.array([[-1000.0, 500.0, 0.0]]),
@@ -163,16 +173,52 @@ def test_flown__is_straight_mirrored_at_the_axis_and_ends_at_the_edge() -> None:
     # Places at 1, 2, 5 and 20 us: with the record, before the axis, beyond it and mirrored, off the grid of 12 mm.
     expected = {1e-6: (2e-3, 18e-3), 2e-6: (1e-3, 18.5e-3), 5e-6: (2e-3, 20e-3)}
     for time, place in expected.items():
-        np.testing.assert_allclose(flown(problem, debris, time)[0, :2], place, rtol=ROUND_OFF)
-    assert np.isnan(flown(problem, debris, 20e-6)).all()
+        np.testing.assert_allclose(
+            flown_on_grid(problem, debris, time)[0, :2], place, rtol=ROUND_OFF
+        )
+    assert np.isnan(flown_on_grid(problem, debris, 20e-6)).all()
 
 
 def test_retirement__gives_the_same_bits_with_two_threads() -> None:
     serial, parallel = (
         simulate(behind(), threads=threads, shares=3).snapshot for threads in (1, 2)
     )
-    assert serial.retired.mass.size
+    assert serial.departed.mass.size
     for mine, other in zip(
-        (*serial.particles, *serial.retired), (*parallel.particles, *parallel.retired), strict=True
+        (*serial.particles, *serial.departed),
+        (*parallel.particles, *parallel.departed),
+        strict=True,
     ):
         assert mine.tobytes() == other.tobytes()
+
+
+# What leaves by itself
+
+
+@pytest.mark.parametrize("kind", ["axisymmetric", "cartesian"])
+def test_record__holds_what_leaves_the_grid_with_its_totals(kind: str) -> None:
+    simulation = after(leaving(kind), STEPS)
+    departed, ledger, bodies = simulation.departed, simulation.ledger, simulation.audit().bodies
+    mass = departed.mass
+    assert departed.number.size == ledger.particles > 0
+    assert departed.number.size == np.unique(departed.number).size
+    everything = np.concatenate([departed.number, simulation.particles.number])
+    assert np.unique(everything).size == sum(b.mass.size for b in simulation.problem.bodies)
+    assert mass.sum() == pytest.approx(ledger.mass, rel=ROUND_OFF)
+    momentum = (mass[:, None] * departed.velocity).sum(axis=0)
+    np.testing.assert_allclose(momentum, ledger.momentum, rtol=ROUND_OFF, atol=ROUND_OFF)
+    assert (mass * departed.energy).sum() == pytest.approx(ledger.internal, rel=ROUND_OFF)
+    kinetic = 0.5 * (mass * (departed.velocity**2).sum(axis=1)).sum()
+    assert kinetic == pytest.approx(ledger.kinetic, rel=ROUND_OFF)
+    assert (np.diff(departed.time) >= 0.0).all()
+    assert kinetic == pytest.approx(sum(body.departed_kinetic for body in bodies), rel=ROUND_OFF)
+
+
+def test_record__of_what_left_lies_outside_the_grid_and_flies_on() -> None:
+    simulation = after(leaving("axisymmetric"), STEPS)
+    problem, departed = simulation.problem, simulation.departed
+    upper = problem.geometry.lower + problem.geometry.cells * problem.geometry.spacing
+    place = flown(problem, departed, simulation.time)
+    beyond = (place < problem.geometry.lower) | (place > upper)
+    assert beyond[:, :2].any(axis=1).all()
+    assert np.isnan(flown_on_grid(problem, departed, simulation.time)).all()

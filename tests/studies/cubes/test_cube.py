@@ -145,6 +145,23 @@ def test_histories__are_thinned_padded_and_keep_both_ends() -> None:
     assert int(dataset.hole_diameter_history[1, 0].count()) == 21
 
 
+def test_histories__of_bodies_lie_over_body_and_time() -> None:
+    sweep = fakes.holes()
+    outcomes = fakes.results(sweep)
+    run = sweep.runs()[0].run.id
+    times = outcomes[run].measurements["hole_diameter"].history["time"]
+    energy = [[2.0 * place for place in range(len(times))], [1.0] * len(times)]
+    histories = {"time": times, "bodies": ["projectile", "target"], "kinetic_energy": energy}
+    outcomes[run] = replace(outcomes[run], histories=histories)
+    kinetic = cube.build(sweep, outcomes, fakes.catalogue()).kinetic_energy_history
+    first = kinetic.isel(speed=0, plate_thickness=0)
+    assert first.dims == ("body", "sample")
+    assert first.sel(body="projectile").values.tolist() == energy[0]
+    assert first.sel(body="target").values.tolist() == energy[1]
+    assert first.history_time.values.tolist() == times
+    assert kinetic.isel(speed=1).isnull().all()
+
+
 def test_shared_parameter__is_a_scalar() -> None:
     dataset = holes()
     assert dataset.projectile_diameter.dims == dataset.equivalent_diameter.dims == ()

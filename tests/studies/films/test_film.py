@@ -105,13 +105,13 @@ def test_film__shows_retired_debris_on_its_straight_way() -> None:
     particles.alive[gone] = 0
     shown = Film(problem)
     time = 0.1 * problem.geometry.spacing / 100.0
-    shown.add(state._replace(time=time, retired=retired), last=True)
+    shown.add(state._replace(time=time, departed=retired), last=True)
     frame = shown.frames[0]
     moved = retired.position + np.array([0.0, 100.0 * time, 0.0])
     np.testing.assert_allclose(frame[retired.number, :3], moved, rtol=1e-6)
     assert (frame[retired.number, 3] == 100.0).all()
     np.testing.assert_allclose(frame[retired.number, 5], retired.temperature)
-    shown.add(state._replace(time=1.0, retired=retired), last=True)
+    shown.add(state._replace(time=1.0, departed=retired), last=True)
     assert np.isnan(shown.frames[1][retired.number]).all()
 
 

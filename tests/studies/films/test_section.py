@@ -89,7 +89,7 @@ def test_section__shows_retired_debris_on_its_straight_way() -> None:
     particles.alive[gone] = 0
     time = 0.1 * problem.geometry.spacing / 100.0
     recorder = SectionRecorder(problem, SectionOptions(), interval=1.0)
-    recorder.end(snapshot._replace(time=time, retired=retired))
+    recorder.end(snapshot._replace(time=time, departed=retired))
     [state] = recorder.states
     moved = retired.position[:, :2] + np.array([0.0, 100.0 * time])
     np.testing.assert_allclose(state.position[retired.number], moved, rtol=1e-9)

@@ -357,7 +357,7 @@ def test_molten_fraction__is_of_mass_and_counts_retired_debris() -> None:
             density=density,
             temperature=np.array([MELT, 0.99 * MELT, 2.0 * MELT]),
         ),
-        retired=SimpleNamespace(
+        departed=SimpleNamespace(
             body=np.zeros(1, int), mass=body.mass[3:], temperature=np.array([1.1 * MELT])
         ),
     )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.state import Particles, Retired, Snapshot
+from solver.state import Departed, Particles, Snapshot
 from studies import materials, measurements, scenarios
 from studies.materials import Material
 from studies.materials.schema import NOT_SIMULATED
@@ -335,10 +335,29 @@ def test_execute__reports_progress(computed: Computed) -> None:
         assert len(measured.history["value"]) == len(reports)
 
 
+def test_execute__histories_sum_to_the_audited_energy_and_momentum(computed: Computed) -> None:
+    result, directory, reports = computed
+    histories, whole = result.histories, 2.0 * math.pi
+    assert histories["time"] == [progress.time for progress in reports]
+    assert histories["bodies"] == ["projectile", "target"]
+    energy = sum(
+        np.sum(histories[f"{kind}_energy"], axis=0) for kind in ("kinetic", "internal", "departed")
+    )
+    energy = energy + histories["contact_energy"] + histories["otherwise_removed_energy"]
+    drift = result.numbers["energy_drift"]
+    assert energy[-1] == pytest.approx(energy[0] * (1.0 + drift), rel=1e-12)
+    with np.load(directory / "state.npz") as state:
+        on_grid = whole * 0.5 * (state["mass"] * (state["velocity"] ** 2).sum(axis=1)).sum()
+    assert np.sum(histories["kinetic_energy"], axis=0)[-1] == pytest.approx(on_grid, rel=1e-12)
+    momentum = np.sum(histories["axial_momentum"], axis=0) - histories["axial_impulse"]
+    momentum += np.sum(histories["departed_axial_momentum"], axis=0)
+    assert momentum == pytest.approx(momentum[0], rel=1e-9)
+
+
 def test_execute__state_holds_the_living_particles(computed: Computed) -> None:
     result, directory, _ = computed
     state = np.load(directory / "state.npz", allow_pickle=False)
-    records = {f"retired_{name}" for name in Retired._fields}
+    records = {f"departed_{name}" for name in Departed._fields}
     assert set(state.files) == {"body", "time", *Particles._fields, *records} - {"alive"}
     assert float(state["time"]) == result.numbers["end_time"]
     assert state["mass"].size == state["body"].size <= result.numbers["particles"]
