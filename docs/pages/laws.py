@@ -1,16 +1,24 @@
 """docs/laws.md: formula, range, source and plot of every law that ships, from ``studies/laws``."""
 
-from collections.abc import Iterator
+import importlib
+import pkgutil
+from collections.abc import Iterator, Mapping
 
 from docs.pages import MADE, plots, table
 from studies import laws, materials, measurements
-from studies.laws import Law, Shot
+from studies.laws import Law, Shield, Shot
+from studies.laws._handbook import KSI
 from studies.materials.schema import CONFIDENCES
 
 SPEEDS = [2e3 + 100.0 * step for step in range(61)]  # m/s
 DIAMETER = 8e-3  # m
 THICKNESS = 0.25  # over the diameter, of the plotted holes
 METALS = {"copper-ofhc": "copper on copper", "al-6061-t6": "aluminium on aluminium"}
+ALUMINIUM = {"al-6061-t6": METALS["al-6061-t6"]}
+# Of Fig. 4-4 of the handbook: bumper and wall of 6061-T6.
+SHIELD = Shield(1.2e-3, 3.2e-3, 0.1, 40.0 * KSI)
+SHIELD_SPEEDS = [1e3 + 100.0 * step for step in range(131)]
+MOST_LINES = 7  # laws of one plot; of more, those are drawn that have a point inside their range
 
 
 def page() -> str:
@@ -24,11 +32,10 @@ def page() -> str:
         "its formula means nothing, it has no value.\n",
     ]
     for quantity in quantities():
-        title = measurements.load(quantity).title
+        title = title_of(quantity)
         parts += [f"## {title}\n"]
-        parts += [
-            f"![{title} over projectile diameter against speed, by each law](drawings/laws-{quantity}.svg)\n"
-        ]
+        over = "" if quantity == "critical_diameter" else " over projectile diameter"
+        parts += [f"![{title}{over} against speed, by each law](drawings/laws-{quantity}.svg)\n"]
         parts += [_caption(quantity)]
         for law in laws.answering(quantity):
             parts += list(_section(law))
@@ -37,24 +44,58 @@ def page() -> str:
 
 
 def quantities() -> list[str]:
-    """The measured quantities that a law answers, holes first."""
-    return sorted({laws.load(name).quantity for name in laws.names()}, reverse=True)
+    """The quantities that a law answers: those that are measured, holes first, and then the others."""
+    answered = {laws.load(name).quantity for name in laws.names()}
+    measured = sorted(answered - set(laws.UNMEASURED), reverse=True)
+    return [*measured, *(name for name in laws.UNMEASURED if name in answered)]
+
+
+def title_of(quantity: str) -> str:
+    """The title of a quantity, measured or not."""
+    return laws.UNMEASURED.get(quantity) or measurements.load(quantity).title
 
 
 def _caption(quantity: str) -> str:
-    plate = f" t/d = {THICKNESS:g};" if "hole" in quantity else ""
-    spheres = f"Spheres of {1e3 * DIAMETER:g} mm;{plate}"
     lines = "full lines are inside the range of the law, dotted ones outside"
-    return f"{spheres} {lines}; a law with a yield stress has a line for each published one.\n"
+    if quantity == "critical_diameter":
+        shield = (
+            "The shield of Fig. 4-4 of NASA/TM-2009-214785: bumper of 1.2 mm, 100 mm before a wall"
+        )
+        text = f"{shield} of 3.2 mm, both of aluminium 6061-T6, at normal impact; {lines}."
+    else:
+        plate = f" t/d = {THICKNESS:g};" if "hole" in quantity else ""
+        text = f"Spheres of {1e3 * DIAMETER:g} mm;{plate} {lines}; a law with several published constants has a line "
+        text += "for each."
+    if quantity in laws.UNMEASURED:
+        text += " No run measures this, so that no report compares it."
+    drawn = {law.title for law in drawn_laws(quantity)}
+    listed = [law.title for law in laws.answering(quantity) if law.title not in drawn]
+    if listed:
+        text += f" Not drawn, because outside of their range: {', '.join(listed)}."
+    return text + "\n"
+
+
+def drawn_laws(quantity: str) -> list[Law]:
+    """The laws of a plot: all, or of many those that are inside their range somewhere in it."""
+    answering = laws.answering(quantity)
+    if len(answering) <= MOST_LINES:
+        return answering
+    plotted = [shot for name in _panels(quantity) for shot in _shots(quantity, name)]
+    return [
+        law
+        for law in answering
+        if any(law.evaluate(shot, law.variants(shot)[0]).in_range for shot in plotted)
+    ]
 
 
 def _section(law: Law) -> Iterator[str]:
     yield f"### {law.title}\n"
-    yield f"`{law.name}`, `studies/laws/{law.name}.py`\n"
+    yield f"`{law.name}`, `{file_of(law)}`\n"
     yield f"```text\n{law.equation}\n```\n"
     scatter = "not published" if law.scatter is None else f"{100.0 * law.scatter:.0f} %"
     known = CONFIDENCES.get(law.confidence, law.confidence)
-    yield f"Source: {law.source}. Equation: {known}. Published scatter: {scatter}.\n"
+    use = "" if law.use == "verdict" else f" Use: {law.use}."
+    yield f"Source: {law.source}. Equation: {known}.{use} Published scatter: {scatter}.\n"
     yield table(
         ["range", "source of the limit", "checked for each shot"],
         [
@@ -64,33 +105,57 @@ def _section(law: Law) -> Iterator[str]:
     )
 
 
+def file_of(law: Law) -> str:
+    """The file that offers a law, alone or among others."""
+    for found in pkgutil.iter_modules(laws.__path__):
+        offered = getattr(importlib.import_module(f"studies.laws.{found.name}"), "LAW", ())
+        if law in (offered if isinstance(offered, tuple) else (offered,)):
+            return f"studies/laws/{found.name}.py"
+    return "another distribution"
+
+
 def drawings() -> dict[str, str]:
     """A plot for each quantity: a panel for each metal, a line for each law and each of its variants."""
     return {f"laws-{quantity}.svg": _drawing(quantity) for quantity in quantities()}
 
 
+def _panels(quantity: str) -> Mapping[str, str]:
+    """Material and title of each panel."""
+    return ALUMINIUM if quantity in laws.UNMEASURED else METALS
+
+
+def _shots(quantity: str, name: str) -> list[Shot]:
+    """The shots of a panel, in the order of their speeds."""
+    material = materials.load(name)
+    critical = quantity == "critical_diameter"
+    return [
+        Shot(
+            speed=speed,
+            projectile_diameter=DIAMETER,
+            plate_thickness=THICKNESS * DIAMETER if "hole" in quantity else None,
+            projectile=material,
+            target=material,
+            shield=SHIELD if critical else None,
+        )
+        for speed in (SHIELD_SPEEDS if critical else SPEEDS)
+    ]
+
+
 def _drawing(quantity: str) -> str:
+    critical = quantity == "critical_diameter"
+    unit = 1e-3 if critical else DIAMETER
     panels = []
-    for name, title in METALS.items():
-        material = materials.load(name)
-        shots = [
-            Shot(
-                speed=speed,
-                projectile_diameter=DIAMETER,
-                plate_thickness=THICKNESS * DIAMETER if "hole" in quantity else None,
-                projectile=material,
-                target=material,
-            )
-            for speed in SPEEDS
-        ]
+    for name, title in _panels(quantity).items():
+        shots = _shots(quantity, name)
         lines = []
-        for law in laws.answering(quantity):
+        for law in drawn_laws(quantity):
             for variant in law.variants(shots[0]):
-                answers = [law.evaluate(shot, variant) for shot in shots]
+                answers = [(shot, law.evaluate(shot, variant)) for shot in shots]
                 points = [
-                    (speed / 1e3, answer.value / DIAMETER, answer.in_range)
-                    for speed, answer in zip(SPEEDS, answers, strict=True)
+                    (shot.speed / 1e3, answer.value / unit, answer.in_range)
+                    for shot, answer in answers
                 ]
                 lines.append((law.title, points))
         panels.append((title, lines))
-    return plots.curves(panels, xlabel="speed (km/s)", ylabel="over projectile diameter")
+    label = "critical diameter (mm)" if critical else "over projectile diameter"
+    return plots.curves(panels, xlabel="speed (km/s)", ylabel=label)

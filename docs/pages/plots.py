@@ -8,6 +8,8 @@ from typing import Any
 GREY = "#7f7f7f"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f")
 MARKS = "osD^vP*"
+DASHES = ("-", "--")  # of the labels with the first colours, and with the same again
+LEGEND_COLUMNS = 4
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "whipple",
@@ -67,15 +69,19 @@ def curves(
     ylabel: str,
 ) -> str:
     """Panels side by side with lines (x, y, whether inside the range) of each label, dotted outside; one legend."""
-    axes, close = _figure(1, len(panels), (9.0, 4.6))
     labels = list(dict.fromkeys(label for _, lines in panels for label, _ in lines))
+    rows = -(-len(labels) // LEGEND_COLUMNS)
+    axes, close = _figure(1, len(panels), (9.0, 4.4 + 0.2 * rows))
+    looks = [(colour, dash) for dash in DASHES for colour in COLOURS]
     for axis, (title, lines) in zip(axes, panels, strict=True):
         for label, points in lines:
-            colour, x = COLOURS[labels.index(label)], [place for place, _, _ in points]
+            (colour, dash), x = looks[labels.index(label)], [place for place, _, _ in points]
             inside = [y if within else math.nan for _, y, within in points]
-            axis.plot(x, [y for _, y, _ in points], ":", color=colour, lw=1.5)
-            axis.plot(x, inside, "-", color=colour, lw=2)
+            beyond = [math.nan if within else y for _, y, within in points]
+            axis.plot(x, beyond, ":", color=colour, lw=1.5)
+            axis.plot(x, inside, dash, color=colour, lw=2)
         axis.set(title=title, xlabel=xlabel, ylabel=ylabel)
-    handles = [axes[0].plot([], [], color=colour)[0] for colour in COLOURS[: len(labels)]]
-    axes[0].figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), **LEGEND)
+    handles = [axes[0].plot([], [], dash, color=colour)[0] for colour, dash in looks[: len(labels)]]
+    columns = min(LEGEND_COLUMNS, len(labels))
+    axes[0].figure.legend(handles, labels, loc="outside lower center", ncols=columns, **LEGEND)
     return close()

@@ -15,10 +15,10 @@ NaN with the reason. Its band is the smallest to the largest answer over its sta
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from solver.registry import entries
-from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
+from solver.units import Dimensionless, Metre, MetrePerSecond, Pascal, Radian
 from studies.laws._range import NOT_FOUND, Limit, Range
 from studies.materials import Material
 from studies.values.nearest import nearest_cure
@@ -32,6 +32,7 @@ __all__ = [
     "LawValue",
     "Limit",
     "Range",
+    "Shield",
     "Shot",
     "answering",
     "load",
@@ -40,6 +41,13 @@ __all__ = [
     "shot_of",
 ]
 
+# Quantities that laws predict and no run measures, with their titles: listed and drawn in docs/laws.md, not compared.
+UNMEASURED: Mapping[str, str] = {
+    "spall_thickness": "Plate thickness below which the back face spalls",
+    "detached_spall_thickness": "Plate thickness below which spall detaches",
+    "perforation_thickness": "Plate thickness below which a plate is perforated",
+    "critical_diameter": "Projectile diameter above which a Whipple shield fails",
+}
 ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 
 # Confidence decides the use of a law: these words of studies.materials.CONFIDENCES keep it out of verdicts,
@@ -53,6 +61,16 @@ CAVEATS: Mapping[str, str] = {"cross-checked": "recalled, cross-checked"}
 
 
 @dataclass(frozen=True)
+class Shield:
+    """A Whipple shield: a bumper of the target's material before a wall of aluminium."""
+
+    bumper_thickness: Metre
+    wall_thickness: Metre
+    stand_off: Metre  # between the back of the bumper and the front of the wall
+    wall_yield_stress: Pascal
+
+
+@dataclass(frozen=True)
 class Shot:
     """The data of a shot that laws use: impact of a projectile on a plate or a block."""
 
@@ -63,6 +81,22 @@ class Shot:
     target: Material
     obliquity: Radian = 0.0  # between the flight and the target's normal
     length_ratio: Dimensionless = 1.0  # length of the projectile over its own diameter
+    shield: Shield | None = None  # whose bumper is the target; no scenario has one
+
+    @property
+    def normal_speed(self) -> float:
+        """Component of the velocity along the target's normal, m/s."""
+        return self.speed * math.cos(self.obliquity)
+
+    @property
+    def density_ratio(self) -> float:
+        """Density of the projectile over that of the target."""
+        return self.projectile.density / self.target.density
+
+    @property
+    def mass(self) -> float:
+        """Mass of the projectile, kg."""
+        return self.projectile.density * math.pi / 6.0 * self.projectile_diameter**3
 
     @property
     def thickness_ratio(self) -> float:
@@ -87,7 +121,7 @@ class Law:
 
     name: str
     title: str
-    quantity: Literal["hole_diameter", "crater_depth", "crater_diameter"]
+    quantity: str  # "hole_diameter": a measurement, or one of UNMEASURED
     equation: str  # as published, with its units
     source: str
     confidence: str  # of the equation and its constants: a word of studies.materials.CONFIDENCES
@@ -95,6 +129,10 @@ class Law:
     # Relative standard deviation of the measured values about the law, as its source states it, with the place at the
     # line; None: not published.
     scatter: Dimensionless | None = None
+    # Of the value in the size of the whole shot: 1 by geometric similarity, which matter without rate effects keeps;
+    # None: no power of it.
+    size_exponent: Dimensionless | None = 1.0
+    largest_obliquity: Radian = 0.0  # 0: for normal impact
     ratio: Callable[[Shot, str], float]  # value over projectile diameter, of a shot and a variant
     variants: Callable[[Shot], Sequence[str]] = lambda shot: ONE_FORM
     meaningless: Callable[[Shot, str], str] = lambda shot, variant: ""  # the reason, or ""
@@ -105,7 +143,7 @@ class Law:
         if reason:
             return LawValue(math.nan, False, reason)
         value = float(self.ratio(shot, variant)) * shot.projectile_diameter
-        reasons = self.range.reasons(shot) + _oblique(shot)
+        reasons = self.range.reasons(shot) + self._oblique(shot)
         return LawValue(value, not reasons, "; ".join(reasons))
 
     def band(self, shot: Shot) -> tuple[float, float]:
@@ -131,15 +169,18 @@ class Law:
             "confidence": self.confidence,
             "use": self.use,
             "scatter": self.scatter,
+            "size_exponent": self.size_exponent,
+            "largest_obliquity": self.largest_obliquity,
             "range": self.range.describe(),
         }
 
-
-def _oblique(shot: Shot) -> list[str]:
-    """Every law here is for normal impact."""
-    if shot.obliquity == 0.0:
-        return []
-    return [f"for normal impact, the shot is {math.degrees(shot.obliquity):.3g} deg oblique"]
+    def _oblique(self, shot: Shot) -> list[str]:
+        """Why the obliquity of a shot is outside the range."""
+        if shot.obliquity <= self.largest_obliquity:
+            return []
+        largest = math.degrees(self.largest_obliquity)
+        limit = f"up to {largest:.3g} deg" if largest else "normal impact"
+        return [f"for {limit}, the shot is {math.degrees(shot.obliquity):.3g} deg oblique"]
 
 
 def narrower_than_projectile(ratio: Callable[[Shot, str], float]) -> Callable[[Shot, str], str]:
@@ -154,6 +195,13 @@ def narrower_than_projectile(ratio: Callable[[Shot, str], float]) -> Callable[[S
         )
 
     return reason
+
+
+def without_hardness(shot: Shot, variant: str = "") -> str:
+    """For the laws with the Brinell hardness of the target: the reason where the material states none."""
+    if shot.target.brinell_hardness is not None:
+        return ""
+    return f"the material {shot.target.name} states no Brinell hardness"
 
 
 def names() -> list[str]:

@@ -128,6 +128,21 @@ def between(
     return Limit(_interval(symbol, low, high, unit), source, outside)
 
 
+def plate() -> Limit:
+    """A target with a back face."""
+
+    def outside(shot: "Shot") -> str:
+        return "" if shot.plate_thickness else "t/d is not defined for this shot"
+
+    return Limit("a plate with a back face", "the law is about holes", outside)
+
+
+def density_ratio(minimum: float, maximum: float, source: str) -> Limit:
+    """Density of the projectile over that of the target."""
+    bounds = (minimum, maximum)
+    return between("rho_p/rho_t", lambda shot: shot.density_ratio, bounds, "", source)
+
+
 def stated(words: str, source: str) -> Limit:
     """A limit that no number of the shot can check."""
     return Limit(words, source)

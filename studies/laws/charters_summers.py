@@ -6,7 +6,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._range import NOT_FOUND, between, speed, stated
+from studies.laws._range import NOT_FOUND, between, density_ratio, speed, stated
 
 COUR_PALAIS = "Cour-Palais (1987), Int. J. Impact Eng. 5, p. 225"
 
@@ -25,11 +25,7 @@ def depth_ratio(speed: ArrayLike, density_ratio: ArrayLike, sound_speed: ArrayLi
 
 
 def _ratio(shot: Shot, variant: str) -> float:
-    return float(depth_ratio(shot.speed, _density_ratio(shot), shot.target.sound_speed))
-
-
-def _density_ratio(shot: Shot) -> float:
-    return shot.projectile.density / shot.target.density
+    return float(depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed))
 
 
 def _mach(shot: Shot) -> float:
@@ -48,7 +44,7 @@ LAW = Law(
             between("v/C", _mach, (1.0, math.inf), "", NOT_FOUND),
             # Data up to 16 km/s do not tell the exponent 2/3 from 0.58; densities within a factor of 3.
             speed(0.0, 16.0, COUR_PALAIS),
-            between("rho_p/rho_t", _density_ratio, (1.0 / 3.0, 3.0), "", COUR_PALAIS),
+            density_ratio(1.0 / 3.0, 3.0, COUR_PALAIS),
             stated("metals", NOT_FOUND),
         )
     ),

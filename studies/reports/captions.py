@@ -14,9 +14,9 @@ NEAR = (
 OF_KINDS = (
     (
         {"law", "band"},
-        "Laws: solid lines and filled marks inside the range that their source states, dotted lines and open marks "
-        "outside. The axis reaches over simulation, observations and laws inside their range: a law outside of it may "
-        "leave the figure.",
+        "Laws: solid or dashed lines and filled marks inside the range that their source states, dotted lines and "
+        "open marks outside. The axis reaches over simulation, observations and laws inside their range: a law outside "
+        "of it may leave the figure.",
     ),
     (
         {"band"},
@@ -31,9 +31,12 @@ OF_KINDS = (
 
 
 def of_laws(view: FigureView, name: str, kinds: set[str]) -> str:
-    """The caption of simulation, laws and observations together."""
+    """The caption of simulation, laws and observations together, with the laws that are not drawn."""
     sentences = [of_points(view, name)]
     sentences += [text for shown, text in OF_KINDS if kinds & shown]
+    drawn = view.drawn_laws(name)
+    if listed := sorted(title for law, title in view.laws(name).items() if law not in drawn):
+        sentences.append(f"Not drawn, because no point is inside their range: {', '.join(listed)}.")
     if view.left_out:
         sentences.append("The cube contains the panels that are not drawn.")
     return " ".join(sentences)

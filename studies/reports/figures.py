@@ -281,13 +281,13 @@ def _missing(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
 
 def _laws(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     """One line a law; over several stated variants a band from smallest to largest."""
-    if not cubes.LAW_LABEL.is_in(view.dataset, name):
+    titles = view.drawn_laws(name)
+    if not titles:
         return
     norm = view.norm(name)[piece.cells][:, np.newaxis]
     answers = view.flat(cubes.BY_LAW, name)[piece.cells] / norm
     inside = view.flat(cubes.BY_LAW_IN_RANGE, name)[piece.cells] == 1
     names = cubes.LAW_NAME.of(view.dataset, name).values.astype(str)
-    titles = dict(zip(names, map(str, cubes.LAW_TITLE.of(view.dataset, name).values), strict=True))
     shared = Counter(titles.values())
     for law, title in titles.items():
         mine = answers[:, names == law]

@@ -21,6 +21,14 @@ Trace = dict[str, Any]
 # Okabe and Ito (2008), without black (the simulation) and yellow (too pale on paper).
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 SYMBOLS = ("square", "triangle-up", "diamond", "triangle-down", "star-diamond", "hexagon")
+AGAIN = (
+    "circle",
+    "cross",
+    "x",
+    "star",
+    "pentagon",
+    "bowtie",
+)  # with the same colours, of the next labels
 # For lines that follow one number: lightness grows along it, and each step reads on white and on black.
 RAMP = ("#5b4cc4", "#0072b2", "#009e9e", "#7fa800", "#d99000")
 INK, GREY, RULE, CRIMSON = "#1a1a1a", "#8a8a8a", "#e4e4e4", "#a3003c"
@@ -57,6 +65,7 @@ class Style:
     colour: str
     symbol: str
     rank: int = 100
+    dash: str = "solid"  # of lines inside the range of a law
 
 
 # Computed and observed values come first in the legend, laws next, gaps last.
@@ -139,8 +148,13 @@ def _styles(figure: Figure) -> dict[str, Style]:
             name: Style(_on_ramp(place, len(names)), "circle") for place, name in enumerate(names)
         }
     coloured = [name for name in names if name not in STYLES]
+    marks = SYMBOLS + AGAIN
     return STYLES | {
-        name: Style(COLOURS[place % len(COLOURS)], SYMBOLS[place % len(SYMBOLS)])
+        name: Style(
+            COLOURS[place % len(COLOURS)],
+            marks[place % len(marks)],
+            dash="solid" if place < len(COLOURS) else "dash",
+        )
         for place, name in enumerate(coloured)
     }
 
@@ -275,7 +289,7 @@ def _legend_entry(style: Style, mode: str, *, dotted: bool = False) -> Trace:
         "line": {
             "color": style.colour,
             "width": 1.4 if dotted else 2.0,
-            "dash": "dot" if dotted else "solid",
+            "dash": "dot" if dotted else style.dash,
         },
         "marker": {"color": style.colour, "size": 7, "symbol": symbol, "line": {"width": 1.2}},
         "hoverinfo": "skip",
@@ -285,8 +299,8 @@ def _legend_entry(style: Style, mode: str, *, dotted: bool = False) -> Trace:
 def _strokes(
     x: Sequence[Any], y: Sequence[Any], inside: Sequence[bool], style: Style
 ) -> Iterator[Trace]:
-    """Solid between two points inside the range, dotted elsewhere."""
-    for solid, width, dash in ((True, 2.0, "solid"), (False, 1.4, "dot")):
+    """As the style has it between two points inside the range, dotted elsewhere."""
+    for solid, width, dash in ((True, 2.0, style.dash), (False, 1.4, "dot")):
         pairs = [
             place
             for place in range(len(x) - 1)

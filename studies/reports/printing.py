@@ -40,6 +40,8 @@ MARKERS = {
     "star": "*",
     "x": "x",
     "cross": "+",
+    "pentagon": "p",
+    "bowtie": "1",
 }
 DASHES = {"solid": "-", "dot": ":", "dash": "--", "dashdot": "-."}
 

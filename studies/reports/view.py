@@ -14,6 +14,7 @@ from studies.cubes.variables import Variable
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.quantities import readable
 
+MOST_LAWS = 6  # in one figure
 MOST_PANELS = 12  # panels of a figure; further panels are in the cube
 PREFERRED = "speed"  # the abscissa where the sweep varies it
 # Verdicts under which the value is the finest resolution's although refinement was asked about.
@@ -122,6 +123,25 @@ class FigureView:
         if self.normed(name):
             return Scale("ratio", f"{label} / projectile diameter", "1")
         return Scale(name, label, self.dataset[name].attrs["units"])
+
+    def laws(self, name: str) -> dict[str, str]:
+        """Title by name of each law of a quantity."""
+        if not cubes.LAW_LABEL.is_in(self.dataset, name):
+            return {}
+        names, titles = (
+            variable.of(self.dataset, name).values.astype(str).tolist()
+            for variable in (cubes.LAW_NAME, cubes.LAW_TITLE)
+        )
+        return dict(zip(names, titles, strict=True))
+
+    def drawn_laws(self, name: str) -> dict[str, str]:
+        """Title by name of the laws that are drawn: all, or of many those that have a point inside their range."""
+        titles = self.laws(name)
+        if len(titles) <= MOST_LAWS:
+            return titles
+        names = cubes.LAW_NAME.of(self.dataset, name).values.astype(str)
+        inside = (self.flat(cubes.BY_LAW_IN_RANGE, name) == 1).any(axis=0)
+        return {law: title for law, title in titles.items() if inside[names == law].any()}
 
     def xs(self, piece: Slice) -> tuple[float | str, ...]:
         return tuple(self.x[cell] for cell in piece.cells)

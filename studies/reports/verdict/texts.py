@@ -130,7 +130,8 @@ def _listed(reasons: Sequence[tuple[str, int]]) -> str:
     kinds = list(
         dict.fromkeys(
             re.sub(r" = \S+(?: [^\d\s]\S*)? is (?=below|above)", " ", reason)
-            for reason, _ in reasons
+            for several, _ in reasons
+            for reason in several.split("; ")
         )
     )
     more = f"; and {len(kinds) - MOST_REASONS} more" if len(kinds) > MOST_REASONS else ""
@@ -271,7 +272,7 @@ def recommendation(evidence: Evidence, laws: Sequence["LawVerdict"]) -> str:
         [law for law in laws if law.reference == reference]
         for reference in ("observation", "simulation")
     )
-    texts = ["no law predicts it"] if not laws else []
+    texts = [] if laws else [_without_judged_law(evidence)]
     if any(law.judged for law in by_shots):
         texts.append(_which(by_shots))
     texts += [_of_simulation(law) for law in simulation]
@@ -282,6 +283,12 @@ def recommendation(evidence: Evidence, laws: Sequence["LawVerdict"]) -> str:
         ". ".join([f"{_words(evidence.quantity).capitalize()}: {first}", *map(_capital, others)])
         + "."
     )
+
+
+def _without_judged_law(evidence: Evidence) -> str:
+    """Why there is no law to recommend."""
+    drawn = any(subject.drawn_only for subject in evidence.subjects)
+    return "no recommendation, because its laws are drawn only" if drawn else "no law predicts it"
 
 
 def _of_simulation(law: "LawVerdict") -> str:

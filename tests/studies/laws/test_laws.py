@@ -5,10 +5,11 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from studies import laws, materials
-from studies.laws import Range, Shot
+from studies.laws import Range, Shot, cour_palais
 from studies.laws._range import length_ratio
 from studies.laws.zhang_tan import hole_ratio, smallest_speed
 from studies.values.errors import InvalidInput
@@ -37,7 +38,8 @@ def test_load__of_an_unknown_law_gives_the_nearest() -> None:
 
 def test_answering__finds_the_laws_of_a_quantity() -> None:
     depth = [law.name for law in laws.answering("crater_depth")]
-    assert depth == ["charters_summers", "crater_two_thirds"]
+    assert {"charters_summers", "crater_two_thirds", "cour_palais"} <= set(depth)
+    assert [law.name for law in laws.answering("crater_diameter")] == ["crater_hemisphere"]
 
 
 def test_zhang_tan__meets_the_projectile_at_its_smallest_speed() -> None:
@@ -170,6 +172,49 @@ def test_shot_from__without_a_number_it_needs_is_no_shot(absent: dict[str, Any])
         shot_of_parameters(**absent)
 
 
+@pytest.mark.parametrize("name", ["cour_palais", "herrmann_jones", "perforation_al"])
+def test_law_with_hardness__has_no_value_where_the_target_states_none(name: str) -> None:
+    soft = replace(aluminium_shot(6e3), target=replace(ALUMINIUM, brinell_hardness=None))
+    answer = laws.load(name).evaluate(soft)
+    assert math.isnan(answer.value)
+    assert answer.reason == "the material al-2024-t3 states no Brinell hardness"
+
+
+def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_projectiles() -> None:
+    law = laws.load("cour_palais")
+    normal, oblique = aluminium_shot(3e3), replace(aluminium_shot(6e3), obliquity=math.pi / 3)
+    assert law.evaluate(oblique).in_range
+    assert law.evaluate(oblique).value == pytest.approx(law.evaluate(normal).value)
+    grazing = law.evaluate(replace(oblique, obliquity=math.radians(86.0)))
+    assert "up to 85 deg" in grazing.reason
+    like, denser, dense = cour_palais.depth_ratio(6e3, 1e-2, np.array([1.0, 1.44, 4.0]), 5e3, 100.0)
+    assert denser / like == pytest.approx(1.2)
+    assert dense / like == pytest.approx(4.0 ** (2.0 / 3.0))
+
+
+@pytest.mark.parametrize("metal", ["al", "ti"])
+def test_plate__is_perforated_below_the_thickness_at_which_spall_detaches(metal: str) -> None:
+    titanium = replace(ALUMINIUM, family="titanium")
+    target = {"al": ALUMINIUM, "ti": titanium}[metal]
+    shot = replace(aluminium_shot(6.5e3), target=target)
+    names = [f"{limit}_{metal}" for limit in ("perforation", "detached_spall", "spall")]
+    thicknesses = [laws.load(name).evaluate(shot) for name in names]
+    assert all(answer.in_range for answer in thicknesses)
+    values = [answer.value for answer in thicknesses]
+    depth = laws.load("cour_palais" if metal == "al" else "cour_palais_ti").evaluate(shot).value
+    second = {"al": 2.2, "ti": 2.4}[metal]
+    assert values == pytest.approx([1.8 * depth, second * depth, 3.0 * depth])
+
+
+def test_schonberg__and_the_other_hole_laws_agree_on_aluminium_at_their_check() -> None:
+    """2.1 to 2.4 at 7 km/s and t/d = 0.25, apart from what is recalled of foils."""
+    shot = aluminium_shot(7e3)
+    holes = [law for law in laws.answering("hole_diameter") if law.name != "strength_ln"]
+    ratios = {law.name: law.evaluate(shot).value / 8e-3 for law in holes}
+    assert ratios.pop("carey_mcdonnell_dixon") == pytest.approx(1.67, abs=5e-3)
+    assert all(2.0 < ratio < 2.4 for ratio in ratios.values()), ratios
+
+
 def test_like_on_like__flags_other_pairs() -> None:
     shot = Shot(6000.0, 8e-3, 2e-3, ALUMINIUM, COPPER)
     answer = laws.load("maiden_c").evaluate(shot)
@@ -183,8 +228,11 @@ def test_range__includes_its_own_bound() -> None:
 
 def test_crater_depth__of_the_copper_benchmark() -> None:
     """0.5 g sphere at 6 km/s: 14 mm in Ma (2005), Table 3.3; Charters and Summers 14.3 mm."""
-    shot = Shot(6000.0, 4.746e-3, None, COPPER, COPPER)
-    depths = {law.name: law.evaluate(shot).value for law in laws.answering("crater_depth")}
+    hard = replace(COPPER, brinell_hardness=50.0)
+    shot = Shot(6000.0, 4.746e-3, None, hard, hard)
+    depths = {law.name: law.band(shot)[0] for law in laws.answering("crater_depth")}
+    assert depths["herrmann_jones"] == pytest.approx(14.5e-3, abs=5e-5)
+    assert depths["cour_palais"] == pytest.approx(11.9e-3, abs=5e-5)
     assert depths["crater_two_thirds"] == pytest.approx(14.0e-3, abs=5e-5)
     assert depths["charters_summers"] == pytest.approx(14.3e-3, abs=5e-5)
 

@@ -302,3 +302,40 @@ def test_convergence__has_no_band_where_no_error_bar_is_known() -> None:
         assert {series.kind for series in panel.series} == {"level"}
     assert "their uncertainty is unknown" in drawn(dataset, "laws").caption
     assert "no point has resolutions that show" in drawn(dataset, "residuals").caption
+
+
+def with_many_laws(*, inside: int) -> xr.Dataset:
+    """Holes with nine laws, some of which are inside their range at every point."""
+    many = tuple(
+        fakes.Law(
+            f"law_{number}",
+            "hole_diameter",
+            lambda shot, _, number=number: 1.5 + 0.1 * number,
+            valid=(0.0, 1e9 if number < inside else 1.0),
+            title=f"law {number}",
+        )
+        for number in range(9)
+    )
+    sweep = fakes.holes()
+    return cube.build(sweep, fakes.results(sweep), replace(fakes.catalogue(), laws=many))
+
+
+@pytest.mark.parametrize("inside", [3, 9])
+def test_figure__of_many_laws_draws_those_inside_their_range_and_lists_the_others(
+    inside: int,
+) -> None:
+    dataset = with_many_laws(inside=inside)
+    for name in ("hole_diameter_laws", "hole_diameter_residuals"):
+        (drawn,) = [each for each in figures(dataset, compare(dataset)) if each.name == name]
+        labels = {one.label for panel in drawn.panels for one in panel.series if one.kind == "law"}
+        assert labels == {f"law {number}" for number in range(inside)}
+        if name == "hole_diameter_laws":
+            listed = ", ".join(f"law {number}" for number in range(inside, 9))
+            assert (f"no point is inside their range: {listed}." in drawn.caption) == bool(listed)
+        entries = [trace for trace in plot(drawn)["data"] if trace.get("showlegend")]
+        looks = [
+            (trace["line"]["color"], trace["line"]["dash"], trace["marker"]["symbol"])
+            for trace in entries
+            if trace["name"] in labels
+        ]
+        assert len(set(looks)) == len(looks) == inside

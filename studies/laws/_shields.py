@@ -1,0 +1,99 @@
+"""Shields in the units of handbooks, and what the equations of Whipple shields share: fast limb, thin bumpers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from studies.laws import Shield, Shot
+from studies.laws._handbook import (
+    CENTIMETRE,
+    GRAM_PER_CUBIC_CENTIMETRE,
+    HANDBOOK,
+    KSI,
+)
+from studies.laws._range import Limit, Range, family, stated
+
+FAST = 7.0  # km/s of the normal speed, from which the debris is molten
+SIZE = 18.0 / 19.0  # exponent of the limbs of strength
+# The equations take 65 deg beyond it.
+STEEPEST = 65.0  # deg
+SPACIOUS = 30.0  # S/d from which a thinner bumper shatters the projectile
+
+
+@dataclass(frozen=True)
+class HandbookShield:
+    """A shield in cm, g/cm3 and ksi, with the density of what hits it."""
+
+    bumper: float
+    wall: float
+    stand_off: float
+    strength: float  # of the wall
+    bumper_density: float
+    projectile_density: float
+
+    def fast_diameter(self, normal_speed: float) -> float:
+        """Critical diameter, cm, behind a bumper that shatters the projectile; km/s, from 7 on."""
+        scale = self.wall ** (2.0 / 3.0) * (self.stand_off * self.strength / 70.0) ** (1.0 / 3.0)
+        densities = self.projectile_density ** (-1.0 / 3.0) * self.bumper_density ** (-1.0 / 9.0)
+        return 3.918 * scale * densities * normal_speed ** (-2.0 / 3.0)
+
+    def thin_bumper_diameter(
+        self, normal_speed: float, wall_ratio: Callable[[float], float]
+    ) -> float:
+        """Critical diameter, cm, with a bumper that may be too thin to shatter the projectile; km/s, from 7 on.
+
+        d F^(2/3) is what a thick bumper stops, where F falls from r without a bumper to 1 at the critical thickness:
+        F = r - 2 x (r - 1) + x^2 (r - 1), x = (t_b/d) / (t_b/d)_crit. ``wall_ratio`` gives r of a diameter: the wall
+        without a bumper over that behind a critical one.
+        """
+        from scipy.optimize import brentq
+
+        thick = self.fast_diameter(normal_speed)
+
+        def excess(diameter: float) -> float:
+            critical = 0.20 if self.stand_off / diameter >= SPACIOUS else 0.25
+            share = min(1.0, self.bumper / diameter / critical)
+            more = wall_ratio(diameter) - 1.0
+            factor = 1.0 + more * (1.0 - share) ** 2
+            return float(diameter * factor ** (2.0 / 3.0) - thick)
+
+        if excess(thick) <= 0.0:
+            return thick
+        return float(brentq(excess, 1e-6 * thick, thick, xtol=1e-12))
+
+
+def in_handbook_units(
+    shield: Shield, bumper_density: float, projectile_density: float
+) -> HandbookShield:
+    """A shield and two densities (kg/m3) at the door of the equations."""
+    return HandbookShield(
+        bumper=shield.bumper_thickness / CENTIMETRE,
+        wall=shield.wall_thickness / CENTIMETRE,
+        stand_off=shield.stand_off / CENTIMETRE,
+        strength=shield.wall_yield_stress / KSI,
+        bumper_density=bumper_density / GRAM_PER_CUBIC_CENTIMETRE,
+        projectile_density=projectile_density / GRAM_PER_CUBIC_CENTIMETRE,
+    )
+
+
+def between_limbs(
+    speed: float, slow: float, diameter_at_slow: float, diameter_at_fast: float
+) -> float:
+    """Critical diameter between the speed of shatter and 7 km/s, linear in the normal speed."""
+    share = (speed - slow) / (FAST - slow)
+    return diameter_at_slow + share * (diameter_at_fast - diameter_at_slow)
+
+
+def without_shield(shot: Shot, variant: str = "") -> str:
+    """Why a shot has no critical diameter; empty where it meets a shield."""
+    return "" if shot.shield else "the target is no Whipple shield"
+
+
+def range_of(source: str) -> Range:
+    """Bumper and wall of aluminium."""
+    return Range(
+        (
+            family("aluminium", source),
+            Limit("a Whipple shield", "the equation is about bumper and wall", without_shield),
+            stated("wall of aluminium; perforated or with detached spall", HANDBOOK),
+        )
+    )

@@ -1,0 +1,93 @@
+"""Critical diameter of a Whipple shield, Christiansen (1993), by three ranges of the normal speed."""
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from studies.laws import Law, Shield, Shot
+from studies.laws._handbook import CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND
+from studies.laws._shields import (
+    FAST,
+    SIZE,
+    STEEPEST,
+    HandbookShield,
+    between_limbs,
+    in_handbook_units,
+    range_of,
+    without_shield,
+)
+
+SLOW = 3.0  # km/s of the normal speed, up to which the projectile stays whole
+
+
+def critical_diameter(
+    speed: ArrayLike,
+    bumper_density: float,
+    projectile_density: float,
+    shield: Shield,
+    obliquity: float = 0.0,
+) -> NDArray:
+    """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad; broadcasts over the speed.
+
+    The shield of Fig. 4-4 of the handbook: bumper 0.12 cm of 2.713 g/cm3, 10 cm before 0.32 cm of 6061-T6 (40 ksi),
+    hit by 2.796 g/cm3 at 1, 3, 5, 7 and 10 km/s, in cm:
+
+    >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
+    >>> speeds = np.array([1e3, 3e3, 5e3, 7e3, 10e3])
+    >>> (100.0 * critical_diameter(speeds, 2713.0, 2796.0, shield)).round(4).tolist()
+    [0.458, 0.2288, 0.3989, 0.569, 0.4486]
+    """
+    lean = min(obliquity, math.radians(STEEPEST))
+    matter = in_handbook_units(shield, bumper_density, projectile_density)
+    found = [
+        _critical(matter, each, lean) * CENTIMETRE
+        for each in np.ravel(np.asarray(speed) / KILOMETRE_PER_SECOND)
+    ]
+    return np.reshape(np.array(found), np.shape(speed))
+
+
+def slow_diameter(shield: HandbookShield, speed: float, obliquity: float) -> float:
+    """The limb of whole projectiles, cm; km/s, rad."""
+    stopping = shield.wall * (shield.strength / 40.0) ** 0.5 + shield.bumper
+    lean = math.cos(obliquity) ** (5.0 / 3.0)
+    matter = 0.6 * lean * shield.projectile_density**0.5
+    return float((stopping / (matter * speed ** (2.0 / 3.0))) ** SIZE)
+
+
+def _critical(shield: HandbookShield, speed: float, obliquity: float) -> float:
+    cosine = math.cos(obliquity)
+    normal = speed * cosine
+    if normal <= SLOW:
+        return slow_diameter(shield, speed, obliquity)
+    if normal >= FAST:
+        return shield.fast_diameter(normal)
+    ends = slow_diameter(shield, SLOW / cosine, obliquity), shield.fast_diameter(FAST)
+    return between_limbs(normal, SLOW, *ends)
+
+
+def _ratio(shot: Shot, variant: str) -> float:
+    assert shot.shield is not None
+    diameter = critical_diameter(
+        shot.speed, shot.target.density, shot.projectile.density, shot.shield, shot.obliquity
+    )
+    return float(diameter / shot.projectile_diameter)
+
+
+LAW = Law(
+    name="whipple_nno",
+    title="Christiansen, Whipple shield",
+    quantity="critical_diameter",
+    equation=(
+        "v_n <= 3: d = {[t_w (s/40)^0.5 + t_b] / [0.6 cos(theta)^(5/3) rho_p^0.5 v^(2/3)]}^(18/19); "
+        "v_n >= 7: d = 3.918 t_w^(2/3) rho_p^(-1/3) rho_b^(-1/9) v_n^(-2/3) S^(1/3) (s/70)^(1/3); "
+        "linear in v_n between; cm, g/cm3, km/s, s: yield stress of the wall in ksi"
+    ),
+    source=f"Christiansen (1993), Int. J. Impact Eng. 14, 145; {HANDBOOK}, section 4",
+    confidence="verified",
+    size_exponent=None,
+    largest_obliquity=math.radians(90.0),
+    range=range_of(HANDBOOK),
+    ratio=_ratio,
+    meaningless=without_shield,
+)
