@@ -113,7 +113,7 @@ class FittedLaw:
         return Law(
             name=self.name,
             title=self.title,
-            quantity=self.quantity,  # type: ignore[arg-type]  # one of the form's, which are those of laws
+            quantity=self.quantity,
             equation=f"{self.form.equation}: {stated}, {self.level:.0%} intervals",
             source=f"{self.title}: {self.points} points of {self.source}",
             confidence="computed",

@@ -1,12 +1,8 @@
 """Every law reproduces a published number, broadcasts and states its range."""
 
-import doctest
-import importlib
 import inspect
 import math
-import pkgutil
 from collections.abc import Callable
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -15,6 +11,7 @@ from solver.registry import entries
 from studies import laws, materials, measurements
 from studies.laws import Law, Shield, Shot
 from studies.materials.schema import CONFIDENCES
+from tests.studies.support.published import examples_of, module_of
 
 COPPER = materials.load("copper-ofhc")
 ALUMINIUM = materials.load("al-2024-t3")
@@ -29,16 +26,6 @@ def shot(speed: float = 6000.0, scale: float = 1.0) -> Shot:
     """A sphere of 8 mm on 2 mm of copper, which is the bumper of a shield too; all lengths times a scale."""
     shield = Shield(2e-3 * scale, 4e-3 * scale, 0.1 * scale, 345e6)
     return Shot(speed, 8e-3 * scale, 2e-3 * scale, COPPER, COPPER, shield=shield)
-
-
-def module_of(law: Law) -> ModuleType:
-    """The module that offers a law, alone or among others."""
-    for found in pkgutil.iter_modules(laws.__path__):
-        module = importlib.import_module(f"studies.laws.{found.name}")
-        offered = getattr(module, "LAW", ())
-        if law in (offered if isinstance(offered, tuple) else (offered,)):
-            return module
-    raise AssertionError(law.name)
 
 
 def formula_of(law: Law) -> Callable[..., np.ndarray]:
@@ -78,7 +65,9 @@ def test_law__has_a_published_scatter_or_none(law: Law) -> None:
 def test_law__has_a_doctest_that_passes(law: Law) -> None:
     formula = formula_of(law)
     assert ">>>" in (formula.__doc__ or "")
-    assert doctest.testmod(module_of(law)).failed == 0
+    examples = examples_of(law)
+    assert examples
+    assert all(each.passed for each in examples), examples
 
 
 def test_law__broadcasts(law: Law) -> None:
