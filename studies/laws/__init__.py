@@ -156,7 +156,7 @@ class Law:
     def use(self) -> str:
         """What its confidence allows: "verdict", or "drawn only" with the reason."""
         reason = DRAWN_ONLY.get(self.confidence)
-        return f"drawn only: {reason}" if reason else "verdict"
+        return f"drawn only ({reason})" if reason else "verdict"
 
     def describe(self) -> dict[str, Any]:
         """The law as plain values, for a catalogue."""

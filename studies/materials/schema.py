@@ -32,7 +32,7 @@ CONFIDENCES: Mapping[str, str] = {
     "second-hand": "quoted from the cited document by another one, which does not state everything",
     "cross-checked": "quoted from memory, and consistent with independent numbers",
     "computed": "computed from other stated numbers",
-    "indicative": "a rule of thumb or a limit, whatever its source: indicative only",
+    "indicative": "a rule of thumb, a limit or a stand-in, whatever its source: indicative only",
     "memory": "quoted from memory and unchecked: indicative only",
     "user": "stated by the user",
 }
