@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from solver.eos import burns
 from solver.errors import ProblemError
 from solver.failure.none import NoFailure
 from solver.shapes.linear import Linear
@@ -80,6 +81,8 @@ class Body:
     density: KilogramPerCubicMetre  # initial
     spacing: tuple[float, float, float]  # of the initial lattice along each axis, m
     energy: JoulePerKilogram = 0.0  # initial specific internal energy
+    # (n,) s, of an explosive alone: the time at which the detonation arrives.
+    lighting: np.ndarray | None = None
 
 
 class ArtificialViscosity(NamedTuple):
@@ -155,6 +158,12 @@ class Problem:
         if not self.bodies or not all(body.mass.size for body in self.bodies):
             empty = [body.name for body in self.bodies if not body.mass.size]
             raise ProblemError(f"bodies without particles: {empty or 'all'}; refine the grid")
+        for body in self.bodies:
+            if burns(body.matter.eos) != (body.lighting is not None):
+                raise ProblemError(
+                    f"body {body.name!r}: an explosive has times at which it is lit, and no other matter has them; "
+                    "give lighting, or another equation of state"
+                )
         if not 0.0 < self.courant <= 1.0:
             raise ProblemError(f"courant = {self.courant} lies outside (0, 1]")
         if not 0.0 < self.travel <= 1.0:

@@ -16,6 +16,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.geometry import exit_face, node_count
 from solver.problem import Body, Problem
 from solver.state import (
+    LIGHTING,
     MASS,
     NONE_DEPARTED,
     Departed,
@@ -206,7 +207,7 @@ class Simulation:
             self._retire()
             self._arrange()
         dt = self.dt
-        balance = self.stepper.advance(self.partition, dt)
+        balance = self.stepper.advance(self.partition, self.time, dt)
         self.tally = balance.tally
         self.impulse += balance.impulse
         self.removed += balance.energy + balance.contact
@@ -379,10 +380,13 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     asks for. Another number of shares gives other bits, another number of threads does not.
     """
     sizes = [body.mass.size for body in problem.bodies]
-    table, begin = empty_table(sum(sizes)), 0
+    explosive = any(body.lighting is not None for body in problem.bodies)
+    table, begin = empty_table(sum(sizes), burns=explosive), 0
     for body, size in zip(problem.bodies, sizes, strict=True):
         _check_inside(problem, body)
         _fill(views(table[:, begin : begin + size]), body)
+        if body.lighting is not None:
+            table[LIGHTING, begin : begin + size] = body.lighting
         begin += size
     index = np.repeat(np.arange(len(sizes)), sizes)
     pool = ThreadPool(threads_for(index.size, threads, shares))

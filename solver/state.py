@@ -24,6 +24,9 @@ X, Y, Z, VX, VY, VZ, MASS, DENSITY, ENERGY, PRESSURE, VISCOSITY = range(11)
 S11, S22, S33, S12, S23, S31, STRAIN, KELVIN, DAMAGE = range(11, 20)
 NEW_X, NEW_Y, NEW_Z = range(20, 23)  # positions at n+1 while those at n are still needed
 ROWS = 23
+LIGHTING = (
+    ROWS  # of explosives, behind those of all matter: the time at which the detonation arrives
+)
 
 
 class Particles(NamedTuple):
@@ -105,9 +108,12 @@ class Snapshot(NamedTuple):
     departed: Departed = NONE_DEPARTED
 
 
-def empty_table(count):
-    """A table (ROWS, n) of particles at rest, without stress; a row takes no memory until it is written."""
-    return np.zeros((ROWS, count))
+def empty_table(count, *, burns=False):
+    """A table (ROWS, n) of particles at rest, without stress; a row takes no memory until it is written.
+
+    With an explosive among the bodies it has the row ``LIGHTING`` too.
+    """
+    return np.zeros((ROWS + burns, count))
 
 
 def views(table, number=None, alive=None):
@@ -137,9 +143,10 @@ def views(table, number=None, alive=None):
 def reordered(table, order):
     """Columns of a table in the order of their indices, in the table's own memory: (ROWS, n), n at most as before."""
     memory, count = table.reshape(-1), order.size
-    for row in range(ROWS):  # rows that are still to be read stand behind what is written
+    rows = table.shape[0]
+    for row in range(rows):  # rows that are still to be read stand behind what is written
         memory[row * count : (row + 1) * count] = table[row, order]
-    return memory[: ROWS * count].reshape(ROWS, count)
+    return memory[: rows * count].reshape(rows, count)
 
 
 def lines(count, *, sparse=False):

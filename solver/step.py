@@ -186,6 +186,7 @@ class Stepper:
         self.packs = [new_pack() for _ in range(shares)]
         self.tallies = empty_tallies(shares * len(problem.bodies))
         self.summary = np.zeros(len(Tally._fields))
+        self.time = 0.0  # at n+1, s
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
         bodies = len(problem.bodies)
         apart = bodies if problem.contact else 1  # contact asks for a field a body
@@ -203,8 +204,9 @@ class Stepper:
             for first, second in itertools.combinations(range(apart), 2)
         ]
 
-    def advance(self, partition: Partition, dt: float) -> StepBalance:
-        """Take the particles from n to n+1."""
+    def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
+        """Take the particles from n, at a time, to n+1."""
+        self.time = time + dt
         scheme, impulse = self.problem.scheme, np.zeros(3)
         if scheme == Scheme.USF:
             self._update_first(partition, dt)
@@ -397,6 +399,7 @@ class Stepper:
             field.nodes.mapped,
             self.tallies,
             share * len(problem.bodies) + body,
+            self.time,
             dt,
             whole_work,
         )

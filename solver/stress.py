@@ -11,6 +11,7 @@ import numpy as np
 
 from solver.eos import (
     below_range,
+    burning,
     outside_range,
     reference_density,
     reference_sound_speed,
@@ -50,7 +51,7 @@ from solver.state import (
     VZ,
     X,
 )
-from solver.strength import hardening, melting, rate_and_heat, stiffness
+from solver.strength import hardening, melting, rate_and_heat, stiffness, under_pressure
 from solver.tension import pressure_floor
 from solver.tensor import (
     added,
@@ -184,6 +185,7 @@ def update_particles(
     nodes,
     tallies,
     row,
+    time,
     dt,
     whole_work,
 ):
@@ -191,7 +193,7 @@ def update_particles(
 
     ``nodes`` is the table of the mapped velocities; the tally goes to one row of ``tallies``. ``whole_work`` 1 stores
     the energy with the new stress' half of the work of this velocity gradient, 0 leaves that half to the forces that
-    follow.
+    follow. ``time`` is that of the new stress.
     """
     geometry = unpacked(geometry)
     pack = opened(pack)
@@ -228,7 +230,8 @@ def update_particles(
                 load(table, KELVIN, p, lanes),
                 load(table, DAMAGE, p, lanes),
             )
-            new, present, acts = advance(matter, viscosity, geometry.spacing, dt, gradient, old)
+            local = burning(matter.eos, matter, table, p, lanes, time, geometry.spacing)
+            new, present, acts = advance(local, viscosity, geometry.spacing, dt, gradient, old)
             store(table, DENSITY, p, new.density, lanes)
             energy = present if whole_work else new.energy
             store(table, ENERGY, p, energy, lanes)
@@ -256,7 +259,7 @@ def update_particles(
             vz = load(table, VZ, p, lanes)
             speed = sqrt(vx * vx + vy * vy + vz * vz)
             rate = gradient[0][0] + gradient[1][1] + gradient[2][2]
-            own, floored = signal_speed(matter, viscosity, geometry.spacing, rate, new)
+            own, floored = signal_speed(local, viscosity, geometry.spacing, rate, new)
             signal = maximum(signal, where(lanes, own, 0.0))
             convected = maximum(convected, where(lanes, speed + own, 0.0))
             moving = maximum(moving, where(lanes, speed, 0.0))
@@ -302,10 +305,9 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     modulus = matter.shear_modulus * stiff
     trial = added(turned(gradient, old.deviator, dt), shape_change, 2.0 * modulus)
     rate = equivalent_strain(shape_change) * per_time
-    factor = rate_and_heat(matter.strength, rate, homologous, stiff)
-    new_deviator, slip = return_to_yield(
-        matter.strength, trial, modulus, old.plastic_strain, factor
-    )
+    strength = under_pressure(matter.strength, matter.eos, density, old.energy)
+    factor = rate_and_heat(strength, rate, homologous, stiff)
+    new_deviator, slip = return_to_yield(strength, trial, modulus, old.plastic_strain, factor)
 
     sound = sound_speed_squared(matter.eos, old.density, old.energy, old.pressure)
     q = artificial_viscosity(

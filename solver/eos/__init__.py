@@ -100,6 +100,28 @@ def reference_sound_speed(eos):
     """Bulk sound speed of the reference state, m/s."""
 
 
+@generic
+def burns(eos):
+    """True for an explosive, whose particles are lit at times of their own (``Body.lighting``)."""
+
+
+@implements(burns, object)
+def _(eos):
+    """By default nothing burns."""
+    return False
+
+
+@generic
+def burning(eos, matter, table, p, lanes, time, spacing):
+    """The matter of the eight particles from p on, with what of it has burnt at a time (s) in cells of a size (m)."""
+
+
+@implements(burning, object)
+def _(eos, matter, table, p, lanes, time, spacing):
+    """By default the matter as it is."""
+    return matter
+
+
 @device
 def solve_pressure(eos, density, energy_before, expansion, guess, floor):
     """Pressure p(rho, e) in Pa of the energy e = known - max(p, floor) expansion / 2, expansion in m3/kg.

@@ -5,8 +5,9 @@ infinity where a field allows None), and, for its type, the two factors of the y
 ``hardening`` and ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*, G / G0). Two factors, because
 the return to the yield surface (written once, in ``stress.py``) iterates on the first, with its slope, and needs the
 logarithm and the power of the second only once. A form that knows how the shear modulus and the melting point follow
-the state says so in ``stiffness`` and ``melting``; the others leave them out. ``tests/contracts/test_strength.py`` asks
-each member never to be negative, to return to its surface, to dissipate and to be objective.
+the state says so in ``stiffness`` and ``melting``, and one that depends on the pressure in ``under_pressure``; the
+others leave them out. ``tests/contracts/test_strength.py`` asks each member never to be negative, to return to its
+surface, to dissipate and to be objective.
 """
 
 from typing import NamedTuple
@@ -58,6 +59,17 @@ def melting(strength, density_ratio):
 def _(strength, density_ratio):
     """By default constant."""
     return 1.0
+
+
+@generic
+def under_pressure(strength, eos, density, energy):
+    """The parameters at a density (kg/m3) and an energy (J/kg), for a strength that depends on the pressure there."""
+
+
+@implements(under_pressure, object)
+def _(strength, eos, density, energy):
+    """By default the same at every pressure."""
+    return strength
 
 
 @device

@@ -35,6 +35,9 @@ class Stretch:
     end: Metre
     velocity: MetrePerSecond | Callable[[np.ndarray], np.ndarray] = 0.0  # of the place
     energy: JoulePerKilogram = 0.0
+    lighting: Callable[[np.ndarray], np.ndarray] | None = (
+        None  # of an explosive: s, of places (n, 3)
+    )
 
 
 def solver_numerics(recipe: Recipe) -> dict[str, Any]:
@@ -98,6 +101,7 @@ def _body(stretch: Stretch, spacing: float, along: int, across: int, boost: floa
         density=stretch.density,
         spacing=(step, spacing / across, spacing / across),
         energy=stretch.energy,
+        lighting=stretch.lighting(position) if stretch.lighting else None,
     )
 
 

@@ -53,6 +53,29 @@ EXAMPLES: dict[str, dict[str, float]] = {
         "beta": 5.0,
         **HEAT,
     },
+    "jwl": {
+        "density": 1630.0,
+        "A": 3.712e11,
+        "B": 3.21e9,
+        "R1": 4.15,
+        "R2": 0.95,
+        "omega": 0.3,
+        "E0": 6.993e9,
+        "detonation_velocity": 6930.0,
+        "burnt": 1.0,
+        **HEAT,
+    },
+    "polynomial": {
+        "density": 1000.0,
+        "C0": 0.0,
+        "C1": 2.2e9,
+        "C2": 9.5e9,
+        "C3": 1.457e10,
+        "C4": 0.28,
+        "C5": 0.28,
+        "C6": 0.0,
+        **HEAT,
+    },
     "ideal-gas": {"density": 0.125, "sound_speed": math.sqrt(1.4 * 0.8), "gamma": 1.4, **HEAT},
 }
 AT_REST = {"ideal-gas": 2.0}  # J/kg: p = 0.1 Pa
@@ -67,6 +90,18 @@ NOT_ASKED: dict[str, dict[str, str]] = {
         "cold": "it resists by heat alone",
         "isentrope": "its reference state has energy",
         "range": "it is a gas at every density",
+    },
+    "jwl": {
+        "rest": "its products have pressure at the density of the explosive",
+        "isentrope": "its temperature counts from its exponential terms",
+        "range": "its products expand without an end",
+        "published": "its published state is Chapman's and Jouguet's: verification case chapman_jouguet",
+    },
+    "polynomial": {
+        "isentrope": "its temperature counts from its reference state",
+        "range": "it is a polynomial without an end",
+        "published": "its formula is its definition: tests/solver/test_burn_and_soil.py",
+        "thin": "its gas resists by heat, and nothing holds on",
     },
     "tillotson": {
         "published": "its shocks are not printed; near those of the same metal: test_materials.py",

@@ -37,6 +37,7 @@ MEMBERS = entries("solver.strength", "STRENGTH")
 
 # Copper in each form; a new member brings its own.
 COPPER: dict[str, tuple[float, ...]] = {
+    "drucker-prager": (50e6, 0.35, 30e6),
     "elastic": (),
     "johnson-cook": (90e6, 292e6, 0.31, 0.025, 1.09, 1.0),
     "linear-hardening": (157e6, 425e6),
