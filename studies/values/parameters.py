@@ -30,7 +30,7 @@ from studies.values.quantities import (
 Value = float | int | bool | str | None
 Kind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
 
-LONGEST_WORD = 200  # characters of a text parameter
+LONGEST_WORD = 200  # characters of a text parameter that says no more
 
 
 class _MaterialMark:
@@ -38,6 +38,13 @@ class _MaterialMark:
 
 
 MaterialName = Annotated[str, _MaterialMark()]
+
+
+@dataclass(frozen=True)
+class LongText:
+    """Marks a text of several lines, such as an input file, and the most characters that it has."""
+
+    longest: int
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,7 @@ class Parameter:
     minimum: float | None = None  # SI, inclusive, at the 12 digits of what it bounds
     maximum: float | None = None  # SI, inclusive, likewise
     choices: tuple[str, ...] = ()
+    longest: int = LONGEST_WORD  # characters of a text
     optional: bool = False  # null is an answer
     required: bool = True  # there is no default
     default: Value = None
@@ -71,6 +79,8 @@ class Parameter:
         """The allowed values as a text."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
+        if self.kind == "text":
+            return f"a text of at most {self.longest} characters"
         if self.unit is None:
             return _WORDS[self.kind]
         what = "a whole number" if self.kind == "integer" else a_quantity(self.unit)
@@ -200,6 +210,7 @@ def _parameter(name: str, hint: Any, default: Any) -> Parameter:
         minimum=_rounded(about.minimum),
         maximum=_rounded(about.maximum),
         choices=tuple(choices) if kind == "choice" else (),
+        longest=marks[LongText].longest if LongText in marks else LONGEST_WORD,
         optional=optional,
         required=default is MISSING,
         default=None if default is MISSING else default,
@@ -257,9 +268,10 @@ def _parse_boolean(parameter: Parameter, raw: Any, field: str) -> bool:
 
 
 def _parse_text(parameter: Parameter, raw: Any, field: str) -> str:
-    if not isinstance(raw, str) or not raw.strip() or len(raw) > LONGEST_WORD:
-        raise refusal(field, raw, _WORDS["text"], "write a text")
-    return raw.strip()
+    if not isinstance(raw, str) or not raw.strip() or len(raw) > parameter.longest:
+        raise refusal(field, raw, parameter.limit(), "write a text")
+    # Lines of a file keep their numbers.
+    return raw.strip() if parameter.longest == LONGEST_WORD else raw
 
 
 def _parse_choice(parameter: Parameter, raw: Any, field: str) -> str:
@@ -308,7 +320,6 @@ def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
 
 
 _WORDS: dict[Kind, str] = {
-    "text": f"a text of at most {LONGEST_WORD} characters",
     "boolean": "true or false",
     "material": "the name of a material",
 }

@@ -73,6 +73,7 @@ def released(problem: Problem, outcome: Outcome) -> float:
     for body in problem.bodies:
         spacing = problem.geometry.spacing
         now = outcome.snapshot.time
+        assert body.lighting is not None
         burnt = [burnt_fraction(body.matter.eos, lit, now, spacing) for lit in body.lighting]
         mass += float((body.mass * np.array(burnt)).sum())
         total += float(body.mass.sum())
