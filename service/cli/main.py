@@ -8,7 +8,15 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from service.cli.commands import catalogue, client, computing, fitting, maintenance, serving
+from service.cli.commands import (
+    catalogue,
+    client,
+    computing,
+    decks,
+    fitting,
+    maintenance,
+    serving,
+)
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
 from studies.values.errors import InvalidInput
@@ -20,15 +28,16 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-PANELS = {
-    "On this machine, without a service": computing,
-    "Out of a cube": fitting,
-    "What ships": catalogue,
-    "The service": serving,
-    "Requests to a service": client,
-    "Maintenance of a service": maintenance,
-}
-for title, part in PANELS.items():
+PANELS = (
+    ("On this machine, without a service", computing),
+    ("On this machine, without a service", decks),
+    ("Out of a cube", fitting),
+    ("What ships", catalogue),
+    ("The service", serving),
+    ("Requests to a service", client),
+    ("Maintenance of a service", maintenance),
+)
+for title, part in PANELS:
     for entry in (*part.app.registered_commands, *part.app.registered_groups):
         entry.rich_help_panel = title
     app.add_typer(part.app)

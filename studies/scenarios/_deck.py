@@ -9,9 +9,10 @@ the same table say: "mpm3c l *** test t my Co de" is a title, "jaum or n" is ``j
 70.0d3" and "9 0 39 02 0." are 70.0d3, 90, 392 and 0.5, and "0.2500D00+00" is 0.2500D+00. The heading of ``seos`` is
 "comp", but the two numbers there are those of the materials as well; MPM3D-F90 calls it a material, and so it is read.
 A particle has no mass: it is density dcell^3 / ppc. ``john`` ends with C; the reference rate is 1/s, and temperature is
-left out (section 2.1.2). Of 260 particles two are printed, the first and, as number 12, one of component 2 at (0.75,
-0.25, 5.25): with the spacing 0.5 of ``ppc 8``, ten particles of component 1 in a column from 0.25 to 4.75 and 5 x 5 x
-10 of component 2 on top of it from 5.25 to 9.75 make 260, and the second of the latter is number 12.
+left out (section 2.1.2). Of 260 particles two are printed, the first and, as number "12", one of component 2 at (0.75,
+0.25, 5.25). They are the quarter of a bar of section 2.3.1, which has 260 particles, the density, modulus and Poisson's
+ratio of material 1 and cells of 1 mm: 20 layers of 13, whose upper half is component 2, so that layer 11 begins at 5.25
+and its second particle is number 132, one lost digit from what is printed.
 
 MPM3D-F90 (github.com/xzhang66/MPM3D-F90, src/DataIn.f90 and FFI.f90 as of 4a6275f): the macros of its reader with the
 order of their numbers. ``seos n 1`` has eight numbers there and three in the thesis; ``null`` has had one number (wave

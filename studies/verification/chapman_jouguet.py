@@ -141,7 +141,7 @@ def _wave_error(line: ColumnProfile, wave: TaylorWave) -> float:
 
 
 CASE = Case(
-    name="chapman_jouguet",
+    name="chapman-jouguet",
     says="a plane detonation of TNT reaches Chapman's and Jouguet's pressure, density and velocity within 2 %, and its "
     "energy is accounted for",
     source="Lee, Hornig and Kury (1968), UCRL-50422; Fickett and Davis (1979), Detonation; constants of Deto1k.mpm, "

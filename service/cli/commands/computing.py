@@ -54,7 +54,7 @@ def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -
     documents = {name: read_yaml(examples.text(name), name) for name in names}
     _compile_kernels(list(documents.values()))
     statuses = [
-        _compute(document, name, folder / name, threads=threads)
+        compute(document, name, folder / name, threads=threads)
         for name, document in documents.items()
     ]
     print(f"wall time: {time.perf_counter() - begin:.1f} s")
@@ -77,7 +77,7 @@ def sweep(
     document = document_of(file, law)
     print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
     raise typer.Exit(
-        _compute(document, file.stem, folder_of(out), overwrite=overwrite, threads=threads)
+        compute(document, file.stem, folder_of(out), overwrite=overwrite, threads=threads)
     )
 
 
@@ -212,7 +212,7 @@ def _examples() -> Sequence[Mapping[str, Any]]:
     return documents + thesis
 
 
-def _compute(
+def compute(
     sweep: "Mapping[str, Any] | Path",
     name: str,
     folder: Path,
