@@ -1,7 +1,6 @@
 """Decks of MPM3D as problems of the solver: matter, bodies, grid, faces."""
 
 import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from studies.scenarios._deck_records import Deck, DeckBody, DeckMaterial, Lattice
@@ -59,16 +58,28 @@ def particles_per_cell(deck: Deck) -> int:
     return min(max(1, round(deck.cell / step)), 6)
 
 
-def problem_of(deck: Deck, parameters: Numerics, end_time: float) -> "Problem":
-    """The problem of a deck, with the numerics of a run that began as those of the deck."""
+def problem_of(
+    deck: Deck, parameters: Numerics, *, end_time: float, refinement: int = 1
+) -> "Problem":
+    """The problem of a deck, with the numerics of a run that began as those of the deck.
+
+    A refined cell has the particles of a cell of the deck, each a part of that whose place it shares.
+    """
     from solver.geometry import grid
     from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face, Problem
 
     faces = [(Face.FREE, Face.FIXED, Face.SYMMETRIC)[face] for face in deck.faces]
     return Problem(
-        geometry=grid(Cartesian3D, lower=deck.lower, cells=deck.cells, spacing=deck.cell),
-        bodies=tuple(_bodies(deck, recipe_of(parameters).tension, parameters.contact != "none")),
+        geometry=grid(
+            Cartesian3D,
+            lower=deck.lower,
+            cells=tuple(count * refinement for count in deck.cells),
+            spacing=deck.cell / refinement,
+        ),
+        bodies=tuple(
+            _bodies(deck, recipe_of(parameters).tension, parameters.contact != "none", refinement)
+        ),
         faces=((faces[0], faces[1]), (faces[2], faces[3]), (faces[4], faces[5])),
         end_time=end_time,
         **numerics(parameters),
@@ -195,8 +206,10 @@ def _row_mass(deck: Deck, body: DeckBody, row: int) -> float:
     return density * deck.cell**3 / deck.per_cell
 
 
-def _bodies(deck: Deck, tension: str, contact: bool) -> "list[Body]":
+def _bodies(deck: Deck, tension: str, contact: bool, refinement: int) -> "list[Body]":
     """The bodies; those of a component are one where bodies have contact."""
+    import numpy as np
+
     from solver.eos.jwl import lighting_times
     from solver.problem import Body
 
@@ -209,8 +222,10 @@ def _bodies(deck: Deck, tension: str, contact: bool) -> "list[Body]":
         own = [deck.bodies[index] for index in group]
         material = deck.materials[own[0].material]
         matter = matter_of(material, tension)
-        position = _joined([_places(body) for body in own])
-        speed = _spacing(deck, own[0])
+        spacing = _spacing(deck, own[0])
+        places = [_parted(_places(body), _spacing(deck, body), refinement) for body in own]
+        position = np.concatenate(places)
+        parts = refinement**3
         lit = None
         if material.kind == "hiex":
             lit = lighting_times(position, material.values["D"], points=deck.detonations)
@@ -219,10 +234,13 @@ def _bodies(deck: Deck, tension: str, contact: bool) -> "list[Body]":
                 name=f"component_{key}" if contact else f"body_{key + 1}",
                 matter=matter,
                 position=position,
-                velocity=_joined([velocities[index] for index in group]),
-                mass=_joined([_masses(deck, body) for body in own]),
+                velocity=np.repeat(
+                    np.concatenate([velocities[index] for index in group]), parts, axis=0
+                ),
+                mass=np.repeat(np.concatenate([_masses(deck, body) for body in own]), parts)
+                / parts,
                 density=material.values["density"],
-                spacing=(speed, speed, speed),
+                spacing=(spacing / refinement,) * 3,
                 energy=_energy(material),
                 lighting=lit,
             )
@@ -230,10 +248,15 @@ def _bodies(deck: Deck, tension: str, contact: bool) -> "list[Body]":
     return made
 
 
-def _joined(arrays: "Sequence[np.ndarray]") -> "np.ndarray":
+def _parted(places: "np.ndarray", spacing: float, parts: int) -> "np.ndarray":
+    """Places (n, 3) of cubes of an edge (m) as those of their parts, so many along each edge."""
     import numpy as np
 
-    return np.concatenate(arrays)
+    if parts == 1:
+        return places
+    line = spacing * ((np.arange(parts) + 0.5) / parts - 0.5)
+    offsets = np.stack([axis.ravel() for axis in np.meshgrid(line, line, line)], axis=-1)
+    return (places[:, None, :] + offsets).reshape(-1, 3)
 
 
 def _masses(deck: Deck, body: DeckBody) -> "np.ndarray":

@@ -43,6 +43,12 @@ class _DeckText:
     end_time: Annotated[
         Second | None, Described("end of the run; by default the deck's", 1e-15, 1e6)
     ] = None
+    refinement: Annotated[
+        int,
+        Described(
+            "grid cells along the edge of a cell of the deck; particles are parted alike", 1, 32
+        ),
+    ] = 1
     step: Annotated[
         Literal["deck", "stable"],
         Described("the deck's constant time step, or the stable one of the solver"),
@@ -96,7 +102,7 @@ def _fill(parameters: DeckRun) -> DeckRun:
         friction = deck.friction if contact != "none" else 0.0
     step = parameters.fixed_dt
     if step is None and parameters.step == "deck":
-        step = round_quantity(fixed_step(deck))
+        step = round_quantity(fixed_step(deck) / parameters.refinement)
     return replace(
         filled_from(parameters, preset),
         contact=contact,
@@ -126,7 +132,12 @@ def _check(parameters: DeckRun, materials: Materials) -> list[Finding]:
 
 
 def _build(parameters: DeckRun, materials: Materials) -> Setting:
-    problem = problem_of(deck_of(parameters), parameters, _end_time(parameters))
+    problem = problem_of(
+        deck_of(parameters),
+        parameters,
+        end_time=_end_time(parameters),
+        refinement=parameters.refinement,
+    )
     return Setting(problem=problem, sector=1.0)
 
 
@@ -135,12 +146,15 @@ def _size(parameters: DeckRun, materials: Materials) -> Size:
     sound = max(signal_speed(material) for material in deck.materials.values()) or 1.0
     speeds = [math.hypot(*each.velocity) for each in deck.velocities]
     speed = max([*speeds, 1e-9 * sound])
-    dt = parameters.fixed_dt or mean_step(_fill(parameters), deck.cell, sound=sound, speed=speed)
-    return Size(particles=deck.particles, steps=math.ceil(_end_time(parameters) / dt))
+    fine = parameters.refinement
+    dt = parameters.fixed_dt
+    if dt is None:
+        dt = mean_step(_fill(parameters), deck.cell / fine, sound=sound, speed=speed)
+    return Size(particles=deck.particles * fine**3, steps=math.ceil(_end_time(parameters) / dt))
 
 
 def _cells(parameters: DeckRun) -> dict[str, float]:
-    return {}
+    return {"refinement": float(parameters.refinement)}
 
 
 def _rate(parameters: Any, setting: Setting) -> ObservationRate:

@@ -15,6 +15,7 @@ from studies import materials, measurements, scenarios
 from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import Scenario, Setting
 from studies.values.parameters import declared
+from tests.studies.support.decks import appendix_deck, detonation_deck, fluid_deck, soil_deck
 
 DIAMETER, CELLS = 8e-3, 4.0
 ROUND_OFF = 1e-12
@@ -35,9 +36,13 @@ SMALL: dict[str, dict[str, Any]] = {
     "taylor_bar": {"bar_length": 10e-3, "bar_diameter": DIAMETER, "cells_per_diameter": CELLS},
     "elastic_bar": {"cells_per_diameter": CELLS},
     "plate_impact": {"flyer_thickness": 4e-3, "cells_per_thickness": 20.0},
+    "deck": {"deck": appendix_deck()},
 }
 # Parameter that sets the resolution of a grid, and the extent that has that many cells.
-RESOLUTION = {"plate_impact": ("cells_per_thickness", "cells_per_thickness")}
+RESOLUTION = {
+    "plate_impact": ("cells_per_thickness", "cells_per_thickness"),
+    "deck": ("refinement", "refinement"),
+}
 IMPACTS = ("thick_plate", "thin_plate")
 BARS = ("elastic_bar", "taylor_bar")
 GEOMETRIES = ("axisymmetric", "quarter", "half")
@@ -94,6 +99,15 @@ OF_BARS: tuple[Changes, ...] = (
     {"bar_length": 100e-3, "bar_diameter": 2e-3},
     {"speed": 1.0},
 )
+OF_DECKS: tuple[Changes, ...] = (
+    {"contact": "none"},
+    {"refinement": 2},
+    {"step": "stable"},
+    {"end_time": 1e-6},
+    {"deck": detonation_deck(20)},
+    {"deck": soil_deck()},
+    {"deck": fluid_deck()},
+)
 OF_PLATES: tuple[Changes, ...] = (
     {"geometry": "axisymmetric"},
     {"geometry": "axisymmetric", "recipe": "thesis"},
@@ -122,6 +136,7 @@ VARIATIONS: tuple[tuple[str, Changes], ...] = (
     ("taylor_bar", {"bar": "al-2024-t3"}),
     ("taylor_bar", {"thermal_softening": False, "bar": "copper-ofhc"}),
     *(("plate_impact", change) for change in OF_PLATES),
+    *(("deck", change) for change in OF_DECKS),
 )
 
 
@@ -165,7 +180,10 @@ def variation(number: int) -> tuple[Run, Setting]:
 @pytest.fixture(
     params=range(len(VARIATIONS)),
     ids=lambda at: "-".join(
-        [VARIATIONS[at][0], *(f"{name}-{value}" for name, value in VARIATIONS[at][1].items())]
+        [
+            VARIATIONS[at][0],
+            *(f"{name}-{str(value).splitlines()[0]}" for name, value in VARIATIONS[at][1].items()),
+        ]
     ),
 )
 def varied(request: pytest.FixtureRequest) -> tuple[Run, Setting]:
@@ -234,7 +252,7 @@ def test_scenario__says_how_well_it_is_resolved(scenario: Scenario) -> None:
     parameter, word = RESOLUTION.get(scenario.name, ("cells_per_diameter",) * 2)
     run = asked(scenario.name)
     cells = scenario.cells(given_of(run))
-    assert set(cells) <= {"cells_per_diameter", "cells_per_thickness"}
+    assert set(cells) <= {"cells_per_diameter", "cells_per_thickness", "refinement"}
     assert cells[word] == run.parameters[parameter]
 
 
@@ -268,7 +286,7 @@ def test_estimate__grows_with_resolution(scenario: Scenario) -> None:
     for cells in (16.0, 32.0):
         given = asked(scenario.name, **{parameter: cells})
         sizes.append(scenario.estimate(given_of(given), materials_of(given)))
-    # A column of plates stays one cell wide.
-    dimensions = 1 if scenario.name == "plate_impact" else 2
+    # A column of plates stays one cell wide, and a deck is refined in three dimensions.
+    dimensions = {"plate_impact": 1, "deck": 3}.get(scenario.name, 2)
     assert math.isclose(sizes[1].particles / sizes[0].particles, 2.0**dimensions, rel_tol=0.01)
     assert math.isclose(sizes[1].steps / sizes[0].steps, 2.0, rel_tol=0.01)

@@ -13,6 +13,7 @@ from studies.measurements._bar import BarView
 from studies.measurements._impact import ImpactView
 from studies.measurements._plates import FLYER, TARGET, PlateView
 from studies.measurements._push import MOMENTUM
+from studies.measurements._whole import WholeView
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -305,6 +306,18 @@ def smeared(rates: np.ndarray) -> np.ndarray:
 
 
 # By what a measurement looks at.
+def whole(speed: float) -> WholeView:
+    """Three particles of 1, 2 and 3 kg, the heaviest with a speed (m/s) along each axis."""
+    velocity = np.zeros((3, 3))
+    velocity[2] = speed, 2.0 * speed, -speed
+    return WholeView(
+        mass=np.array([1.0, 2.0, 3.0]),
+        velocity=velocity,
+        energy=np.array([10.0, 0.0, -1.0]),
+        pressure=np.array([-5e9, 2e9, 1e9]),
+    )
+
+
 STATES: dict[type, dict[str, Callable[[], Any]]] = {
     ImpactView: {
         "drilled": lambda: drilled_disc(HOLE),
@@ -328,6 +341,7 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "short of rows": short_bar,
         "without references": lambda: bar(references=(None, None, None)),
     },
+    WholeView: {"at rest": lambda: whole(0.0), "in flight": lambda: whole(300.0)},
     PlateView: {
         "before the touch": lambda: plates(0.0),
         "just met": lambda: plates(0.1 * LATE),

@@ -132,3 +132,63 @@ Particle block 1
 1 1.63d-3 {cell / 3!r} 0 0 0 {3 * cells} 1 1
 endi
 """
+
+
+def soil_deck() -> str:
+    """A block of soil (m, kg, s) that falls on its floor."""
+    return """mpm3d soil
+! Unit: m kg N s Pa
+nbco 1
+nbbo 1
+nbmp 64
+nmat 1
+grid 0 6 0 6 0 6
+dcell 1.0
+dtscale 0.2
+endt 0.01
+musl on
+fixed 2 0 2 0 1 0
+material
+1 dpm 2.1d3 0.7e8 0.3 0.3545 9.74d3 0.0 27.48d3
+particle block 1
+1 2.1d3 0.5 0 0 0.5 4 4 4
+velo
+body 1 0 0 -1
+endv
+endi
+"""
+
+
+def fluid_deck() -> str:
+    """A ball of water before a block with a round hole of a metal that fails, and a disc of elastic matter."""
+    return """mpm3d fluid
+nbco 3
+nbbo 3
+nbmp 108
+nmat 3
+spx -4 4
+spy -4 4
+spz -4 6.5
+dcell 1.0
+dtscale 0.1
+endt 0.001
+gimp
+contact lagr 0.1 1
+material
+1 null 1.0d-3 2.2d3 0
+2 jcf 8.9d-3 117.0d3 0.3 90 292 0.31 0.025 1.09 20 1083 385 1d-3 0.5
+3 pla2 2.7d-3 70d3 0.3 250 700
+seos 1 1 0 2.2d3 9.5d3 1.457d4 0.28 0.28 0 0
+seos 2 2 3.94d3 1.49 1.96 0
+Particle sphere 1
+1 1.0d-3 0.5 0 0 -1.5 2
+particle blod 2
+2 8.9d-3 0.5 -1.5 -1.5 1 6 6 2 0 0 0 1
+Particle cicle 3
+3 2.7d-3 0.5 0 0 3 2
+velo
+body 1 0 0 500
+node 33 1 2 3
+endv
+endi
+"""
