@@ -30,6 +30,7 @@ from solver.geometry import (
     velocity_gradient,
 )
 from solver.jit import device, kernel
+from solver.problem import Matter
 from solver.state import (
     DAMAGE,
     DENSITY,
@@ -230,7 +231,16 @@ def update_particles(
                 load(table, KELVIN, p, lanes),
                 load(table, DAMAGE, p, lanes),
             )
-            local = burning(matter.eos, matter, table, p, lanes, time, geometry.spacing)
+            eos = burning(matter.eos, table, p, lanes, time, geometry.spacing)
+            local = Matter(
+                eos,
+                matter.strength,
+                matter.tension,
+                matter.shear_modulus,
+                matter.room_temperature,
+                matter.melt_temperature,
+                matter.failure,
+            )
             new, present, acts = advance(local, viscosity, geometry.spacing, dt, gradient, old)
             store(table, DENSITY, p, new.density, lanes)
             energy = present if whole_work else new.energy

@@ -10,6 +10,7 @@ SCENARIOS = {
     "taylor_bar": ("taylor-bar", "A Taylor bar", "the bar at the end, on its wall"),
     "elastic_bar": ("elastic-bar", "An elastic bar", "push of the wall against time, and where the energy went"),
     "plate_impact": ("plate-impact", "A plate impact", "pressure across flyer and target before waves return"),
+    "deck": ("deck", "A deck of MPM3D", "all particles on the grid, whatever their bodies are"),
 }  # fmt: skip
 
 
@@ -37,7 +38,7 @@ def page() -> str:
 
 def drawings() -> dict[str, str]:
     """A drawing for each scenario."""
-    sketches = (_perforation(), _crater(), _taylor_bar(), _elastic_bar(), _plate_impact())
+    sketches = (_perforation(), _crater(), _taylor_bar(), _elastic_bar(), _plate_impact(), _deck())
     files = (file for file, _, _ in SCENARIOS.values())
     return {f"{file}.svg": sketch.svg() for file, sketch in zip(files, sketches, strict=True)}
 
@@ -104,6 +105,27 @@ def _taylor_bar() -> Sketch:
     sketch.text(124, 346, "L: initial length", "start")
     sketch.text(660, 60, "taylor_error: mean of the relative", "end", "#0072b2")
     sketch.text(660, 78, "errors of the three lengths", "end", "#0072b2")
+    return sketch
+
+
+def _deck() -> Sketch:
+    sketch = Sketch("Sums over the particles on the grid")
+    for x in range(60, 401, 34):
+        sketch.dashed(x, 40, x, 244)
+    for y in range(40, 245, 34):
+        sketch.dashed(60, y, 400, y)
+    sketch.shape([(94, 142), (196, 142), (196, 244), (94, 244)])
+    sketch.shape([(264, 74), (366, 108), (332, 210), (230, 176)])
+    sums = (
+        ("kinetic_energy", "sum of m v v / 2"),
+        ("internal_energy", "sum of m e"),
+        ("momentum_x", "sum of m v along x"),
+        ("momentum_y", "along y"),
+        ("momentum_z", "along z"),
+        ("largest_pressure", "of any particle"),
+    )
+    for row, (name, meaning) in enumerate(sums):
+        sketch.text(430, 60 + 34 * row, f"{name}: {meaning}", "start", "#0072b2")
     return sketch
 
 

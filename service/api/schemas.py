@@ -339,6 +339,7 @@ class ParameterModel(Answer):
     minimum: float | None = Field(description="SI, inclusive")
     maximum: float | None = Field(description="SI, inclusive")
     choices: tuple[str, ...]
+    longest: int = Field(description="Characters of a text")
     optional: bool = Field(description="Whether null is allowed")
     required: bool = Field(description="Whether a value must be given")
     default: float | int | bool | str | None = Field(description="SI")

@@ -112,14 +112,14 @@ def _(eos):
 
 
 @generic
-def burning(eos, matter, table, p, lanes, time, spacing):
-    """The matter of the eight particles from p on, with what of it has burnt at a time (s) in cells of a size (m)."""
+def burning(eos, table, p, lanes, time, spacing):
+    """The parameters of the eight particles from p on, with what has burnt at a time (s) in cells of a size (m)."""
 
 
 @implements(burning, object)
-def _(eos, matter, table, p, lanes, time, spacing):
-    """By default the matter as it is."""
-    return matter
+def _(eos, table, p, lanes, time, spacing):
+    """By default those of the body."""
+    return eos
 
 
 @device

@@ -40,7 +40,6 @@ from solver.eos import (
     temperature,
 )
 from solver.jit import device, implements
-from solver.problem import Matter
 from solver.state import LIGHTING
 from solver.units import Dimensionless, MetrePerSecond, Pascal
 from solver.vectors import exp, load, maximum, minimum
@@ -107,9 +106,9 @@ def _(eos):
 
 
 @implements(burning, JonesWilkinsLee)
-def _(eos, matter, table, p, lanes, time, spacing):
+def _(eos, table, p, lanes, time, spacing):
     lighting = load(table, LIGHTING, p, lanes)
-    products = JonesWilkinsLee(
+    return JonesWilkinsLee(
         eos.density,
         eos.A,
         eos.B,
@@ -122,15 +121,6 @@ def _(eos, matter, table, p, lanes, time, spacing):
         eos.heat_capacity,
         eos.width,
         burnt_fraction(eos, lighting, time, spacing),
-    )
-    return Matter(
-        products,
-        matter.strength,
-        matter.tension,
-        matter.shear_modulus,
-        matter.room_temperature,
-        matter.melt_temperature,
-        matter.failure,
     )
 
 
