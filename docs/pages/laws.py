@@ -34,7 +34,7 @@ def page() -> str:
     for quantity in quantities():
         title = title_of(quantity)
         parts += [f"## {title}\n"]
-        over = "" if quantity == "critical_diameter" else " over projectile diameter"
+        over = "" if quantity == "critical_diameter" else f" over {_norm(quantity)}"
         parts += [f"![{title}{over} against speed, by each law](drawings/laws-{quantity}.svg)\n"]
         parts += [_caption(quantity)]
         for law in laws.answering(quantity):
@@ -53,6 +53,11 @@ def quantities() -> list[str]:
 def title_of(quantity: str) -> str:
     """The title of a quantity, measured or not."""
     return laws.UNMEASURED.get(quantity) or measurements.load(quantity).title
+
+
+def _norm(quantity: str) -> str:
+    cube = laws.answering(quantity)[0].dimension == 3
+    return "cube of the projectile diameter" if cube else "projectile diameter"
 
 
 def _caption(quantity: str) -> str:
@@ -121,7 +126,8 @@ def drawings() -> dict[str, str]:
 
 def _panels(quantity: str) -> Mapping[str, str]:
     """Material and title of each panel."""
-    return ALUMINIUM if quantity in laws.UNMEASURED else METALS
+    plates = ("thickness", "critical_diameter")
+    return ALUMINIUM if quantity.endswith(plates) else METALS
 
 
 def _shots(quantity: str, name: str) -> list[Shot]:
@@ -143,7 +149,6 @@ def _shots(quantity: str, name: str) -> list[Shot]:
 
 def _drawing(quantity: str) -> str:
     critical = quantity == "critical_diameter"
-    unit = 1e-3 if critical else DIAMETER
     panels = []
     for name, title in _panels(quantity).items():
         shots = _shots(quantity, name)
@@ -152,10 +157,14 @@ def _drawing(quantity: str) -> str:
             for variant in law.variants(shots[0]):
                 answers = [(shot, law.evaluate(shot, variant)) for shot in shots]
                 points = [
-                    (shot.speed / 1e3, answer.value / unit, answer.in_range)
+                    (
+                        shot.speed / 1e3,
+                        answer.value / (1e-3 if critical else DIAMETER**law.dimension),
+                        answer.in_range,
+                    )
                     for shot, answer in answers
                 ]
                 lines.append((law.title, points))
         panels.append((title, lines))
-    label = "critical diameter (mm)" if critical else "over projectile diameter"
+    label = "critical diameter (mm)" if critical else f"over {_norm(quantity)}"
     return plots.curves(panels, xlabel="speed (km/s)", ylabel=label)

@@ -43,6 +43,7 @@ __all__ = [
 
 # Quantities that laws predict and no run measures, with their titles: listed and drawn in docs/laws.md, not compared.
 UNMEASURED: Mapping[str, str] = {
+    "crater_volume": "Crater volume",
     "spall_thickness": "Plate thickness below which the back face spalls",
     "detached_spall_thickness": "Plate thickness below which spall detaches",
     "perforation_thickness": "Plate thickness below which a plate is perforated",
@@ -110,7 +111,7 @@ class Shot:
 class LawValue:
     """The value of a law for one shot."""
 
-    value: Metre  # NaN where the law is meaningless
+    value: Metre  # or its power, of a volume; NaN where the law is meaningless
     in_range: bool  # within every limit that can be checked
     reason: str  # why it is out of range, or meaningless; empty otherwise
 
@@ -129,11 +130,13 @@ class Law:
     # Relative standard deviation of the measured values about the law, as its source states it, with the place at the
     # line; None: not published.
     scatter: Dimensionless | None = None
+    dimension: int = 1  # of the quantity in lengths: 3 of a volume
     # Of the value in the size of the whole shot: 1 by geometric similarity, which matter without rate effects keeps;
     # None: no power of it.
     size_exponent: Dimensionless | None = 1.0
     largest_obliquity: Radian = 0.0  # 0: for normal impact
-    ratio: Callable[[Shot, str], float]  # value over projectile diameter, of a shot and a variant
+    # Value over the power ``dimension`` of the projectile's diameter, of a shot and a variant.
+    ratio: Callable[[Shot, str], float]
     variants: Callable[[Shot], Sequence[str]] = lambda shot: ONE_FORM
     meaningless: Callable[[Shot, str], str] = lambda shot, variant: ""  # the reason, or ""
 
@@ -142,7 +145,7 @@ class Law:
         reason = self.meaningless(shot, variant)
         if reason:
             return LawValue(math.nan, False, reason)
-        value = float(self.ratio(shot, variant)) * shot.projectile_diameter
+        value = float(self.ratio(shot, variant)) * shot.projectile_diameter**self.dimension
         reasons = self.range.reasons(shot) + self._oblique(shot)
         return LawValue(value, not reasons, "; ".join(reasons))
 

@@ -3,11 +3,15 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from studies.laws import Shield, Shot
 from studies.laws._handbook import (
     CENTIMETRE,
     GRAM_PER_CUBIC_CENTIMETRE,
     HANDBOOK,
+    KILOMETRE_PER_SECOND,
     KSI,
 )
 from studies.laws._range import Limit, Range, family, stated
@@ -16,7 +20,6 @@ FAST = 7.0  # km/s of the normal speed, from which the debris is molten
 SIZE = 18.0 / 19.0  # exponent of the limbs of strength
 # The equations take 65 deg beyond it.
 STEEPEST = 65.0  # deg
-SPACIOUS = 30.0  # S/d from which a thinner bumper shatters the projectile
 
 
 @dataclass(frozen=True)
@@ -36,29 +39,57 @@ class HandbookShield:
         densities = self.projectile_density ** (-1.0 / 3.0) * self.bumper_density ** (-1.0 / 9.0)
         return 3.918 * scale * densities * normal_speed ** (-2.0 / 3.0)
 
-    def thin_bumper_diameter(
-        self, normal_speed: float, wall_ratio: Callable[[float], float]
-    ) -> float:
+    def thin_bumper_diameter(self, speed: float, thin: "ThinBumper") -> float:
         """Critical diameter, cm, with a bumper that may be too thin to shatter the projectile; km/s, from 7 on.
 
         d F^(2/3) is what a thick bumper stops, where F falls from r without a bumper to 1 at the critical thickness:
-        F = r - 2 x (r - 1) + x^2 (r - 1), x = (t_b/d) / (t_b/d)_crit. ``wall_ratio`` gives r of a diameter: the wall
-        without a bumper over that behind a critical one.
+        F = r - 2 x (r - 1) + x^2 (r - 1), x = (t_b/d) / (t_b/d)_crit.
         """
         from scipy.optimize import brentq
 
-        thick = self.fast_diameter(normal_speed)
+        thick = self.fast_diameter(speed)
 
         def excess(diameter: float) -> float:
-            critical = 0.20 if self.stand_off / diameter >= SPACIOUS else 0.25
+            critical = thin.critical_thickness(self.stand_off / diameter)
             share = min(1.0, self.bumper / diameter / critical)
-            more = wall_ratio(diameter) - 1.0
+            more = thin.wall_ratio(diameter) - 1.0
             factor = 1.0 + more * (1.0 - share) ** 2
             return float(diameter * factor ** (2.0 / 3.0) - thick)
 
         if excess(thick) <= 0.0:
             return thick
         return float(brentq(excess, 1e-6 * thick, thick, xtol=1e-12))
+
+    def critical_diameter(self, speed: float, thin: "ThinBumper") -> float:
+        """Critical diameter, cm, at normal impact, with shatter at a speed that the bumper decides; km/s."""
+        slow = self._shatter_speed(thin)
+        if speed <= slow:
+            return thin.slow_diameter(speed)
+        if speed >= FAST:
+            return self.thin_bumper_diameter(speed, thin)
+        ends = thin.slow_diameter(slow), self.thin_bumper_diameter(FAST, thin)
+        return between_limbs(speed, slow, *ends)
+
+    def _shatter_speed(self, thin: "ThinBumper") -> float:
+        """The speed, km/s, at which the projectile on the limb of strength breaks at the bumper; at most 7 km/s."""
+        from scipy.optimize import brentq
+
+        def excess(speed: float) -> float:
+            return speed - thin.shatter_speed(self.bumper / thin.slow_diameter(speed))
+
+        return float(brentq(excess, 0.5, FAST)) if excess(FAST) > 0.0 else FAST
+
+
+@dataclass(frozen=True)
+class ThinBumper:
+    """What an equation says of a bumper that may be too thin; cm and km/s."""
+
+    slow_diameter: Callable[[float], float]  # of a speed: the limb of whole projectiles
+    shatter_speed: Callable[[float], float]  # of the bumper's thickness over the diameter
+    wall_ratio: Callable[
+        [float], float
+    ]  # of a diameter: the wall without a bumper over that behind a critical one
+    critical_thickness: Callable[[float], float]  # of the stand-off, both over the diameter
 
 
 def in_handbook_units(
@@ -73,6 +104,12 @@ def in_handbook_units(
         bumper_density=bumper_density / GRAM_PER_CUBIC_CENTIMETRE,
         projectile_density=projectile_density / GRAM_PER_CUBIC_CENTIMETRE,
     )
+
+
+def in_metres(speed: ArrayLike, critical: Callable[[float], float]) -> NDArray:
+    """Critical diameters, m, of speeds in m/s, by a function of km/s that gives cm."""
+    speeds = np.asarray(speed) / KILOMETRE_PER_SECOND
+    return np.reshape([CENTIMETRE * critical(each) for each in np.ravel(speeds)], speeds.shape)
 
 
 def between_limbs(

@@ -2,16 +2,16 @@
 
 import math
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Shield, Shot
-from studies.laws._handbook import CENTIMETRE, KILOMETRE_PER_SECOND, RYAN
+from studies.laws._handbook import RYAN
 from studies.laws._shields import (
     FAST,
     HandbookShield,
-    between_limbs,
+    ThinBumper,
     in_handbook_units,
+    in_metres,
     range_of,
     without_shield,
 )
@@ -19,6 +19,7 @@ from studies.laws.whipple_nno import slow_diameter
 
 # Onset of fragmentation, Piekutowski: 1.436 (t_b/d)^(-1/3) km/s, and 2.60 km/s from t_b/d = 0.16 on.
 SHATTER, THICK_SHATTER, THICK = 1.436, 2.60, 0.16
+SPACIOUS = 30.0  # S/d from which a thinner bumper shatters the projectile
 
 
 def critical_diameter(
@@ -34,33 +35,17 @@ def critical_diameter(
     0.3584
     """
     matter = in_handbook_units(shield, bumper_density, projectile_density)
-    found = [
-        _critical(matter, each) * CENTIMETRE
-        for each in np.ravel(np.asarray(speed) / KILOMETRE_PER_SECOND)
-    ]
-    return np.reshape(np.array(found), np.shape(speed))
+    thin = ThinBumper(
+        slow_diameter=lambda each: slow_diameter(matter, each, 0.0),
+        shatter_speed=_shatter_speed,
+        wall_ratio=lambda diameter: _wall_ratio(matter, diameter),
+        critical_thickness=lambda stand_off: 0.20 if stand_off >= SPACIOUS else 0.25,
+    )
+    return in_metres(speed, lambda each: matter.critical_diameter(each, thin))
 
 
-def _critical(shield: HandbookShield, speed: float) -> float:
-    slow = _shatter_speed(shield)
-    if speed <= slow:
-        return slow_diameter(shield, speed, 0.0)
-    if speed >= FAST:
-        return shield.thin_bumper_diameter(speed, lambda diameter: _wall_ratio(shield, diameter))
-    ends = (slow_diameter(shield, slow, 0.0), _critical(shield, FAST))
-    return between_limbs(speed, slow, *ends)
-
-
-def _shatter_speed(shield: HandbookShield) -> float:
-    """The speed, km/s, at which the projectile on the limb of strength breaks at the bumper; at most 7 km/s."""
-    from scipy.optimize import brentq
-
-    def excess(speed: float) -> float:
-        thickness = shield.bumper / slow_diameter(shield, speed, 0.0)
-        onset = THICK_SHATTER if thickness >= THICK else SHATTER * thickness ** (-1.0 / 3.0)
-        return float(speed - onset)
-
-    return float(brentq(excess, 0.5, FAST)) if excess(FAST) > 0.0 else FAST
+def _shatter_speed(thickness: float) -> float:
+    return THICK_SHATTER if thickness >= THICK else SHATTER * thickness ** (-1.0 / 3.0)
 
 
 def _wall_ratio(shield: HandbookShield, diameter: float) -> float:

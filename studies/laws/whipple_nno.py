@@ -2,11 +2,10 @@
 
 import math
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Shield, Shot
-from studies.laws._handbook import CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND
+from studies.laws._handbook import HANDBOOK
 from studies.laws._shields import (
     FAST,
     SIZE,
@@ -14,6 +13,7 @@ from studies.laws._shields import (
     HandbookShield,
     between_limbs,
     in_handbook_units,
+    in_metres,
     range_of,
     without_shield,
 )
@@ -34,17 +34,14 @@ def critical_diameter(
     hit by 2.796 g/cm3 at 1, 3, 5, 7 and 10 km/s, in cm:
 
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
-    >>> speeds = np.array([1e3, 3e3, 5e3, 7e3, 10e3])
+    >>> from numpy import array
+    >>> speeds = array([1e3, 3e3, 5e3, 7e3, 10e3])
     >>> (100.0 * critical_diameter(speeds, 2713.0, 2796.0, shield)).round(4).tolist()
     [0.458, 0.2288, 0.3989, 0.569, 0.4486]
     """
     lean = min(obliquity, math.radians(STEEPEST))
     matter = in_handbook_units(shield, bumper_density, projectile_density)
-    found = [
-        _critical(matter, each, lean) * CENTIMETRE
-        for each in np.ravel(np.asarray(speed) / KILOMETRE_PER_SECOND)
-    ]
-    return np.reshape(np.array(found), np.shape(speed))
+    return in_metres(speed, lambda each: _critical(matter, each, lean))
 
 
 def slow_diameter(shield: HandbookShield, speed: float, obliquity: float) -> float:

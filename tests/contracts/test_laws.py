@@ -98,7 +98,7 @@ def test_law__scales_with_the_shot_as_it_states(law: Law) -> None:
         exponent = math.log2(doubled / value)
         if law.size_exponent is not None:
             assert math.isclose(exponent, law.size_exponent, rel_tol=1e-12)
-        assert 0.9 < exponent < 1.1
+        assert 0.9 < exponent / law.dimension < 1.1
 
 
 @pytest.mark.parametrize("speed", [10.0, 500.0, 1000.0, 2000.0, 6000.0, 20000.0])
