@@ -18,12 +18,16 @@ three times as long to compile (17 s against 5 s for the stress update, numba 0.
 (kernels write a status), and no reassociation, so that a NaN stays visible and sums keep their order.
 """
 
+import contextlib
+import fcntl
 import functools
 import hashlib
 import os
+import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 __all__ = [
     "Bound",
@@ -40,6 +44,10 @@ __all__ = [
 _FLOATING_POINT = {"contract"}
 _OPTIONS = {"fastmath": _FLOATING_POINT, "error_model": "numpy", "forceinline": True}
 
+# s; longer than any kernel compiles: then the process that holds the lock has halted.
+_PATIENCE = 60.0
+# Held with the lock of a file: kernels that compile others take several locks, in the order of their calls.
+_compiling = threading.RLock()
 _waiting: list[Callable[[], None]] = []  # registrations until the first kernel
 
 
@@ -106,9 +114,40 @@ def kernel(function: Callable[..., Any]) -> Any:
     numba = _numba()
     while _waiting:
         _waiting.pop(0)()
-    return numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=_FLOATING_POINT)(
-        function
-    )
+    options = {"nogil": True, "error_model": "numpy", "fastmath": _FLOATING_POINT}
+    compiled = numba.njit(cache=True, **options)(function)
+    if not numba.config.DISABLE_JIT:
+        compiled.compile = _compiled_once(compiled.compile, function)
+    return compiled
+
+
+def _compiled_once(compile: Callable[..., Any], function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compilation under a lock file: a process that needs a kernel waits for the one that compiles it, and loads it."""
+
+    @functools.wraps(compile)
+    def locked(signature: Any) -> Any:
+        with _compiling, contextlib.ExitStack() as stack:
+            # Without the lock, where files cannot be locked, each process compiles for itself.
+            with contextlib.suppress(OSError):
+                folder = Path(_numba().config.CACHE_DIR)
+                folder.mkdir(parents=True, exist_ok=True)
+                file = (folder / f"{function.__module__}.{function.__qualname__}.lock").open("w")
+                _lock(stack.enter_context(file))
+            return compile(signature)
+
+    return locked
+
+
+def _lock(file: TextIO) -> None:
+    """Lock a file as soon as no other process does; raise ``BlockingIOError`` after ``_PATIENCE``."""
+    deadline = time.monotonic() + _PATIENCE
+    while True:
+        try:
+            return fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            if time.monotonic() > deadline:
+                raise
+            time.sleep(0.02)
 
 
 class Bound:

@@ -14,8 +14,9 @@ The rules:
 - Their differences are compared with the noise first: a difference that is not above it says
   nothing about the mesh. Then a change of sign is ``oscillatory``; an order outside of ``ORDERS``
   is ``not in the asymptotic range``.
-- Only ``converging`` gives an extrapolated number, and then it is the value. Otherwise the finest
-  resolution is.
+- Only ``converging`` gives an extrapolated number, and it is the value where its mesh part is smaller than that of the
+  finest resolution: an extrapolation multiplies the noise of the two finest, the more so the lower the order and the
+  closer the grids. Otherwise the value is that of the finest resolution.
 - The error bar is the root of the sum of the squares of three parts:
 
   ``mesh``
@@ -25,7 +26,8 @@ The rules:
 
       - ``converging``: ``LEFT`` of the correction that was extrapolated, and at least the distance to the limit of the
         observed order, where the formal one is used in its place, and to that of any order from the assumed to the
-        formal one that fits the three values within their noise.
+        formal one that fits the three values within their noise. Where the finest value is taken: the grid convergence
+        index, ``SAFETY`` times the correction, and at least the distance to each of those limits.
       - Else, where such an order fits them within their noise: the largest error of the finest that one of them gives.
         So an oscillation, or an order above 3, that lies within the scatter of the offsets costs this scatter alone.
       - Else the coarsest is outside of the asymptotic range, or they diverge: the index of the two finest at the
@@ -135,7 +137,7 @@ class Convergence:
 
     verdict: Verdict
     reason: str  # in words; what was left out, too
-    value: float  # extrapolated where converging, else of the finest resolution with a value
+    value: float  # extrapolated where converging and more certain so, else of the finest resolution with a value
     mesh: float  # parts of the uncertainty; the mesh's is NaN where nothing tells it
     offsets: float
     measurement: float
@@ -324,21 +326,30 @@ def _of_three(valued: Sequence[Level]) -> _Judged:
 
 
 def _converging(three: Sequence[Level], order: float) -> _Judged:
-    """The extrapolated value; what may be wrong with its order, and what noise makes of it."""
+    """The extrapolated value, or the finest where noise would make the extrapolated one less certain."""
     fine, middle = three[:2]
     used = min(order, FORMAL_ORDER)
     correction = abs(_error(fine, middle, used))
-    value = extrapolate(fine, middle, used)
+    extrapolated = extrapolate(fine, middle, used)
+    limits = _limits_within_noise(three)
     left = max(LEFT * correction, correction - abs(_error(fine, middle, order)))
-    open_limits = (abs(limit - value) for limit in _limits_within_noise(three))
     # f1 + (f1 - f2)/(r^p - 1) of two values with noise.
     share = _error_of_unit(fine, middle, used)
     spread = math.hypot((1.0 + share) * _noise_of(three, fine), share * _noise_of(three, middle))
-    mesh = math.hypot(max(left, *open_limits, 0.0), COVERAGE * spread)
-    reason = f"extrapolated with the {'observed' if used == order else 'formal'} order {used:.2g}"
+    mesh = _mesh(left, extrapolated, limits, spread)
+    mesh_of_finest = _mesh(SAFETY * correction, fine.value, limits, _noise_of(three, fine))
+    name = f"the {'observed' if used == order else 'formal'} order {used:.2g}"
     gci = _relative(SAFETY * correction, fine)
-    more = {"order": order, "extrapolated": value, "gci": gci}
-    return "converging", reason, value, mesh, more
+    more = {"order": order, "extrapolated": extrapolated, "gci": gci}
+    if mesh <= mesh_of_finest:
+        return "converging", f"extrapolated with {name}", extrapolated, mesh, more
+    reason = f"the finest resolution, because an extrapolation with {name} multiplies the noise"
+    return "converging", reason, fine.value, mesh_of_finest, more
+
+
+def _mesh(error: float, value: float, limits: Sequence[float], spread: float) -> float:
+    """Mesh part of a value: what is left of its error, or the farthest of possible limits, and its noise."""
+    return math.hypot(max(error, *(abs(limit - value) for limit in limits), 0.0), COVERAGE * spread)
 
 
 def _unsettled(three: Sequence[Level]) -> float:

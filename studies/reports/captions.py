@@ -57,10 +57,10 @@ def of_points(view: FigureView, name: str) -> str:
     converging = cubes.VERDICT_WORDS.index("converging")
     finest = "of the finest"
     if (view.flat(cubes.VERDICT, name) == converging).any():
-        finest = "extrapolated where it converges, else of the finest"
+        finest = "extrapolated where that is more certain, else of the finest"
     return (
         f"Points are {quantity} over all {several}, {finest} resolution; {_bars(view, name)}. Open "
-        "points carry a flag, or are not known to converge and have the value of the finest resolution."
+        "points carry a flag, or have no mesh error."
     )
 
 

@@ -54,7 +54,7 @@ HEADROOM = 0.06  # above the highest point
 MOST_TICKS = 7  # of an axis in per cent
 FLAGGED = "flagged: see the label at the mark"
 OUTSIDE = "law outside its range: open marks, dotted"
-UNSETTLED = "simulation that its grids did not settle: open marks"
+NO_MESH_ERROR = "simulation without a mesh error: open marks"
 MOST_LABELS = 4  # flagged points of a panel that are labelled; beyond, they are ringed alone
 
 
@@ -80,7 +80,7 @@ STYLES = {
     labels.TREND: Style(COLOURS[1], "circle"),
     labels.MISSING: Style(GREY, "x-thin", 1000),
     FLAGGED: Style(CRIMSON, "circle-open", 3),
-    UNSETTLED: Style(INK, "circle-open", 2),
+    NO_MESH_ERROR: Style(INK, "circle-open", 2),
     OUTSIDE: Style(GREY, "square-open", 900),
 }
 
@@ -216,7 +216,7 @@ def _traces(series: Series, style: Style, figure: Figure, has_range: bool) -> It
     if any(
         is_open and not flags for is_open, flags in zip(series.flagged, series.doubts, strict=False)
     ):
-        yield _legend_entry(STYLES[UNSETTLED], "markers") | {"label": UNSETTLED}
+        yield _legend_entry(STYLES[NO_MESH_ERROR], "markers") | {"label": NO_MESH_ERROR}
     if series.kind == "law" and series.connected:
         yield from _strokes(x, y, series.in_range, style)
     trace: Trace = {

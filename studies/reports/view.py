@@ -7,7 +7,6 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
-from studies.convergence.richardson import VERDICTS, Verdict
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, by_run, comparable, places_of, simulated
 from studies.cubes.variables import Variable
@@ -17,13 +16,6 @@ from studies.values.quantities import readable
 MOST_LAWS = 6  # in one figure
 MOST_PANELS = 12  # panels of a figure; further panels are in the cube
 PREFERRED = "speed"  # the abscissa where the sweep varies it
-# Verdicts under which the value is the finest resolution's although refinement was asked about.
-UNSETTLED: tuple[Verdict, ...] = (
-    "oscillatory",
-    "not in the asymptotic range",
-    "two grids",
-    "single grid",
-)
 
 Item = TypeVar("Item")
 
@@ -92,13 +84,12 @@ class FigureView:
         return OFFSET in self.refinements
 
     def is_open(self, name: str) -> np.ndarray:
-        """Whether a point (points,) is drawn open: it carries a flag, or resolutions did not settle its value."""
+        """Whether a point (points,) is drawn open: it carries a flag, or resolutions tell no mesh error."""
         flags = self.flat(cubes.FLAGS_OF_RUN) | self.flat(cubes.FLAGS, name)
         flagged: np.ndarray = flags != 0
         if not self.over_resolutions:
             return flagged
-        unsettled = [VERDICTS.index(verdict) for verdict in UNSETTLED]
-        return flagged | np.isin(self.flat(cubes.VERDICT, name), unsettled)
+        return flagged | np.isnan(self.flat(cubes.MESH_PART, name))
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""

@@ -3,13 +3,16 @@
 That every law is the same compiled, by eights and plain is a contract: ``tests/contracts/test_eight_points.py``.
 """
 
+import fcntl
 import math
 import os
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 
@@ -76,6 +79,21 @@ def copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copytree(ROOT / "solver", copy, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(jit, "__file__", str(copy / "jit.py"))
     return copy
+
+
+def test_kernel__waits_for_the_process_that_compiles_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    compiles = jit._compiled_once(lambda signature: f"code for {signature}", a_few_steps)
+    name = f"{a_few_steps.__module__}.{a_few_steps.__qualname__}.lock"
+    with ThreadPoolExecutor() as pool, (tmp_path / name).open("w") as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        result = pool.submit(compiles, "float64")
+        with pytest.raises(TimeoutError):
+            result.result(timeout=0.3)
+        fcntl.flock(held, fcntl.LOCK_UN)
+        assert result.result(timeout=60.0) == "code for float64"
 
 
 def test_cache__moves_with_the_text_of_the_solver_and_not_with_its_place(

@@ -16,9 +16,10 @@ COVERED, WIDEST = 0.94, 3.0
     "and their median is at most three times the root mean square of the true errors",
 )
 def bars() -> Iterator[Row]:
-    for ratio, offsets in LAYOUTS:
-        for width in widths(ratio, offsets, SERIES):
-            name = f"{width.kind}, cells finer by {ratio:g}, offsets {offsets}"
+    for spacings, offsets in LAYOUTS:
+        for width in widths(spacings, offsets, SERIES):
+            cells = ", ".join(f"{spacing:.3g}" for spacing in spacings)
+            name = f"{width.kind}, cells of {cells}, offsets {offsets}"
             if width.kind == "all":
                 yield at_least(f"{name}: share covered", limit=COVERED, got=width.covered)
                 wide = width.bar / width.error

@@ -1,7 +1,7 @@
 """Synthetic series of known limit: how often an error bar holds it, and how wide it is."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from random import Random
 
@@ -9,8 +9,14 @@ from studies.convergence.richardson import Sample, converge
 
 LIMIT = 20.0
 KINDS = ("quiet", "steep", "within scatter", "noisy", "coarsest outside")
-# Ratios and offsets of ``accuracy: standard`` and ``fine``, each with one offset too.
-LAYOUTS = ((1.5, 3), (2.0, 3), (1.5, 1), (2.0, 1))
+# Spacings and offsets of ``accuracy: standard`` and ``fine``, each with one offset too, and of the demo.
+LAYOUTS = (
+    ((1.0, 1.5, 2.25), 3),
+    ((1.0, 2.0, 4.0), 3),
+    ((1.0, 1.5, 2.25), 1),
+    ((1.0, 2.0, 4.0), 1),
+    ((1.0, 4.0 / 3.0, 2.0), 1),
+)
 
 
 @dataclass(frozen=True)
@@ -24,16 +30,22 @@ class Width:
     ratio: float  # median of bar over error
 
 
-def widths(ratio: float, offsets: int, count: int, seed: int = 20261123) -> Iterator[Width]:
+def widths(
+    spacings: Sequence[float], offsets: int, count: int, seed: int = 20261123
+) -> Iterator[Width]:
     """Coverage and widths of ``count`` series of each kind, and of all together."""
     random = Random(seed)
-    pairs = {kind: [_judged(kind, random, ratio, offsets) for _ in range(count)] for kind in KINDS}
+    pairs = {
+        kind: [_judged(kind, random, spacings, offsets) for _ in range(count)] for kind in KINDS
+    }
     for kind, mine in pairs.items():
         yield _width(kind, mine)
     yield _width("all", [pair for mine in pairs.values() for pair in mine])
 
 
-def _judged(kind: str, random: Random, ratio: float, offsets: int) -> tuple[float, float]:
+def _judged(
+    kind: str, random: Random, spacings: Sequence[float], offsets: int
+) -> tuple[float, float]:
     """Bar and error of one series: f(h) = LIMIT + C h^p, and a normal noise that is a share of the cell."""
     order, error, noise, outside = random.uniform(1.0, 2.0), random.choice((-1.0, 1.0)), 0.0, 0.0
     if kind in ("quiet", "coarsest outside"):
@@ -44,13 +56,12 @@ def _judged(kind: str, random: Random, ratio: float, offsets: int) -> tuple[floa
         noise = _between(random, 0.2, 1.0)
     if kind == "steep":
         order, noise = random.uniform(3.2, 6.0), _between(random, 0.01, 0.1)
-        error /= ratio ** (2.0 * order)
+        error /= spacings[2] ** order
     if kind == "within scatter":
         order, noise = 1.0, 0.1
         error = random.uniform(-0.5, 0.5) * noise
     samples = []
-    for place in range(3):
-        spacing = ratio**place
+    for place, spacing in enumerate(spacings):
         value = LIMIT + error * spacing**order + (outside if place == 2 else 0.0)
         for _ in range(offsets):
             shifted = value + random.gauss(0.0, noise * spacing)

@@ -305,12 +305,12 @@ def test_fit__is_that_of_weighted_least_squares() -> None:
     assert result.misfit == pytest.approx(float(np.linalg.norm(residuals)))
 
 
-@pytest.mark.parametrize(("ratio", "offsets"), LAYOUTS)
+@pytest.mark.parametrize(("spacings", "offsets"), LAYOUTS)
 def test_error_bar__of_synthetic_series_covers_the_limit_and_is_no_wider_than_needed(
-    ratio: float, offsets: int
+    spacings: tuple[float, ...], offsets: int
 ) -> None:
     # ``make claims bars`` asks for 94 of 100 of twenty times as many; 250 series tell it to 3 of 100.
-    *_, together = widths(ratio, offsets, 50)
+    *_, together = widths(spacings, offsets, 50)
     assert together.covered >= 0.91
     assert together.bar <= 3.0 * together.error
 

@@ -11,7 +11,7 @@ from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.reports.compare import compare
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
-from studies.reports.plot import FLAGGED, OUTSIDE, UNSETTLED, WIDTHS, plot
+from studies.reports.plot import FLAGGED, NO_MESH_ERROR, OUTSIDE, WIDTHS, plot
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Sweep
 
@@ -94,13 +94,9 @@ def test_main_figure__an_observed_shot_stands_in_the_panel_that_it_meets() -> No
     assert [each[0].x for each in shots] == [(2600.0,), (4000.0, 5930.0), (9000.0,)]
 
 
-@pytest.mark.parametrize(
-    ("sweep", "expected"), [(TWO_GRIDS, fakes.SPEEDS), (OFFSETS_ALONE, ())], ids=["two", "one"]
-)
-def test_mark__is_open_where_resolutions_did_not_settle_the_value(
-    sweep: Sweep, expected: tuple[float, ...]
-) -> None:
-    assert open_speeds(built(sweep)) == list(expected)
+@pytest.mark.parametrize("sweep", [TWO_GRIDS, OFFSETS_ALONE], ids=["two grids", "one grid"])
+def test_mark__is_open_where_resolutions_tell_no_mesh_error(sweep: Sweep) -> None:
+    assert not open_speeds(built(sweep))
     assert LONELY in open_speeds(without_coarse_runs())
 
 
@@ -120,7 +116,7 @@ def test_mark__is_open_where_resolutions_did_not_settle_the_value(
 def test_caption__names_the_parts_that_error_bars_have(sweep: Sweep, words: str) -> None:
     caption = drawn(built(sweep), "laws").caption
     assert words in caption
-    assert ("extrapolated where it converges" in caption) == (sweep is REFINED)
+    assert ("extrapolated where that is more certain" in caption) == (sweep is REFINED)
 
 
 def test_caption__counts_points_without_a_mesh_error() -> None:
@@ -147,10 +143,10 @@ def test_legend__is_open_and_dotted_for_a_law_that_is_nowhere_inside_its_range()
     assert legend[OUTSIDE]["marker"]["symbol"].endswith("-open")
 
 
-def test_legend__explains_open_marks_of_values_that_grids_did_not_settle() -> None:
-    legend = legend_of(drawn(built(REFINED), "laws"))
-    assert legend[UNSETTLED]["marker"]["symbol"] == "circle-open"
-    assert UNSETTLED not in legend_of(drawn(built(PLAIN), "laws"))
+def test_legend__explains_open_marks_of_values_without_a_mesh_error() -> None:
+    legend = legend_of(drawn(without_coarse_runs(), "laws"))
+    assert legend[NO_MESH_ERROR]["marker"]["symbol"] == "circle-open"
+    assert NO_MESH_ERROR not in legend_of(drawn(built(REFINED), "laws"))
 
 
 def test_flagged_points__are_ringed_with_their_flags_beside_them() -> None:
