@@ -42,9 +42,9 @@ class Outcome:
         return f"{self.stage.name:13}  {word}  {time_taken}{excess}"
 
 
-# Whole files side by side, so that a fixture of a file is made once; three of them on two cores, for tests of processes
+# Whole files side by side, so that a fixture of a file is made once; four of them on two cores, for tests of processes
 # wait half of their time.
-SIDE_BY_SIDE = ["--numprocesses=3", "--dist=loadfile", "--no-loadscope-reorder", "--durations=10"]
+SIDE_BY_SIDE = ["--numprocesses=4", "--dist=loadfile", "--no-loadscope-reorder", "--durations=10"]
 
 TESTS = (Stage("tests", 400, ["python", "-m", "pytest", "-q", *SIDE_BY_SIDE]),)
 CHECKS = (
