@@ -22,7 +22,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
-from service.store.tables import CONTROL, PRIORITY_CLASSES, TABLES
+from service.store.tables import CONTROL, PRIORITY_CLASSES, REVISION, TABLES
 
 BUSY_MILLISECONDS = 20_000  # wait of a writer for others before it raises StoreUnavailable
 NO_WAIT_MILLISECONDS = 100  # a shorter wait within the process is not worth another statement
@@ -53,9 +53,10 @@ POSTGRESQL = {
 class Database:
     """A database; every use of it is one short transaction."""
 
-    def __init__(self, url: str, migrations: str = "service:migrations"):
+    def __init__(self, url: str, migrations: str = "service:migrations", revision: str = REVISION):
         self.url = sa.make_url(url)
         self._migrations = migrations
+        self._newest = revision
         self._mutex = threading.Lock()  # writers of this process wait without a connection
         if self.is_sqlite:
             self._engine = sa.create_engine(self.url, **CONNECTIONS)
@@ -95,6 +96,9 @@ class Database:
 
         Tables of an unknown revision are refused.
         """
+        if self.revision() == self._newest:
+            return
+        # 0.3 s, which the usual start need not wait for.
         from alembic import command
 
         with self._alone(), _transaction(self._engine) as connection:
@@ -116,7 +120,7 @@ class Database:
     def check_revision(self) -> None:
         """Raise StoreUnavailable unless the tables are those of this version."""
         present = self.revision()
-        if present != self._revisions()[0]:
+        if present != self._newest:
             raise self._refusal(present)
 
     def revision(self) -> str | None:
@@ -133,11 +137,11 @@ class Database:
 
     def _refusal(self, present: str | None) -> StoreUnavailable:
         place = self.url.database if self.is_sqlite else self.url.render_as_string()
-        newest, *older = self._revisions()
+        older = self._revisions()[1:]
         cure = "start in a new data directory and database; whipple.open_cube still reads its cubes"
         if present in (None, *older):
             cure = "start the service, which updates the tables"
-        problem = f"{place} has tables of revision {present}, and this version needs {newest}"
+        problem = f"{place} has tables of revision {present}, and this version needs {self._newest}"
         return StoreUnavailable(f"{problem}: {cure}")
 
     def _alembic(self) -> Any:
@@ -219,9 +223,11 @@ def _transaction(engine: sa.Engine) -> Iterator[sa.Connection]:
 
 
 def _revision(connection: sa.Connection) -> str | None:
-    from alembic.migration import MigrationContext
-
-    return MigrationContext.configure(connection).get_current_revision()
+    if not sa.inspect(connection).has_table("alembic_version"):
+        return None
+    return connection.scalar(
+        sa.select(sa.column("version_num")).select_from(sa.table("alembic_version"))
+    )
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:

@@ -32,6 +32,7 @@ def enumeration(kind: type[StrEnum]) -> sa.Enum:
 
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
+REVISION = "0006"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",

@@ -40,14 +40,12 @@ def _names(dataset: xr.Dataset) -> list[str]:
 def _column(dataset: xr.Dataset, name: str) -> np.ndarray:
     """The values of a variable for each run, (runs,); flags in words."""
     array = dataset[name]
+    values = declared.by_run(dataset, array).ravel()
     if "flag_masks" in array.attrs:
-        words = [" ".join(each) for each in declared.flag_words(array)]
-        array = array.copy(data=np.array(words, object).reshape(array.shape))
-    elif "flag_meanings" in array.attrs:
-        meanings = np.array(array.attrs["flag_meanings"].split(), object)
-        array = array.copy(data=meanings[array.values])
-    along = array.broadcast_like(dataset.run_state)
-    return along.transpose(*dataset.run_state.dims).values.ravel()
+        return np.array([" ".join(each) for each in declared.flag_words(array)], object)
+    if "flag_meanings" in array.attrs:
+        return np.array(array.attrs["flag_meanings"].split(), object)[values]
+    return values
 
 
 def _heading(dataset: xr.Dataset, name: str) -> str:

@@ -747,3 +747,11 @@ def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
     return [
         tuple(word for mask, word in meanings if value & mask) for value in flags.values.ravel()
     ]
+
+
+def by_run(dataset: xr.Dataset, array: xr.DataArray) -> np.ndarray:
+    """The values of a variable for each run, in the shape of ``run_state``, whatever it varies along.
+
+    Without xarray's alignment, which takes milliseconds: the variables of a cube share their coordinates.
+    """
+    return array.variable.set_dims(dict(dataset.run_state.sizes)).values

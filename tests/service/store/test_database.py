@@ -13,7 +13,7 @@ from service import migrations
 from service.records.jobs import Cause, StoreUnavailable, Submission
 from service.store import Store, connection
 from service.store.connection import Database
-from service.store.tables import SWEEPS
+from service.store.tables import REVISION, SWEEPS
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import runs_of, sweep_of, wait_until
 from tests.service.support.rows import finish_all
@@ -142,6 +142,11 @@ def with_next_revision(folder: Path, more: str = "") -> str:
     return str(copied)
 
 
+def test_revision__of_the_tables_is_that_of_the_newest_migration(own_url: str) -> None:
+    with closing(Database(own_url)) as database:
+        assert database._revisions()[0] == REVISION
+
+
 def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> None:
     with closing(Store.open(own_url, cost=lambda run: 1.0)) as store:
         done = store.create_sweep(Submission(sweep_of(runs_of("fine")))).id
@@ -149,7 +154,7 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
         waiting = store.create_sweep(Submission(sweep_of(runs_of("fine", first=10)))).id
         [held] = store.lease(1, store.begin_term("before"))
         before = [store.sweep(id) for id in (done, waiting)]
-        with closing(Database(own_url, with_next_revision(tmp_path))) as database:
+        with closing(Database(own_url, with_next_revision(tmp_path), "next")) as database:
             database.migrate()
             assert database.revision() == "next"
             with database.reading() as reading:
@@ -166,7 +171,7 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
 def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> None:
     Store.open(own_url).close()
     broken = with_next_revision(tmp_path, "raise RuntimeError('half way')")
-    with closing(Database(own_url, broken)) as database:
+    with closing(Database(own_url, broken, "next")) as database:
         with pytest.raises(RuntimeError, match="half way"):
             database.migrate()
         assert database.revision() == "0006"
