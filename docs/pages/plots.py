@@ -9,7 +9,7 @@ GREY = "#7f7f7f"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f")
 MARKS = "osD^vP*"
 DASHES = ("-", "--")  # of the labels with the first colours, and with the same again
-LEGEND_COLUMNS = 4
+LEGEND_LETTERS = 140  # in a row of a legend, the space of each line and gap taken as 8
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "whipple",
@@ -70,7 +70,8 @@ def curves(
 ) -> str:
     """Panels side by side with lines (x, y, whether inside the range) of each label, dotted outside; one legend."""
     labels = list(dict.fromkeys(label for _, lines in panels for label, _ in lines))
-    rows = -(-len(labels) // LEGEND_COLUMNS)
+    columns = max(1, min(len(labels), LEGEND_LETTERS // max(len(label) + 8 for label in labels)))
+    rows = -(-len(labels) // columns)
     axes, close = _figure(1, len(panels), (9.0, 4.4 + 0.2 * rows))
     looks = [(colour, dash) for dash in DASHES for colour in COLOURS]
     for axis, (title, lines) in zip(axes, panels, strict=True):
@@ -82,6 +83,5 @@ def curves(
             axis.plot(x, inside, dash, color=colour, lw=2)
         axis.set(title=title, xlabel=xlabel, ylabel=ylabel)
     handles = [axes[0].plot([], [], dash, color=colour)[0] for colour, dash in looks[: len(labels)]]
-    columns = min(LEGEND_COLUMNS, len(labels))
     axes[0].figure.legend(handles, labels, loc="outside lower center", ncols=columns, **LEGEND)
     return close()

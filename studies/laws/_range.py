@@ -80,12 +80,16 @@ def like_on_like(source: str) -> Limit:
     return Limit("like on like", source, outside)
 
 
+# How the reason begins where a law is for another material than the target's: reports read it in cubes.
+OTHER_MATERIAL = "calibrated on "
+
+
 def family(name: str, source: str) -> Limit:
     """A target of one family of materials."""
 
     def outside(shot: "Shot") -> str:
         family = shot.target.family
-        return "" if family == name else f"calibrated on {name}, the target is {family}"
+        return "" if family == name else f"{OTHER_MATERIAL}{name}, the target is {family}"
 
     return Limit(f"{name} target", source, outside)
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from studies.cubes.points import Place
+from studies.laws import OTHER_MATERIAL
 from studies.reports.verdict import texts
 from studies.reports.verdict.bands import Band, Value, bands_of
 from studies.reports.verdict.evidence import (
@@ -52,6 +53,9 @@ class LawVerdict:
     title: str
     reference: Reference
     caveat: str  # "recalled, cross-checked"; empty where the law was read in a source
+    other_material: (
+        bool  # whether every point is outside its range because of the material of the target
+    )
     bands: tuple[StatedBand, ...]
     points: int
     judged: int  # points inside the range with a value and without a flag
@@ -166,6 +170,8 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         title=subject.title,
         reference=subject.reference,
         caveat=subject.caveat,
+        other_material=bool(subject.points)
+        and all(OTHER_MATERIAL in point.outside for point in subject.points),
         bands=tuple(
             _stated(band, axes, subject.reference, is_simulation)
             for band in bands_of(subject.points, axes)

@@ -220,17 +220,26 @@ def _simple(number: float) -> str:
 
 
 def outside_texts(laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
-    """The laws that no point can judge, each once for all its variants, with the reasons."""
-    groups: dict[tuple[str, str, str], list[LawVerdict]] = {}
+    """The laws that no point can judge, with the reasons: a sentence for all that have the same, and for all that are
+    for targets of other materials.
+    """
+    groups: dict[tuple[str, str], dict[str, list[LawVerdict]]] = {}
+    others = list(dict.fromkeys(law.title for law in laws if law.other_material))
     for law in laws:
-        says = "; ".join(
-            f"{band.where} {band.says.partition(' (it gives')[0]}" for band in law.bands
-        )
-        groups.setdefault((law.reference, law.title, says), []).append(law)
-    return tuple(
-        f"{name}{_variants(mine)}{'' if reference == 'simulation' else ', for the observed shots'}: {says}."
-        for (reference, name, says), mine in groups.items()
-    )
+        if not law.other_material:
+            says = "; ".join(
+                f"{band.where} {band.says.partition(' (it gives')[0]}" for band in law.bands
+            )
+            groups.setdefault((law.reference, says), {}).setdefault(law.title, []).append(law)
+    sentences = []
+    for (reference, says), mine in groups.items():
+        # Names of laws have commas and "and" of their own.
+        names = "; ".join(f"{name}{_variants(variants)}" for name, variants in mine.items())
+        shots = "" if reference == "simulation" else ", for the observed shots"
+        sentences.append(f"{names}{shots}: {says}.")
+    if others:
+        sentences.append(f"For targets of other materials: {'; '.join(others)}.")
+    return tuple(sentences)
 
 
 def drawn_texts(subjects: Sequence[Subject]) -> tuple[str, ...]:

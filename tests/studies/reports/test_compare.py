@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.laws import DRAWN_ONLY
+from studies.laws import DRAWN_ONLY, OTHER_MATERIAL, LawValue
 from studies.reports.compare import (
     ONLY_SIMULATION,
     UNJUDGED_BY_OBSERVATION,
@@ -154,6 +154,24 @@ def test_verdict__says_which_laws_are_recalled(word: str, stated: bool) -> None:
     assert all(("recalled, cross-checked" in law.sentence) == stated for law in laws)
     assert ("recalled, cross-checked" in quantity.recommendation) == stated
     assert not quantity.drawn
+
+
+def test_verdict__lists_laws_for_other_materials_in_one_sentence() -> None:
+    class OfGlass(fakes.Law):
+        def evaluate(self, shot: Any, variant: str) -> LawValue:
+            return LawValue(0.02, False, f"{OTHER_MATERIAL}glass, the target is copper (a source)")
+
+    sweep = fakes.holes()
+    laws = tuple(
+        OfGlass(name, "hole_diameter", lambda shot, variant: 2.0, title=f"title of {name}")
+        for name in ("first", "second")
+    )
+    catalogue = replace(fakes.catalogue(), laws=(*fakes.HOLE_LAWS, *laws))
+    (quantity,) = compare(cube.build(sweep, fakes.results(sweep), catalogue)).verdict.quantities
+    assert quantity.unjudged[-1] == (
+        "For targets of other materials: title of first; title of second."
+    )
+    assert not any("glass" in text for text in quantity.unjudged)
 
 
 def test_quantity__whose_runs_mix_versions_of_its_definition_gets_no_verdict() -> None:
