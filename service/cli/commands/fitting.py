@@ -1,6 +1,8 @@
 """Laws and surrogates out of the cube of a sweep; no service is needed."""
 
 import json
+import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +13,9 @@ from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from studies.fits.fit import Fit
+    from studies.fits.indices import InputIndices, SobolIndex
     from studies.fits.measured import Measured
+    from studies.fits.surrogate import Prediction, Surrogate
 
 app = typer.Typer()
 
@@ -62,11 +66,119 @@ def fit(
         _write(fitted, out, name)
     if as_json:
         print_json([plain(fits) for fits in fitted])
-        return
-    for fits in fitted:
-        _print_fits(fits)
+    else:
+        for fits in fitted:
+            _print_fits(fits)
     if out is not None:
-        print(f"written: {out}")
+        print(f"written: {out}", file=sys.stderr)
+
+
+@app.command()
+def surrogate(
+    cube: Annotated[
+        Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")
+    ],
+    quantity: Quantity = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="AXIS=VALUE", help="Predict the value here: speed=6.2 km/s; for every axis."
+        ),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw predicted over computed values: PNG, SVG or PDF."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Interpolate the runs of a cube with an error, and say which axis matters. Needs whipple[surrogate]."""
+    from service.cli.console import print_json
+    from studies.fits.indices import indices_of_surrogate
+    from studies.fits.measured import open_cube
+    from studies.fits.surrogate import as_json as plain
+    from studies.fits.surrogate import check_extra, main_quantity, surrogate_of
+
+    check_extra()
+    dataset = open_cube(cube)
+    made = surrogate_of(dataset, main_quantity(dataset, quantity))
+    place = made.runs.read_place(at) if at else None
+    prediction = None if place is None else made.predict(place[None])
+    indices = indices_of_surrogate(made)
+    if as_json:
+        document = {**plain(made), "indices": [asdict(each) for each in indices]}
+        if place is not None and prediction is not None:
+            names = [each.name for each in made.runs.inputs]
+            document["prediction"] = {
+                "at": dict(zip(names, place.tolist(), strict=True)),
+                "value": float(prediction.values[0]),
+                "interval": float(prediction.intervals[0]),
+            }
+        print_json(document)
+    else:
+        _print_surrogate(made, indices)
+        if prediction is not None:
+            _print_prediction(made, prediction, at or [])
+    if plot is not None:
+        _draw(made, plot)
+
+
+def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
+    from service.cli.console import print_table
+    from studies.values.formats import display_of, with_unit
+
+    runs, left = made.runs, made.left_out
+    shown = display_of(runs.unit)
+    words, unit = runs.quantity.replace("_", " "), f" {shown.unit}" if shown.unit else ""
+    print(f"{words}: {len(runs.values)} runs of {runs.source}")
+    columns = [with_unit(each.name.replace("_", " "), each.unit) for each in runs.inputs]
+    rows = [
+        (
+            *(
+                f"{value * display_of(each.unit).factor:.6g}"
+                for value, each in zip(place, runs.inputs, strict=True)
+            ),
+            *(f"{value * shown.factor:.5g}" for value in numbers),
+            "" if abs(numbers[1] - numbers[0]) <= numbers[2] else "outside",
+        )
+        for place, *numbers in zip(
+            runs.places, runs.values, left.predicted.values, left.predicted.intervals, strict=True
+        )
+    ]
+    heading = with_unit("computed", runs.unit)
+    print_table((*columns, heading, "predicted without it", "± 95 %", ""), rows)
+    for what, each in (("run", left), ("point", made.points_left_out)):
+        print(
+            f"  each {what} left out once: rms error {each.rms * shown.factor:.3g}{unit}, largest "
+            f"{each.largest * shown.factor:.3g}{unit}, Q2 {each.explained:.4f}; 95 % intervals cover "
+            f"{each.coverage:.0%}"
+        )
+    print("Sobol indices (95 %)")
+    print_table(
+        ("axis", "by itself", "with interactions"),
+        ((each.name, _index(each.first), _index(each.total)) for each in indices),
+    )
+
+
+def _index(index: "SobolIndex") -> str:
+    return f"{index.value:.3f} ({index.low:.3f} to {index.high:.3f})"
+
+
+def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]) -> None:
+    from studies.values.formats import display_of
+
+    shown = display_of(made.runs.unit)
+    value, interval = (
+        float(each[0]) * shown.factor for each in (prediction.values, prediction.intervals)
+    )
+    unit = f" {shown.unit}" if shown.unit else ""
+    print(f"predicted at {', '.join(at)}: {value:.4g} ± {interval:.2g}{unit} (95 %, for a run)")
+
+
+def _draw(made: "Surrogate", file: Path) -> None:
+    from studies.fits.drawing import draw_left_out
+
+    draw_left_out(made, file)
+    print(f"written: {file}", file=sys.stderr)
 
 
 def _refuse_form(form: str | None) -> None:

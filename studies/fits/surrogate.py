@@ -1,0 +1,440 @@
+"""A Gaussian process over the runs of a cube: it predicts a run that was not computed, with an interval.
+
+The mean is a straight line over every input and the covariance a Matern function of smoothness 5/2 with a length for
+each input, on top of it a noise of its own (Rasmussen and Williams 2006, chapters 2 and 5; ``scikit-learn``). A dozen
+runs do not fix lengths, size and noise, and intervals at their most likely values are too short; so these are sampled
+from what the runs say of them (Handcock and Stein 1993, Technometrics 35, 403), and a prediction is the mixture over
+the samples.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from studies.cubes import variables as cubes
+from studies.cubes.points import axes_of, by_run, comparable, main_quantities, refinements_of
+from studies.fits.least_squares import CONFIDENCE
+from studies.fits.measured import source_of
+from studies.sweeps.sweep import OFFSET, RESOLUTION
+from studies.values.errors import Finding, Findings, InvalidInput, MissingExtra
+from studies.values.nearest import nearest_cure
+from studies.values.parameters import Parameter, parse_value
+from studies.values.quantities import readable, refusal
+
+SAMPLES = 200  # of lengths, size and noise
+FOLDS = 60  # the most processes of which each never had some runs
+BURN_IN = 20  # samples before these, which are left out: they remember where the first one began
+SEED = 1  # of the samples
+# Prior standard deviation of the constants of the line, in standard deviations of the runs over ranges of the inputs:
+# so wide that the runs alone decide.
+WIDE = 10.0
+# Bounds of lengths, sizes and noises, in the same units, between which their logarithms are equally likely beforehand:
+# a length beyond them is a straight line, or a noise.
+LENGTHS, SIZES, NOISES = (0.05, 20.0), (1e-4, 1e2), (1e-10, 1.0)
+NUGGET = 1e-10  # on the diagonal, over the variance of the runs: what keeps a factorisation stable
+HALVINGS = 60  # of the interval in which a half length is searched: to round-off
+
+
+@dataclass(frozen=True)
+class SurrogateInput:
+    """A number that varies between the runs."""
+
+    name: str  # an axis, or the resolution
+    unit: str  # SI
+    low: float  # of the runs
+    high: float
+
+    @property
+    def is_axis(self) -> bool:
+        """Whether it is a parameter of the shot, and no refinement of the grid."""
+        return self.name != RESOLUTION
+
+    def scaled(self, values: np.ndarray) -> np.ndarray:
+        """Values from 0 to 1; of the resolution by the size of a cell, with which errors of the grid go."""
+        if self.name == RESOLUTION:
+            return (1.0 / values - 1.0 / self.high) / (1.0 / self.low - 1.0 / self.high)
+        return (values - self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class ComputedRuns:
+    """Values of a quantity with the inputs of their runs."""
+
+    quantity: str
+    unit: str  # SI
+    source: str
+    inputs: tuple[SurrogateInput, ...]
+    places: np.ndarray  # (runs, inputs), SI
+    values: np.ndarray  # (runs,), SI
+
+    @property
+    def scaled(self) -> np.ndarray:
+        """The inputs of each run from 0 to 1, (runs, inputs)."""
+        return self.scale(self.places)
+
+    def scale(self, places: np.ndarray) -> np.ndarray:
+        """Some inputs, (places, inputs), from 0 to 1 within the runs."""
+        columns = [each.scaled(column) for each, column in zip(self.inputs, places.T, strict=True)]
+        return np.column_stack(columns)
+
+    def read_place(self, texts: Sequence[str]) -> np.ndarray:
+        """Inputs from texts, "speed=6 km/s": (inputs,), SI; the resolution is the finest unless stated.
+
+        Raises InvalidInput: an unknown input, one that is missing, one outside of the runs.
+        """
+        parts = (text.partition("=") for text in texts)
+        stated = {name.strip(): value.strip() for name, _, value in parts}
+        names, findings, place = [each.name for each in self.inputs], Findings(), []
+        for name in stated:
+            if name not in names:
+                cure = nearest_cure(name, names)
+                findings.append(Finding("--at", name, "an input of the surrogate", cure))
+        for each in self.inputs:
+            low, high = (readable(end, each.unit) for end in (each.low, each.high))
+            parameter = Parameter(
+                name=each.name,
+                kind="quantity",
+                unit=each.unit,
+                meaning=each.name,
+                minimum=each.low,
+                maximum=each.high,
+            )
+            if each.name not in stated and not each.is_axis:
+                place.append(each.high)
+                continue
+            try:
+                if each.name not in stated:
+                    limit = f"{each.name} from {low} to {high}"
+                    raise refusal("--at", "nothing", limit, f"add --at '{each.name}={low}'")
+                value = parse_value(
+                    parameter, _number_or_text(stated[each.name]), f"--at {each.name}"
+                )
+                assert isinstance(value, float)
+                place.append(value)
+            except InvalidInput as error:
+                findings.extend(error.findings)
+        if findings:
+            raise InvalidInput(findings)
+        return np.array(place)
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def runs_of(dataset: xr.Dataset, quantity: str) -> ComputedRuns:
+    """The runs of a cube with a value of a quantity; raises InvalidInput where axes are no numbers or too few runs.
+
+    Runs at several offsets are the same inputs again: what differs between them is noise.
+    """
+    values = comparable(dataset, quantity).values.ravel()
+    kept = np.isfinite(values)
+    refinements = [name for name in refinements_of(dataset) if name != OFFSET]
+    axes = [axis for axis in axes_of(dataset) if axis not in (RESOLUTION, OFFSET)]
+    inputs, columns = [], []
+    for name in (*axes, *refinements):
+        column = by_run(dataset, name)[kept]
+        if column.dtype.kind != "f":
+            if len(set(column)) > 1:
+                cure = "submit a sweep for each of its values"
+                raise refusal("CUBE", name, "axes of numbers", cure)
+            continue
+        if column.size and np.ptp(column) > 0.0:
+            unit = dataset[name].attrs.get("units", "1")
+            inputs.append(SurrogateInput(name, unit, float(column.min()), float(column.max())))
+            columns.append(column)
+    least = len(inputs) + 3
+    if not inputs or kept.sum() < least:
+        count = f"{int(kept.sum())} runs with a value of {quantity}, {len(inputs)} inputs"
+        limit = f"one input or more, and {least} runs or more for {len(inputs)}"
+        raise refusal("CUBE", count, limit, "compute more points")
+    unit = dataset[quantity].attrs["units"]
+    return ComputedRuns(
+        quantity, unit, source_of(dataset), tuple(inputs), np.column_stack(columns), values[kept]
+    )
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Predicted values with their intervals."""
+
+    values: np.ndarray  # (places,)
+    intervals: np.ndarray  # (places,) half lengths at CONFIDENCE, for a run, its noise included
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Each run predicted from all others."""
+
+    predicted: Prediction
+    errors: np.ndarray  # (runs,) predicted minus computed
+
+    @property
+    def rms(self) -> float:
+        """Root of the mean square of the errors."""
+        return float(np.sqrt(np.mean(self.errors**2)))
+
+    @property
+    def largest(self) -> float:
+        """Largest of the errors, on either side."""
+        return float(np.abs(self.errors).max())
+
+    @property
+    def coverage(self) -> float:
+        """Share of the runs inside their intervals."""
+        return float(np.mean(np.abs(self.errors) <= self.predicted.intervals))
+
+    @property
+    def explained(self) -> float:
+        """Share of the variance of the runs that the predictions explain, Q2."""
+        values = self.predicted.values - self.errors
+        return 1.0 - float((self.errors**2).sum() / ((values - values.mean()) ** 2).sum())
+
+
+@dataclass(frozen=True)
+class Surrogate:
+    """A Gaussian process for one quantity of a cube."""
+
+    runs: ComputedRuns
+
+    def predict(self, places: np.ndarray) -> Prediction:
+        """Values and intervals at some inputs (places, inputs), SI."""
+        return self._prediction(*self._mixture.at(self.runs.scale(places)))
+
+    def mean(self, places: np.ndarray) -> np.ndarray:
+        """Values alone."""
+        scale, shift = self._scale
+        return self._mixture.means(self.runs.scale(places)) * scale + shift
+
+    @cached_property
+    def left_out(self) -> LeftOut:
+        """Each run left out once; the other grids of its point stay, where it has some."""
+        return self._left_out(np.arange(len(self.runs.values)))
+
+    @cached_property
+    def points_left_out(self) -> LeftOut:
+        """Each point left out once, with the runs of all its grids."""
+        axes = [number for number, each in enumerate(self.runs.inputs) if each.is_axis]
+        _, points = np.unique(self.runs.places[:, axes], axis=0, return_inverse=True)
+        points = points.ravel()
+        return self.left_out if points.max() + 1 == len(points) else self._left_out(points)
+
+    def _left_out(self, groups: np.ndarray) -> LeftOut:
+        """The runs of each group (runs,) predicted by a process that never had them, in at most ``FOLDS`` processes.
+
+        Lengths, size and noise are sampled again for each: where they come from few runs, weighting the samples of all
+        runs instead gives intervals of half the length.
+        """
+        folds, x, y = groups % FOLDS, self.runs.scaled, self._standard
+        values, deviations = np.empty((2, SAMPLES, len(y)))
+        for fold in np.unique(folds):
+            out = folds == fold
+            values[:, out], deviations[:, out] = _mixture_of(x[~out], y[~out]).at(x[out])
+        predicted = self._prediction(values, deviations)
+        return LeftOut(predicted, predicted.values - self.runs.values)
+
+    @cached_property
+    def _mixture(self) -> "_Mixture":
+        return _mixture_of(self.runs.scaled, self._standard)
+
+    @property
+    def _standard(self) -> np.ndarray:
+        """The values of the runs less their mean, over their standard deviation."""
+        scale, shift = self._scale
+        return (self.runs.values - shift) / scale
+
+    @property
+    def _scale(self) -> tuple[float, float]:
+        """Standard deviation and mean of the values."""
+        values = self.runs.values
+        return float(values.std()) or 1.0, float(values.mean())
+
+    def _prediction(self, values: np.ndarray, deviations: np.ndarray) -> Prediction:
+        """Mean and interval of mixtures of normal distributions, (samples, places) each."""
+        from scipy.special import ndtr
+
+        means = values.mean(axis=0)
+        away = values - means
+        low = np.zeros_like(means)
+        high = (np.abs(away) + 10.0 * deviations).max(axis=0)
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            inside = ndtr((middle - away) / deviations) - ndtr((-middle - away) / deviations)
+            is_short = inside.mean(axis=0) < CONFIDENCE
+            low, high = np.where(is_short, middle, low), np.where(is_short, high, middle)
+        scale, shift = self._scale
+        return Prediction(means * scale + shift, high * scale)
+
+
+@dataclass(frozen=True)
+class _Process:
+    """A Gaussian process with given lengths, size and noise."""
+
+    kernel: Any  # of scikit-learn
+    x: np.ndarray  # (runs, inputs), from 0 to 1
+    factor: np.ndarray  # of the covariance of the runs: lower triangle of Cholesky
+    solved: np.ndarray  # (runs,) covariance^-1 y
+
+    def likelihood(self, y: np.ndarray) -> float:
+        """Logarithm of the likelihood of the runs, up to a constant: Rasmussen and Williams (2006), Eq. 2.30."""
+        return float(-0.5 * y @ self.solved - np.log(np.diag(self.factor)).sum())
+
+    def means(self, x: np.ndarray) -> np.ndarray:
+        """Predicted values at some inputs (places, inputs): their Eq. 2.25."""
+        return np.asarray(self.kernel(x, self.x) @ self.solved)
+
+    def deviations(self, x: np.ndarray) -> np.ndarray:
+        """Standard deviations of runs there, noise included: their Eq. 2.26."""
+        from scipy.linalg import solve_triangular
+
+        half = solve_triangular(self.factor, self.kernel(x, self.x).T, lower=True)
+        return np.sqrt(np.maximum(self.kernel.diag(x) - (half**2).sum(axis=0), NUGGET))
+
+
+@dataclass(frozen=True)
+class _Mixture:
+    """Processes with sampled lengths, sizes and noises."""
+
+    processes: list[_Process]
+
+    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values and standard deviations at some inputs (places, inputs): (samples, places) each."""
+        values = np.array([process.means(x) for process in self.processes])
+        return values, np.array([process.deviations(x) for process in self.processes])
+
+    def means(self, x: np.ndarray) -> np.ndarray:
+        """Values at some inputs, the mean over the samples."""
+        return np.mean([process.means(x) for process in self.processes], axis=0)
+
+
+def _mixture_of(x: np.ndarray, y: np.ndarray) -> _Mixture:
+    """Processes of runs (runs, inputs) with values (runs,) about 0 and of about unit size."""
+    bounds = np.log([SIZES, *[LENGTHS] * x.shape[1], NOISES])
+
+    def likelihood(parameters: np.ndarray) -> float:
+        return _process(parameters, x, y).likelihood(y)
+
+    samples = sampled_slices(likelihood, bounds.mean(axis=1), bounds)
+    return _Mixture([_process(sample, x, y) for sample in samples])
+
+
+def _process(parameters: np.ndarray, x: np.ndarray, y: np.ndarray) -> _Process:
+    """A process from the logarithms of its size, lengths and noise."""
+    from scipy.linalg import cho_solve
+    from sklearn.gaussian_process.kernels import ConstantKernel, DotProduct, Matern, WhiteKernel
+
+    size, *lengths, noise = np.exp(parameters)
+    line = ConstantKernel(WIDE**2) * DotProduct(1.0)
+    bends = ConstantKernel(size) * Matern(np.array(lengths), nu=2.5)
+    kernel = line + bends + WhiteKernel(noise)
+    factor = np.linalg.cholesky(kernel(x) + NUGGET * np.eye(len(x)))
+    return _Process(kernel, x, factor, cho_solve((factor, True), y))
+
+
+def sampled_slices(
+    logarithm: Callable[[np.ndarray], float], start: np.ndarray, bounds: np.ndarray
+) -> list[np.ndarray]:
+    """Samples of a density between bounds (dimensions, 2), by slices along each dimension.
+
+    ``logarithm`` is that of the density, up to a constant. Neal (2003), Ann. Statist. 31, 705: slices that begin as the
+    whole range and shrink.
+    """
+    rng = np.random.default_rng(SEED)
+    at = start
+    height = logarithm(at)
+    samples = []
+    for number in range(BURN_IN + SAMPLES):
+        for place, (low, high) in enumerate(bounds):
+            level = height - rng.exponential()
+            while True:
+                moved = at.copy()
+                moved[place] = rng.uniform(low, high)
+                height = logarithm(moved)
+                if height >= level:
+                    at = moved
+                    break
+                if moved[place] < at[place]:
+                    low = moved[place]
+                else:
+                    high = moved[place]
+        if number >= BURN_IN:
+            samples.append(at)
+    return samples
+
+
+def main_quantity(dataset: xr.Dataset, name: str | None) -> str:
+    """The quantity of a name, or the first main one of a cube; raises InvalidInput."""
+    if name is None:
+        return main_quantities(dataset)[0]
+    quantities = cubes.quantities_of(dataset)
+    if name not in quantities:
+        cure = nearest_cure(name, quantities)
+        raise refusal("--quantity", name, "a quantity of the cube", cure)
+    return name
+
+
+def surrogate_of(dataset: xr.Dataset, quantity: str) -> Surrogate:
+    """The surrogate of a quantity of a cube; raises InvalidInput, and MissingExtra without scikit-learn."""
+    check_extra()
+    return Surrogate(runs_of(dataset, quantity))
+
+
+def check_extra() -> None:
+    """Raise MissingExtra without scikit-learn."""
+    try:
+        import sklearn.gaussian_process  # noqa: F401
+    except ImportError:
+        raise MissingExtra(
+            "a surrogate needs scikit-learn: pip install 'whipple[surrogate]'"
+        ) from None
+
+
+def as_json(surrogate: Surrogate) -> Mapping[str, object]:
+    """The surrogate's inputs and its errors as plain values, SI."""
+    runs, left = surrogate.runs, surrogate.left_out
+    return {
+        "quantity": runs.quantity,
+        "unit": runs.unit,
+        "source": runs.source,
+        "runs": len(runs.values),
+        "inputs": [
+            {"name": each.name, "unit": each.unit, "low": each.low, "high": each.high}
+            for each in runs.inputs
+        ],
+        "level": CONFIDENCE,
+        "left_out": {
+            **_errors(left),
+            "runs": [
+                {
+                    "at": dict(zip([each.name for each in runs.inputs], place, strict=True)),
+                    "computed": value,
+                    "predicted": predicted,
+                    "interval": interval,
+                }
+                for place, value, predicted, interval in zip(
+                    runs.places.tolist(),
+                    runs.values.tolist(),
+                    left.predicted.values.tolist(),
+                    left.predicted.intervals.tolist(),
+                    strict=True,
+                )
+            ],
+        },
+        "points_left_out": _errors(surrogate.points_left_out),
+    }
+
+
+def _errors(left: LeftOut) -> dict[str, float]:
+    return {
+        "rms": left.rms,
+        "largest": left.largest,
+        "explained": left.explained,
+        "coverage": left.coverage,
+    }

@@ -1,0 +1,108 @@
+"""The surrogate of a cube: exact where it must be, honest about the runs that it has not seen."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.special import ndtr
+
+from studies.fits.indices import indices_of, indices_of_surrogate
+from studies.fits.surrogate import Surrogate, runs_of, sampled_slices, surrogate_of
+from studies.laws import Shot
+from studies.values.errors import InvalidInput, MissingExtra
+from tests.service.support.command import run
+from tests.studies.support.sized import CRATERS, HOLES, sized_cube
+
+
+def bent(shot: Shot) -> float:
+    """A size that no straight line has, m."""
+    return 1e-3 * (shot.speed / 1e3) ** 0.6 + 3e-4 * np.sin(shot.speed / 1e3)
+
+
+@pytest.fixture(scope="module")
+def cube() -> xr.Dataset:
+    return sized_cube(CRATERS, bent, "crater_depth")
+
+
+@pytest.fixture(scope="module")
+def surrogate(cube: xr.Dataset) -> Surrogate:
+    return surrogate_of(cube, "crater_depth")
+
+
+def test_surrogate__meets_the_runs_within_their_intervals(surrogate: Surrogate) -> None:
+    predicted = surrogate.predict(surrogate.runs.places)
+    assert (np.abs(predicted.values - surrogate.runs.values) <= predicted.intervals).all()
+    at_runs, between = predicted.intervals.max(), surrogate.predict(np.array([[5500.0]])).intervals
+    assert at_runs < between[0]
+
+
+def test_slices__sample_a_density_between_bounds() -> None:
+    samples = np.array(
+        sampled_slices(lambda at: -0.5 * float(at @ at), np.zeros(2), np.array([[-9.0, 9.0]] * 2))
+    )
+    assert samples.mean() == pytest.approx(0.0, abs=0.2)
+    assert (samples < 1.0).mean() == pytest.approx(ndtr(1.0), abs=0.08)
+
+
+def test_indices__of_the_only_axis_are_one(surrogate: Surrogate) -> None:
+    (index,) = indices_of_surrogate(surrogate)
+    assert (index.name, index.first.value, index.total.value) == ("speed", 1.0, 1.0)
+
+
+def test_indices__of_a_sum_are_the_shares_of_the_variances() -> None:
+    first, second = indices_of(
+        lambda x: x[:, 0] + 2.0 * x[:, 1], ["a", "b"], [(0, 1), (5, 6)], samples=512
+    )
+    for index, share in ((first, 0.2), (second, 0.8)):
+        assert index.first.low <= share <= index.first.high
+        assert index.total.low <= share <= index.total.high
+
+
+def test_surrogate__without_numbers_or_runs_is_refused(cube: xr.Dataset) -> None:
+    metals = {**CRATERS["axes"], "target": ["copper-ofhc", "al-2024-t3"]}
+    words = {**CRATERS, "fixed": {**CRATERS["fixed"]}, "axes": metals}
+    del words["fixed"]["target"]
+    with pytest.raises(InvalidInput, match="axes of numbers"):
+        runs_of(sized_cube(words, bent, "crater_depth"), "crater_depth")
+    with pytest.raises(InvalidInput, match="4 runs or more for 1"):
+        runs_of(cube.isel(speed=[0, 1, 2]), "crater_depth")
+
+
+def test_place__is_read_with_units_and_inside_the_runs() -> None:
+    runs = runs_of(
+        sized_cube({**HOLES, "resolution": [16, 32]}, bent, "hole_diameter"), "hole_diameter"
+    )
+    texts = ["speed=5 km/s", "plate_thickness = 2 mm"]
+    assert runs.read_place(texts).tolist() == [5000.0, 2e-3, 32.0]
+    for wrong in (texts[:1], [*texts, "x=1"], ["speed=9 km/s", texts[1]], ["speed=5", texts[1]]):
+        with pytest.raises(InvalidInput):
+            runs.read_place(wrong)
+
+
+def test_command__prints_errors_indices_and_a_prediction(
+    cube: xr.Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cube.isel(speed=slice(1, 6)).to_netcdf(tmp_path / "cube.nc")
+    picture = tmp_path / "a.svg"
+    assert (
+        run("surrogate", str(tmp_path), "--at", "speed=5.5 km/s", "--json", "--plot", str(picture))
+        == 0
+    )
+    plain = json.loads(capsys.readouterr().out)
+    assert len(plain["left_out"]["runs"]) == plain["runs"] == 5
+    prediction = plain["prediction"]
+    truth = 1e-3 * 5.5**0.6 + 3e-4 * np.sin(5.5)
+    assert abs(prediction["value"] - truth) <= prediction["interval"]
+    assert picture.stat().st_size > 1000
+    assert run("surrogate", str(tmp_path), "--quantity", "hole") == 2
+
+
+def test_surrogate__without_its_extra_names_it(
+    monkeypatch: pytest.MonkeyPatch, cube: xr.Dataset
+) -> None:
+    monkeypatch.setitem(sys.modules, "sklearn.gaussian_process", None)
+    with pytest.raises(MissingExtra, match=r"whipple\[surrogate\]"):
+        surrogate_of(cube, "crater_depth")
