@@ -302,8 +302,15 @@ def verdicts(fits: Sequence[Fit]) -> list[str]:
             )
         else:
             size = ranked.differences[1]
+            nearest = min(ranked.fits, key=lambda each: each.rms)
+            although = ""
+            if nearest is not ranked.fits[0]:
+                although = (
+                    f" {nearest.form.title} is nearer, with {len(nearest.form.constants)} constants, which "
+                    f"{len(nearest.measured.shots)} points do not support."
+                )
             sentences.append(
-                f"The points favour {best}: AICc of every other form is higher by {size:.1f} or more."
+                f"The points favour {best}: AICc of every other form is higher by {size:.1f} or more.{although}"
             )
     return sentences
 
