@@ -9,6 +9,8 @@ from typing import Any
 # Flags of a value with an unknown error: no law is compared with it.
 TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
 CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
+MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a value
+ENOUGH_GRIDS = 3  # of one point, that take this flag from its values: they show what the mesh does
 NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)
 
 # Part of an uncertainty that no mesh makes: half of the difference between two definitions of a quantity, where it has

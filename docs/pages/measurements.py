@@ -6,6 +6,7 @@ from studies import measurements, scenarios
 
 SCENARIOS = {
     "thin_plate": ("perforation", "A hole in a thin plate", "section along the line of flight"),
+    "debris_cloud": ("debris-cloud", "A debris cloud", "section along the line of flight, which points down"),
     "thick_plate": ("crater", "A crater in a thick block", "section along the line of flight"),
     "taylor_bar": ("taylor-bar", "A Taylor bar", "the bar at the end, on its wall"),
     "elastic_bar": ("elastic-bar", "An elastic bar", "push of the wall against time, and where the energy went"),
@@ -38,7 +39,15 @@ def page() -> str:
 
 def drawings() -> dict[str, str]:
     """A drawing for each scenario."""
-    sketches = (_perforation(), _crater(), _taylor_bar(), _elastic_bar(), _plate_impact(), _deck())
+    sketches = (
+        _perforation(),
+        _debris_cloud(),
+        _crater(),
+        _taylor_bar(),
+        _elastic_bar(),
+        _plate_impact(),
+        _deck(),
+    )
     files = (file for file, _, _ in SCENARIOS.values())
     return {f"{file}.svg": sketch.svg() for file, sketch in zip(files, sketches, strict=True)}
 
@@ -62,6 +71,40 @@ def _perforation() -> Sketch:
         sketch.dashed(edge, 80, edge, y)
         sketch.dashed(WIDTH - edge, 80, WIDTH - edge, y)
         sketch.across(edge, WIDTH - edge, y, name)
+    return sketch
+
+
+def _debris_cloud() -> Sketch:
+    sketch = Sketch("Length and radius of a debris cloud", 360)
+    wall = [(20, 60), (190, 60), (214, 30), (226, 40), (228, 70), (222, 96), (204, 84), (20, 84)]
+    sketch.shape(wall)
+    sketch.shape([(WIDTH - x, y) for x, y in wall])
+    sketch.dashed(20, 60, WIDTH - 20, 60)
+    sketch.dashed(20, 84, WIDTH - 20, 84)
+    half = [(340, 130), (296, 118), (262, 140), (248, 200), (262, 262), (300, 306), (340, 322)]
+    sketch.shape([*half, *((WIDTH - x, y) for x, y in reversed(half[1:-1]))])
+    for x, y, text in (
+        (24, 18, "mass_before, momentum_before"),
+        (24, 34, "kinetic_energy_before"),
+        (24, 50, "internal_energy_before"),
+        (90, 102, "mass_behind, momentum_behind"),
+        (90, 118, "kinetic_energy_behind"),
+        (90, 134, "internal_energy_behind"),
+        (90, 150, "melted_share_behind"),
+        (90, 166, "melted_share_projectile"),
+        (90, 198, "fragments"),
+        (90, 214, "largest_fragment"),
+        (350, 342, "tip_velocity_percent, tip_velocity_permille"),
+        (350, 120, "rear_velocity"),
+        (24, 346, "cloud_length_over_diameter: cloud_length / 2 cloud_radius"),
+    ):
+        sketch.text(x, y, text, "start", "#0072b2")
+    sketch.dashed(0.5 * WIDTH, 20, 0.5 * WIDTH, 350)
+    sketch.dashed(248, 200, 520, 200)
+    sketch.across(248, 340, 196, "cloud_radius")
+    sketch.along(500, 84, 200, "cloud_radius_place")
+    sketch.dashed(300, 322, 200, 322)
+    sketch.along(60, 84, 322, "cloud_length")
     return sketch
 
 

@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from studies.convergence.richardson import Convergence, Sample, converge
 from studies.cubes.variables import STATES, variable_name
-from studies.results import DEFINITION, numerical_parts
+from studies.results import DEFINITION, ENOUGH_GRIDS, MESH_DETERMINED, numerical_parts
 from studies.sweeps.sweep import RESOLUTION
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
@@ -98,9 +98,39 @@ def lay_out(sweep: Any, results: Mapping[str, Any], shot_of: Callable[[Any], Any
     cells = np.full(sweep.shape, None, object)
     for point in sweep.runs():
         cells[point.index] = _cell(point, results, shot_of(point.run))
-    return Layout(
+    layout = Layout(
         tuple(sweep.axes), tuple(sweep.refinements), names if grid else ("run", *names), cells
     )
+    for place in np.ndindex(layout.runs_of_points.shape[:-1]):
+        layout.runs_of_points[place] = _on_grids(layout.runs_of_points[place])
+    return layout
+
+
+def _on_grids(cells: np.ndarray) -> np.ndarray:
+    """The runs of one point, (runs,), without the flag of a value that the mesh decides where enough grids have it."""
+    grids: dict[str, set[float]] = {}
+    for cell in cells:
+        for name, measured in cell.measurements.items():
+            if measured.value is not None:
+                grids.setdefault(name, set()).add(_spacing(cell))
+    seen = {name for name, spacings in grids.items() if len(spacings) >= ENOUGH_GRIDS}
+    changed = np.empty_like(cells)
+    changed[:] = [_without_flag(cell, seen) for cell in cells]
+    return changed
+
+
+def _without_flag(cell: Cell, seen: set[str]) -> Cell:
+    """The run without the flag of the mesh on some of its values."""
+    flagged = {
+        name for name in seen if MESH_DETERMINED in getattr(cell.measured(name), "flags", ())
+    }
+    if not flagged or cell.result is None:
+        return cell
+    measurements = dict(cell.measurements)
+    for name in flagged:
+        kept = tuple(flag for flag in measurements[name].flags if flag != MESH_DETERMINED)
+        measurements[name] = replace(measurements[name], flags=kept)
+    return replace(cell, result=replace(cell.result, measurements=measurements))
 
 
 def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:

@@ -6,7 +6,7 @@ and how sure that is; ``None`` where a material goes without (it never melts, it
 """
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -16,6 +16,7 @@ from solver.units import (
     Described,
     Dimensionless,
     FromMaterial,
+    JoulePerKilogram,
     JoulePerKilogramKelvin,
     Kelvin,
     KilogramPerCubicMetre,
@@ -70,6 +71,10 @@ class Thermal:
     room_temperature: Annotated[
         Kelvin, Described("initial temperature", 1.0, 5e3), Below("melt_temperature")
     ]
+    latent_heat_of_fusion: Annotated[
+        JoulePerKilogram | None,
+        Described("latent heat of fusion, for the melted share of debris", 1e3, 1e7),
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -286,12 +291,14 @@ class Material:
 # modulus that acts is that of the equation of state; the stated one is there to be compared with it.
 NOT_SIMULATED = ("name", "title", "family", "yield_stresses", "brinell_hardness")
 NOT_SET = ("elastic.bulk_modulus",)
+# Read by measurements of some scenarios alone.
+MEASURED_WITH = ("thermal.latent_heat_of_fusion",)
 
 
-def simulated(resolved: Mapping[str, Any]) -> dict[str, Any]:
-    """The part of a resolved material that decides the outcome of a simulation."""
+def simulated(resolved: Mapping[str, Any], measured_with: Sequence[str] = ()) -> dict[str, Any]:
+    """The part of a resolved material that decides the outcome of a simulation, and what it is measured with."""
     kept = {key: value for key, value in resolved.items() if key not in NOT_SIMULATED}
-    for path in NOT_SET:
+    for path in (*NOT_SET, *(path for path in MEASURED_WITH if path not in measured_with)):
         section, _, name = path.partition(".")
         kept[section] = {key: value for key, value in kept[section].items() if key != name}
     return kept

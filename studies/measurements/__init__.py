@@ -2,7 +2,8 @@
 
 How to add one: a module here that offers a ``Measurement`` as ``MEASUREMENT``, or a tuple of them where one quantity
 is read of several bodies; modules whose name starts with an underscore are shared. A measurement reads one state,
-through the view of its family of scenarios: an impact (``_impact``), a bar (``_bar``), two plates (``_plates``). A view
+through the view of its family of scenarios: an impact (``_impact``), its debris
+(``_cloud``), a bar (``_bar``), two plates (``_plates``). A view
 hides whether the model was a body of revolution or a quarter in three dimensions. A measurement of the course of a run
 (when contact ended, the largest pull) names other measurements that it ``follows`` and reads their ``History``.
 Contract tests give it states with a known answer (a drilled disc, a scooped half space, a stretched bar) and shuffle
@@ -57,6 +58,8 @@ class Measurement:
     ]  # reads a view, or the History of the measurements that it follows
     follows: tuple[str, ...] = ()  # measurements of one state
     widest: float = math.inf  # uncertainty over value, above which a value is flagged "wide_bar"
+    # Whether the mesh decides the value: flagged "mesh_determined", unless a cube has it on three grids.
+    mesh_determined: bool = False
 
 
 def names() -> list[str]:

@@ -66,7 +66,7 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
     names = [body.name for body in problem.bodies]
     number = names.index(setting.target)
     target, body = body_of == number, problem.bodies[number]
-    rim = _rim(setting, plane, position[:, axis], target)
+    rim = rim_of(setting, plane, position[:, axis], target)
     cell = _cells(problem.geometry, position)
     attached_target = _touching(problem.geometry, cell, target, rim)
     centre = np.zeros(plane.shape[1])
@@ -127,7 +127,7 @@ def _centre_of_hole(
     return np.array([edges[0] + cell * (column.mean() + 0.5), 0.0])
 
 
-def _rim(setting: Any, plane: np.ndarray, depth: np.ndarray, target: np.ndarray) -> np.ndarray:
+def rim_of(setting: Any, plane: np.ndarray, depth: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Particles of the target where its rim stands, a cell in front and behind included; no debris that flies past.
 
     A rim that nothing holds drifts: it stands where most of the target is that is so far out.

@@ -14,7 +14,7 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
-from studies.results import TOO_COARSE, Measured, Progress, numerical_parts
+from studies.results import MESH_DETERMINED, TOO_COARSE, Measured, Progress, numerical_parts
 from studies.scenarios import Scenario, Setting
 
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
@@ -138,6 +138,8 @@ class Observer:
             )
         if has_value and math.isfinite(growth):
             parts["growth"] = growth
+        if has_value and measurement.mesh_determined:
+            flags = (*flags, MESH_DETERMINED)
         if has_value and self._is_judged(name) and not self._settled(name):
             flags = (*flags, "still_growing")
         uncertainty = math.hypot(*numerical_parts(parts).values()) if parts else None

@@ -16,7 +16,7 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
-from studies.results import TOO_COARSE, Measured, RunResult, numerical_parts
+from studies.results import MESH_DETERMINED, TOO_COARSE, Measured, RunResult, numerical_parts
 from studies.runs.run import Run
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
@@ -136,6 +136,8 @@ def _from_state(
     )
     measured = _measured(measurement, replace(reading, parts=parts), result)
     flags: tuple[str, ...] = (*measured.flags, NEEDS_SOLVING)
+    if measured.value is not None and measurement.mesh_determined:
+        flags = (*flags, MESH_DETERMINED)
     if measured.value is not None and scenario.observer.too_coarse(result.numbers):
         return replace(measured, uncertainty=None, flags=(*flags, TOO_COARSE))
     return replace(measured, flags=flags)

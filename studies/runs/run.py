@@ -71,7 +71,10 @@ class Run:
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,
             "parameters": {k: v for k, v in self.parameters.items() if k not in names},
-            "materials": {role: simulated(plain) for role, plain in self.materials.items()},
+            "materials": {
+                role: simulated(plain, chosen.measured_with)
+                for role, plain in self.materials.items()
+            },
         }
 
 

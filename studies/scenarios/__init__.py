@@ -53,6 +53,24 @@ class ImpactSetting(Setting):
     projectile_diameter: float  # m
     thickness: float  # of the target along the line of flight, m
     radius: float  # of the target, m: half its width where it is square
+    speed: float  # of the projectile, m/s
+
+
+@dataclass(frozen=True)
+class Melting:
+    """Constants with which the residual energy of matter says how much of it is molten at no pressure."""
+
+    heat_capacity: float  # J/(kg K)
+    room_temperature: float  # K
+    melt_temperature: float  # K
+    latent_heat: float  # J/kg
+
+
+@dataclass(frozen=True)
+class CloudSetting(ImpactSetting):
+    """An impact whose debris is measured."""
+
+    melting: tuple[Melting | str, ...]  # of each body, or the flag that says why it has none
 
 
 @dataclass(frozen=True)
@@ -166,6 +184,9 @@ class Scenario:
     estimate: Callable[[Any, Materials], Size]
     cells: Callable[[Any], dict[str, float]]  # across the diameter, through the thickness
     observer: ObserverOptions
+    # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
+    measured_with: tuple[str, ...] = ()
+    distributions: tuple[str, ...] = ()  # read off the final state of its runs
     # Of the parameters of a run by name; None without those that it needs.
     outline: Callable[[Mapping[str, Any]], Outline | None] = _no_outline
 

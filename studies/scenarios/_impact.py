@@ -45,7 +45,7 @@ from studies.scenarios._numerics import (
 )
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, MaterialName
-from studies.values.quantities import readable, round_quantity
+from studies.values.quantities import round_quantity
 from studies.values.recipes import IMPACT_RECIPES, DebrisName
 
 if TYPE_CHECKING:
@@ -60,14 +60,9 @@ SOUND_SPEED = 5000.0  # m/s, in the estimate of the number of steps
 # impact speed or more while it is thrown out of a plate no thicker than the projectile, which takes four of them.
 CLEAR = 5.0
 
-# The cap and the window scale with the diameter, as everything does in a rate-independent material. 60 us and 5 us at
-# 8 mm: prototypes of copper plates crept for 30 us and longer on coarse grids.
+# The cap scales with the diameter, as everything does in a rate-independent material. 60 us at 8 mm: prototypes of
+# copper plates crept for 30 us and longer on coarse grids.
 CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m; a block needs longer
-WINDOW_PER_DIAMETER = 5e-6 / 8e-3  # s/m
-
-# Of the default window. In a tenth of it a hole that grows by 5 % in the whole counts as settled (0.5 %); in a shorter
-# one it does while it is being made, and the growth in its error bar says nothing.
-LEAST_WINDOW = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,23 +102,6 @@ class ImpactShot:
         Second | None,
         Described(
             "latest end of the run; by default 7.5 ms per metre of diameter (60 us at 8 mm), 15 for a thick block",
-            1e-9,
-            1.0,
-        ),
-    ] = None
-    stop: Annotated[
-        Literal["settled", "end_time"],
-        Described("end when the measurement has settled, or only at end_time"),
-    ] = "settled"
-    settled_growth: Annotated[
-        Dimensionless,
-        Described("relative growth within settled_window that counts as settled", 0.0, 0.5),
-    ] = 0.005
-    settled_window: Annotated[
-        Second | None,
-        Described(
-            "time over which growth is judged; by default 5 us at 8 mm, in proportion to the diameter; a tenth of "
-            "that at least",
             1e-9,
             1.0,
         ),
@@ -178,11 +156,7 @@ Parameters = TypeVar("Parameters", bound=Impact)
 
 def filled(parameters: Parameters, **derived: float) -> Parameters:
     """The parameters with every default that follows from others, at 12 significant digits."""
-    derived = {
-        "end_time": end_time(parameters),
-        "settled_window": settled_window(parameters),
-        **derived,
-    }
+    derived = {"end_time": end_time(parameters), **derived}
     changes: dict[str, Any] = {name: round_quantity(value) for name, value in derived.items()}
     return replace(filled_choices(parameters), **changes)
 
@@ -229,37 +203,16 @@ def end_time(parameters: Impact) -> float:
     return parameters.end_time or parameters.cap_per_diameter * parameters.projectile_diameter
 
 
-def settled_window(parameters: Impact) -> float:
-    """Time over which growth is judged, s."""
-    return parameters.settled_window or _default_window(parameters)
-
-
 def check_shot(parameters: Impact, materials: Materials) -> list[Finding]:
     """Findings that any impact may have."""
     return [
         *_check_projectile(parameters),
-        *_check_window(parameters),
         *check_numerics(parameters),
         *check_failure(parameters, materials),
         *check_eos(parameters.eos_form, materials),
         *check_constants(materials),
         *check_boiling(parameters, materials),
     ]
-
-
-def _default_window(parameters: Impact) -> float:
-    return WINDOW_PER_DIAMETER * parameters.projectile_diameter
-
-
-def _check_window(parameters: Impact) -> list[Finding]:
-    """Growth is judged over long enough a time to be seen."""
-    window, default = settled_window(parameters), round_quantity(_default_window(parameters))
-    least = round_quantity(LEAST_WINDOW * default)
-    if window >= least:
-        return []
-    limit = f"at least {LEAST_WINDOW:g} of its default at this diameter, {readable(least, 's')}"
-    cure = f"leave it out: the default is {readable(default, 's')}"
-    return [Finding("settled_window", readable(window, "s"), limit, cure)]
 
 
 def _check_projectile(parameters: Impact) -> list[Finding]:
@@ -353,6 +306,7 @@ def assemble(
         thickness=thickness,
         radius=radius,
         sector=SECTORS[parameters.geometry],
+        speed=parameters.speed,
     )
 
 

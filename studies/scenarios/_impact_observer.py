@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from studies.scenarios import ImpactSetting, ObservationRate, ObserverOptions
-from studies.scenarios._impact import settled_window
+from studies.scenarios._settling import settled_window
 from studies.values.recipes import FEW_PARTICLES, RECIPES
 
 if TYPE_CHECKING:

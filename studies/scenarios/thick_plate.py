@@ -7,15 +7,14 @@ from typing import Annotated, ClassVar
 from solver.units import Described, Metre
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios._impact import (
-    Impact,
     assemble,
     check_shot,
-    filled,
     outline,
     size,
     spacing,
 )
 from studies.scenarios._impact_observer import IMPACT
+from studies.scenarios._settling import SettlingImpact, check_window, filled_settling
 from studies.values.errors import Finding
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
@@ -34,7 +33,7 @@ CAP_PER_DIAMETER = 15e-3  # s/m
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThickPlate(Impact):
+class ThickPlate(SettlingImpact):
     """Parameters of a crater."""
 
     cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER
@@ -61,11 +60,13 @@ def _radius(parameters: ThickPlate) -> float:
 
 
 def _fill(parameters: ThickPlate) -> ThickPlate:
-    return filled(parameters, target_depth=_depth(parameters), target_radius=_radius(parameters))
+    return filled_settling(
+        parameters, target_depth=_depth(parameters), target_radius=_radius(parameters)
+    )
 
 
 def _check(parameters: ThickPlate, materials: Materials) -> list[Finding]:
-    findings = check_shot(parameters, materials)
+    findings = check_shot(parameters, materials) + check_window(parameters)
     least, cure = 1.0, "enlarge the block, or use thin_plate"
     if parameters.edges == "absorbing":
         least, cure = LEAST_ABSORBING, "enlarge the block, or choose other edges"

@@ -5,69 +5,46 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
 
-from solver.units import Described, Metre, Radian
+from solver.units import Described, Radian
 from studies.scenarios import Materials, Scenario, Setting, Size
 from studies.scenarios._impact import (
-    Impact,
     assemble,
     check_shot,
-    filled,
     outline,
     size,
-    spacing,
 )
 from studies.scenarios._impact_observer import IMPACT
+from studies.scenarios._plate import PlateImpact, cells, check_plate, plate_radius
+from studies.scenarios._settling import SettlingImpact, check_window, filled_settling
 from studies.values.errors import Finding
-
-RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges change the hole by less than 1 % (MPM3D-F90)
 
 # Beyond, a sphere skids along a plate that is too small to hold its path.
 STEEPEST = math.radians(75.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThinPlate(Impact):
+class ThinPlate(PlateImpact, SettlingImpact):
     """Parameters of a perforation."""
 
-    plate_thickness: Annotated[Metre, Described("thickness of the plate", 1e-6, 1.0)]
     obliquity: Annotated[
         Radian,
         Described(
             "angle between the flight and the plate's normal; needs geometry half", 0.0, STEEPEST
         ),
     ] = 0.0
-    plate_radius: Annotated[
-        Metre | None,
-        Described(
-            "radius of a round plate, half the width of a square one; by default 3.5 diameters",
-            1e-5,
-            10.0,
-        ),
-    ] = None
-
-
-def _radius(parameters: ThinPlate) -> float:
-    return parameters.plate_radius or RADIUS * parameters.projectile_diameter
 
 
 def _fill(parameters: ThinPlate) -> ThinPlate:
-    return filled(parameters, plate_radius=_radius(parameters))
+    return filled_settling(parameters, plate_radius=plate_radius(parameters))
 
 
 def _check(parameters: ThinPlate, materials: Materials) -> list[Finding]:
-    findings = check_shot(parameters, materials)
-    findings += _check_obliquity(parameters)
-    radius, diameter = _radius(parameters), parameters.projectile_diameter
-    if radius < diameter:
-        limit = f"at least the projectile's diameter, {diameter:g} m"
-        cure = "enlarge the plate; 3.5 diameters is the default"
-        findings.append(Finding("plate_radius", f"{radius:g} m", limit, cure))
-    thickness, half_cell = parameters.plate_thickness, 0.5 * spacing(parameters)
-    if thickness < half_cell:
-        limit = f"at least half a cell, {half_cell:g} m"
-        cure = "raise the resolution (cells per diameter)"
-        findings.append(Finding("plate_thickness", f"{thickness:g} m", limit, cure))
-    return findings
+    return [
+        *check_shot(parameters, materials),
+        *check_window(parameters),
+        *_check_obliquity(parameters),
+        *check_plate(parameters),
+    ]
 
 
 def _check_obliquity(parameters: ThinPlate) -> list[Finding]:
@@ -87,20 +64,13 @@ def _build(parameters: ThinPlate, materials: Materials) -> Setting:
         parameters,
         materials,
         thickness=parameters.plate_thickness,
-        radius=_radius(parameters),
+        radius=plate_radius(parameters),
         obliquity=parameters.obliquity,
     )
 
 
 def _size(parameters: ThinPlate, materials: Materials) -> Size:
-    return size(parameters, thickness=parameters.plate_thickness, radius=_radius(parameters))
-
-
-def _cells(parameters: ThinPlate) -> dict[str, float]:
-    return {
-        "cells_per_diameter": parameters.cells_per_diameter,
-        "cells_per_thickness": parameters.plate_thickness / spacing(parameters),
-    }
+    return size(parameters, thickness=parameters.plate_thickness, radius=plate_radius(parameters))
 
 
 SCENARIO = Scenario(
@@ -120,7 +90,7 @@ SCENARIO = Scenario(
     check=_check,
     build=_build,
     estimate=_size,
-    cells=_cells,
+    cells=cells,
     observer=IMPACT,
     outline=partial(outline, thickness="plate_thickness", radius="plate_radius"),
 )

@@ -42,6 +42,7 @@ _FACTORS = {
     ("kg/m3", "kg m-3"): Decimal(1),
     ("g/cm3", "kg m-3"): Decimal("1e3"),
     ("MJ/kg", "J kg-1"): Decimal("1e6"),
+    ("kJ/kg", "J kg-1"): Decimal("1e3"),
     ("J/(kg K)", "J kg-1 K-1"): Decimal(1),
 }
 _WORD = re.compile(r"([A-Za-z°µμΩ]++)(?:(?:\*\*|\^)?([+-]?\d))?")  # one run of letters, never two

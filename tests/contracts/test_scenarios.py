@@ -32,6 +32,7 @@ SHOT = {
 # A scenario's own parameters, small; a new scenario brings its own.
 SMALL: dict[str, dict[str, Any]] = {
     "thin_plate": {**SHOT, "plate_thickness": 4e-3, "plate_radius": 1.5 * DIAMETER},
+    "debris_cloud": {**SHOT, "plate_thickness": 4e-3, "plate_radius": 1.5 * DIAMETER},
     "thick_plate": {**SHOT, "target_depth": 1.5 * DIAMETER, "target_radius": 1.5 * DIAMETER},
     "taylor_bar": {"bar_length": 10e-3, "bar_diameter": DIAMETER, "cells_per_diameter": CELLS},
     "elastic_bar": {"cells_per_diameter": CELLS},
@@ -88,6 +89,11 @@ OF_IMPACTS: tuple[Changes, ...] = (
     {"projectile": "al-2024-t3"},
     {"target": "al-2024-t3"},
 )
+OF_CLOUDS: tuple[Changes, ...] = (
+    {"geometry": "quarter", "debris": "retire"},
+    {"geometry": "half", "edges": "fixed"},
+    {"projectile_shape": "cylinder", "projectile_length": 0.75 * DIAMETER, "end_time": 1e-5},
+)
 OF_BARS: tuple[Changes, ...] = (
     {"geometry": "quarter"},
     {"geometry": "quarter", "recipe": "thesis"},
@@ -130,6 +136,7 @@ VARIATIONS: tuple[tuple[str, Changes], ...] = (
     ("thin_plate", {"edges": "absorbing", "geometry": "quarter"}),
     ("thin_plate", {"edges": "absorbing", "geometry": "half", "offset": 0.5, "shape": "gimp"}),
     ("thick_plate", {"edges": "absorbing", "target_depth": 0.04, "target_radius": 0.04}),
+    *(("debris_cloud", change) for change in OF_CLOUDS),
     *((name, change) for name in BARS for change in OF_BARS),
     ("elastic_bar", {"poisson_ratio": 0.0}),
     ("elastic_bar", {"poisson_ratio": 0.49}),

@@ -6,14 +6,17 @@ from collections.abc import Callable
 from typing import Any, get_type_hints
 
 import numpy as np
+from scipy.optimize import brentq
 
 from studies import measurements
 from studies.measurements import History, Reading
 from studies.measurements._bar import BarView
+from studies.measurements._cloud import CloudView, connected
 from studies.measurements._impact import ImpactView
 from studies.measurements._plates import FLYER, TARGET, PlateView
 from studies.measurements._push import MOMENTUM
 from studies.measurements._whole import WholeView
+from studies.scenarios import Melting
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -305,7 +308,95 @@ def smeared(rates: np.ndarray) -> np.ndarray:
     return np.convolve(np.pad(rates, 10, mode="edge"), np.full(21, 1.0 / 21.0), mode="valid")
 
 
-# By what a measurement looks at.
+# Debris
+
+CLOUD_SPEED = 6000.0  # m/s
+MELTING = Melting(
+    heat_capacity=400.0, room_temperature=300.0, melt_temperature=1300.0, latent_heat=200e3
+)
+
+
+def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudView:
+    """Loose matter of the target at places (n, 3) about the z axis, each particle one cube of the lattice."""
+    count = len(position)
+    return CloudView(
+        **{
+            "radius": np.hypot(position[:, 0], position[:, 1]),
+            "depth": position[:, 2],
+            "axial_velocity": velocity[:, 2],
+            "transverse_velocity": np.hypot(velocity[:, 0], velocity[:, 1]),
+            "mass": np.full(count, DENSITY * PARTICLE**3),
+            "energy": np.zeros(count),
+            "temperature": np.full(count, MELTING.room_temperature),
+            "projectile": np.zeros(count, bool),
+            "plate": np.zeros(count, bool),
+            "fragment": connected(np.floor(position / CELL).astype(np.int64)),
+            "copies": np.ones(count),
+            "cell": CELL,
+            "width": PARTICLE,
+            "thickness": THICKNESS,
+            "speed": CLOUD_SPEED,
+            "melting": (MELTING, MELTING),
+            **changes,
+        }
+    )
+
+
+def ball(radius: float, middle: float) -> np.ndarray:
+    """Places (n, 3) of a lattice ball about a place on the axis."""
+    across = line(-radius, radius)
+    points = np.stack(np.meshgrid(across, across, across, indexing="ij"), axis=-1).reshape(-1, 3)
+    inside = (points**2).sum(axis=1) < radius**2
+    return points[inside] + np.array([0.0, 0.0, middle])
+
+
+BALLS = (2.5e-3, 30e-3, 3000.0), (2e-3, 45e-3, 5000.0)  # radius, middle (m), axial velocity (m/s)
+
+
+def two_balls() -> CloudView:
+    """Two separated spheres that fly along the axis; the first is the projectile's."""
+    places = [ball(radius, middle) for radius, middle, _ in BALLS]
+    speeds = [
+        np.full((len(place), 3), (0.0, 0.0, speed))
+        for place, (_, _, speed) in zip(places, BALLS, strict=True)
+    ]
+    first = np.repeat([True, False], [len(place) for place in places])
+    return cloud(np.concatenate(places), np.concatenate(speeds), projectile=first)
+
+
+RING = (12e-3, 15e-3, 30e-3, 33e-3)  # inner and outer radius, lower and upper place, m
+
+
+def ring() -> CloudView:
+    """A ring with a rectangular section, of circles of particles with the mass of their lengths."""
+    inner, outer, lower, upper = RING
+    radii, depths = np.meshgrid(line(inner, outer), line(lower, upper), indexing="ij")
+    radius, depth = radii.ravel(), depths.ravel()
+    places = np.stack([radius, np.zeros_like(radius), depth], axis=1)
+    mass = DENSITY * 2.0 * math.pi * radius * PARTICLE**2
+    return cloud(places, np.full((radius.size, 3), (0.0, 0.0, CLOUD_SPEED)), mass=mass)
+
+
+EXPANSION, CENTRE_SPEED, EXPANDED = 2e5, 4000.0, 5e-3  # 1/s, m/s, m
+
+
+def expanding_ball() -> CloudView:
+    """A ball that expands evenly about a moving centre: each velocity is that of its place, scattered in its cube."""
+    places = ball(EXPANDED, 30e-3)
+    places += np.random.default_rng(1).uniform(-0.5, 0.5, places.shape) * PARTICLE
+    velocity = EXPANSION * (places - np.array([0.0, 0.0, 30e-3]))
+    return cloud(places, velocity + np.array([0.0, 0.0, CENTRE_SPEED]))
+
+
+def capped(share: float) -> float:
+    """Distance from the middle, over the radius, of the plane beyond which a share of a ball lies."""
+    height = brentq(lambda h: 0.25 * h**2 * (3.0 - h) - share, 0.0, 2.0)
+    return float(1.0 - height)
+
+
+# Everything
+
+
 def whole(speed: float) -> WholeView:
     """Three particles of 1, 2 and 3 kg, the heaviest with a speed (m/s) along each axis."""
     velocity = np.zeros((3, 3))
@@ -318,6 +409,7 @@ def whole(speed: float) -> WholeView:
     )
 
 
+# By what a measurement looks at.
 STATES: dict[type, dict[str, Callable[[], Any]]] = {
     ImpactView: {
         "drilled": lambda: drilled_disc(HOLE),
@@ -342,6 +434,14 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "without references": lambda: bar(references=(None, None, None)),
     },
     WholeView: {"at rest": lambda: whole(0.0), "in flight": lambda: whole(300.0)},
+    CloudView: {
+        "two balls": two_balls,
+        "ring": ring,
+        "expanding": expanding_ball,
+        "nothing behind": lambda: dataclasses.replace(two_balls(), thickness=1.0),
+        "joined": lambda: dataclasses.replace(two_balls(), plate=two_balls().projectile),
+        "never melts": lambda: dataclasses.replace(two_balls(), melting=("never_melts", MELTING)),
+    },
     PlateView: {
         "before the touch": lambda: plates(0.0),
         "just met": lambda: plates(0.1 * LATE),

@@ -20,7 +20,7 @@ from studies.runs import run
 from studies.runs.execution import execute
 from studies.runs.run import PHYSICS_VERSION, Run, estimate, materials_of, resolve
 from studies.scenarios import OBSERVATIONS_PER_WINDOW
-from studies.scenarios._impact import WINDOW_PER_DIAMETER
+from studies.scenarios._settling import WINDOW_PER_DIAMETER
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, declared
 from studies.values.recipes import RECIPES
