@@ -10,6 +10,7 @@ import xarray as xr
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, by_run, comparable, places_of, simulated
 from studies.cubes.variables import Variable
+from studies.laws import DRAWN_ONLY
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.quantities import readable
 
@@ -116,14 +117,18 @@ class FigureView:
         return Scale(name, label, self.dataset[name].attrs["units"])
 
     def laws(self, name: str) -> dict[str, str]:
-        """Title by name of each law of a quantity."""
+        """Title by name of each law of a quantity; it says which are drawn only."""
         if not cubes.LAW_LABEL.is_in(self.dataset, name):
             return {}
         names, titles = (
             variable.of(self.dataset, name).values.astype(str).tolist()
             for variable in (cubes.LAW_NAME, cubes.LAW_TITLE)
         )
-        return dict(zip(names, titles, strict=True))
+        confidences = cubes.confidences_of(self.dataset, name) or [""] * len(names)
+        return {
+            law: f"{title} (drawn only)" if confidence in DRAWN_ONLY else title
+            for law, title, confidence in zip(names, titles, confidences, strict=True)
+        }
 
     def drawn_laws(self, name: str) -> dict[str, str]:
         """Title by name of the laws that are drawn: all, or of many those that have a point inside their range."""

@@ -335,3 +335,11 @@ def test_figure__of_many_laws_draws_those_inside_their_range_and_lists_the_other
             if trace["name"] in labels
         ]
         assert len(set(looks)) == len(looks) == inside
+
+
+def test_legend__says_which_laws_are_drawn_only() -> None:
+    laws = tuple(replace(law, confidence="memory") for law in fakes.HOLE_LAWS[:1])
+    dataset = cube.build(PLAIN, fakes.results(PLAIN), replace(fakes.catalogue(), laws=laws))
+    drawn = figures(dataset, compare(dataset))[0]
+    labels = {one.label for panel in drawn.panels for one in panel.series if one.kind == "law"}
+    assert labels == {"thesis 1-3, aluminium (drawn only)"}
