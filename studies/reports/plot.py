@@ -204,14 +204,14 @@ def _traces(series: Series, style: Style, figure: Figure, has_range: bool) -> It
     if series.kind == "band":
         low, high = scaled(series.low, figure.y), scaled(series.high, figure.y)
         yield from _band(x, low, high, series, style)
-        if not all(series.in_range):
+        if _is_drawn_outside(series, low):
             yield _legend_entry(STYLES[OUTSIDE], "lines+markers", dotted=True) | {"label": OUTSIDE}
         return
     look = LOOKS[series.kind]
     if look.own_entry:
         mode = "lines+markers" if series.connected else "markers"
         yield _legend_entry(style, mode, dotted=not has_range)
-    if series.kind == "law" and not all(series.in_range):
+    if series.kind == "law" and _is_drawn_outside(series, y):
         yield _legend_entry(STYLES[OUTSIDE], "lines+markers", dotted=True) | {"label": OUTSIDE}
     if any(
         is_open and not flags for is_open, flags in zip(series.flagged, series.doubts, strict=False)
@@ -243,6 +243,14 @@ def _traces(series: Series, style: Style, figure: Figure, has_range: bool) -> It
     doubted = [place for place, flags in enumerate(series.doubts) if flags and y[place] is not None]
     if doubted:
         yield _rings(series, x, y, doubted)
+
+
+def _is_drawn_outside(series: Series, values: Sequence[Any]) -> bool:
+    """Whether a law has a value outside of its range."""
+    return any(
+        value is not None and not inside
+        for inside, value in zip(series.in_range, values, strict=True)
+    )
 
 
 def _rings(series: Series, x: Sequence[Any], y: Sequence[Any], doubted: Sequence[int]) -> Trace:

@@ -143,6 +143,14 @@ def test_legend__is_open_and_dotted_for_a_law_that_is_nowhere_inside_its_range()
     assert legend[OUTSIDE]["marker"]["symbol"].endswith("-open")
 
 
+def test_legend__has_no_mark_outside_a_range_where_no_law_has_a_value_there() -> None:
+    dataset = built(PLAIN)
+    values, in_range = dataset.hole_diameter_by_law, dataset.hole_diameter_by_law_in_range
+    assert OUTSIDE in legend_of(drawn(dataset, "laws"))
+    dataset["hole_diameter_by_law"] = values.where(in_range == 1)
+    assert OUTSIDE not in legend_of(drawn(dataset, "laws"))
+
+
 def test_legend__explains_open_marks_of_values_without_a_mesh_error() -> None:
     legend = legend_of(drawn(without_coarse_runs(), "laws"))
     assert legend[NO_MESH_ERROR]["marker"]["symbol"] == "circle-open"
