@@ -21,6 +21,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
 from math import prod
@@ -35,6 +36,7 @@ from studies.cubes.catalogue import Catalogue, answers, catalogue_of
 from studies.cubes.cells import Cell, Layout, converge_cells, definition_part, lay_out
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variables import Quantity, Variable, variable_name
+from studies.laws import FITTED
 from studies.results import numerical_parts
 from studies.values.files import write_atomically
 from studies.values.parameters import Parameter
@@ -249,6 +251,12 @@ def _observed(
         for variable in declared.OF_OBSERVED_LAWS:
             yield _column(variable.filled(quantity), _records(choices))
         asked = answers(choices, _each(shots, lambda shot: shot.shot))
+        for (number, place), answer in np.ndenumerate(asked):
+            observed: Any = mine[number]
+            if observed is None or observed.shot is None:
+                continue
+            if choices[place].law.is_fitted_to(observed.shot, observed.value):
+                asked[number, place] = replace(answer, reason=FITTED)
         for variable in declared.OF_ANSWERS_AT_OBSERVATIONS:
             yield _column(variable.filled(quantity), asked)
 

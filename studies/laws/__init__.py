@@ -58,6 +58,9 @@ DRAWN_ONLY: Mapping[str, str] = {
     "memory": "recalled and unchecked",
     "indicative": "a rule of thumb or a limit",
 }
+# Why a law is not judged by a measured shot.
+FITTED = "a constant of the law is fitted to this shot"
+PRINTED = 0.005  # relative: tables print two to three digits
 # A verdict states these words with the law.
 CAVEATS: Mapping[str, str] = {"cross-checked": "recalled, cross-checked"}
 
@@ -117,6 +120,15 @@ class LawValue:
     reason: str  # why it is out of range, or meaningless; empty otherwise
 
 
+@dataclass(frozen=True)
+class FittedShot:
+    """A measured shot that a constant of a law was fitted to; the law predicts it by construction."""
+
+    speed: MetrePerSecond
+    projectile_diameter: Metre  # of the sphere with the projectile's volume
+    value: Metre  # or its power, of a volume: the measured one
+
+
 @dataclass(frozen=True, kw_only=True)
 class Law:
     """A published formula for a measured quantity."""
@@ -131,6 +143,7 @@ class Law:
     # Relative standard deviation of the measured values about the law, as its source states it, with the place at the
     # line; None: not published.
     scatter: Dimensionless | None = None
+    fitted_to: Sequence[FittedShot] = ()  # measured shots that say nothing about the law
     dimension: int = 1  # of the quantity in lengths: 3 of a volume
     # Of the value in the size of the whole shot: 1 by geometric similarity, which matter without rate effects keeps;
     # None: no power of it.
@@ -149,6 +162,15 @@ class Law:
         value = float(self.ratio(shot, variant)) * shot.projectile_diameter**self.dimension
         reasons = self.range.reasons(shot) + self._oblique(shot)
         return LawValue(value, not reasons, "; ".join(reasons))
+
+    def is_fitted_to(self, shot: Shot, value: float) -> bool:
+        """Whether a measured shot is, to the digits that tables print, one that a constant was fitted to."""
+        return any(
+            math.isclose(shot.speed, fitted.speed, rel_tol=PRINTED)
+            and math.isclose(shot.projectile_diameter, fitted.projectile_diameter, rel_tol=PRINTED)
+            and math.isclose(value, fitted.value, rel_tol=PRINTED)
+            for fitted in self.fitted_to
+        )
 
     def band(self, shot: Shot) -> tuple[float, float]:
         """Smallest and largest answer over the stated variants; NaN where there is none."""

@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot
+from studies.laws import FittedShot, Law, Range, Shot
 from studies.laws._range import family, like_on_like, speed
 
 # p = 14 mm for 0.5 g of copper (a sphere of 4.75 mm) on copper at 6.0 km/s, Ma (2005), Table 3.3.
@@ -44,5 +44,6 @@ LAW = Law(
             speed(4.0, 7.0, "Ma (2005), Table 3.4"),
         )
     ),
+    fitted_to=(FittedShot(speed=6000.0, projectile_diameter=4.746e-3, value=14e-3),),
     ratio=_ratio,
 )

@@ -19,7 +19,7 @@ from studies.cubes.points import (
     places_of,
     simulated,
 )
-from studies.laws import CAVEATS, DRAWN_ONLY
+from studies.laws import CAVEATS, DRAWN_ONLY, FITTED
 from studies.reports.joint import joint_uncertainty
 from studies.reports.matched import ELSEWHERE, MatchedObservation, interpolate
 
@@ -278,8 +278,8 @@ class _Quantity:
                         shot.value,
                         _over(math.hypot(shot.uncertainty or 0.0, law.spread(number)), shot.value),
                         shot.uncertainty is not None,
-                        law.outside[number],
-                        "" if shot.value else NO_SIZE,
+                        "" if law.outside[number] == FITTED else law.outside[number],
+                        FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
                     )
                     for number, shot in enumerate(shots)
                 ),
@@ -345,7 +345,7 @@ class _Quantity:
                 str(titles.of(self.points, self.name).values[number]),
                 values,
                 [
-                    "" if inside_range and math.isfinite(value) else text or UNSTATED
+                    text if inside_range and math.isfinite(value) else text or UNSTATED
                     for value, inside_range, text in zip(values, whole, why, strict=True)
                 ],
                 scatter.get(str(label), math.nan),

@@ -2,16 +2,23 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from studies import laws, materials
-from studies.laws import Range, Shot, cour_palais
+from studies import examples, laws, materials
+from studies.cubes.cube import build
+from studies.cubes.points import points_of
+from studies.laws import FITTED, Range, Shot, cour_palais
 from studies.laws._range import length_ratio
 from studies.laws.zhang_tan import hole_ratio, smallest_speed
+from studies.reports.matched import matched_observations
+from studies.reports.verdict.evidence import evidence_of
+from studies.sweeps.document import read_sweep_file
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 
 COPPER = materials.load("copper-ofhc")
@@ -256,3 +263,15 @@ def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:
         depths.append(law.evaluate(shot).value * 1e3)
     assert shot.projectile_diameter == pytest.approx(5.31e-3, abs=5e-6)
     assert depths == pytest.approx([12.2, 14.2, 16.0, 17.8], abs=0.06)
+
+
+def test_law__is_not_judged_by_the_shot_that_its_constant_is_fitted_to() -> None:
+    cube = points_of(
+        build(Sweep.parse(read_sweep_file(Path(examples.folder()) / "sphere.yaml")), {})
+    )
+    shots = list(matched_observations(cube, "crater_depth"))
+    [evidence] = [each for each in evidence_of(cube, shots) if each.quantity == "crater_depth"]
+    subjects = {each.name: each for each in evidence.subjects if each.reference == "observation"}
+    [own], [other] = subjects["crater_two_thirds"].points, subjects["charters_summers"].points
+    assert (own.state, own.unjudged) == ("unjudged", FITTED)
+    assert other.state == "judged"

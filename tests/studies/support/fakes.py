@@ -136,6 +136,9 @@ class Law:
     def variants(self, shot: Shot) -> tuple[str, ...]:
         return self.labels
 
+    def is_fitted_to(self, shot: Shot, value: float) -> bool:
+        return False
+
     def evaluate(self, shot: Shot, variant: str) -> LawValue:
         value = self.formula(shot, variant) * shot.projectile_diameter
         inside = self.valid[0] <= shot.speed <= self.valid[1]
