@@ -10,11 +10,20 @@ import xarray as xr
 from scipy.special import ndtr
 
 from studies.fits.indices import indices_of, indices_of_surrogate
-from studies.fits.surrogate import Surrogate, runs_of, sampled_slices, surrogate_of
+from studies.fits.surrogate import (
+    NUGGET,
+    Surrogate,
+    _process,
+    runs_of,
+    sampled_slices,
+    surrogate_of,
+)
 from studies.laws import Shot
 from studies.values.errors import InvalidInput, MissingExtra
 from tests.service.support.command import run
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
+
+ROUND_OFF = 1e-6  # relative: of a covariance with a condition of 1e6 and more
 
 
 def bent(shot: Shot) -> float:
@@ -53,12 +62,28 @@ def test_indices__of_the_only_axis_are_one(surrogate: Surrogate) -> None:
 
 
 def test_indices__of_a_sum_are_the_shares_of_the_variances() -> None:
-    first, second = indices_of(
-        lambda x: x[:, 0] + 2.0 * x[:, 1], ["a", "b"], [(0, 1), (5, 6)], samples=512
-    )
-    for index, share in ((first, 0.2), (second, 0.8)):
+    # Variances of uniform distributions, width^2 / 12: 4 and 1.
+    bounds = [(0.0, 4.0), (5.0, 6.0)]
+    first, second = indices_of(lambda x: x[:, 0] + 2.0 * x[:, 1], ["a", "b"], bounds, samples=512)
+    for index, share in ((first, 0.8), (second, 0.2)):
         assert index.first.low <= share <= index.first.high
         assert index.total.low <= share <= index.total.high
+
+
+def test_process__has_the_likelihood_and_the_predictions_of_scikit_learn() -> None:
+    from sklearn.gaussian_process import GaussianProcessRegressor
+
+    rng = np.random.default_rng(2)
+    x, y, there = rng.random((9, 2)), rng.standard_normal(9), rng.random((4, 2))
+    for parameters in (np.log([0.5, 0.3, 2.0, 1e-3]), np.log([2.0, 1.0, 0.2, 0.1])):
+        process = _process(parameters, x, y)
+        library = GaussianProcessRegressor(process.kernel, optimizer=None, alpha=NUGGET).fit(x, y)
+        constant = 0.5 * len(y) * np.log(2.0 * np.pi)
+        likelihood = library.log_marginal_likelihood_value_ + constant
+        assert process.likelihood(y) == pytest.approx(likelihood, rel=ROUND_OFF)
+        values, deviations = library.predict(there, return_std=True)
+        assert process.means(there) == pytest.approx(values, rel=ROUND_OFF)
+        assert process.deviations(there) == pytest.approx(deviations, rel=ROUND_OFF)
 
 
 def test_surrogate__without_numbers_or_runs_is_refused(cube: xr.Dataset) -> None:
