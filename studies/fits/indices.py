@@ -10,7 +10,7 @@ from studies.fits.surrogate import Surrogate
 
 # Points of each of the two designs, a power of two; the function is evaluated (inputs + 2) times as often.
 SAMPLES = 4096
-RESAMPLES = 1000  # of the bootstrap
+RESAMPLES = 500  # of the bootstrap
 SEED = 1
 
 
@@ -44,27 +44,41 @@ def indices_of(
 
     Estimators of Saltelli et al. (2010), Comput. Phys. Commun. 181, 259, on a Sobol sequence: ``scipy.stats``.
     """
-    from scipy.stats import sobol_indices, uniform
+    from scipy.stats import qmc, sobol_indices
 
     if len(names) == 1:
         whole = SobolIndex(1.0, 1.0, 1.0)
         return [InputIndices(names[0], whole, whole)]
-    result = sobol_indices(
-        func=lambda x: function(x.T)[np.newaxis],
-        n=samples,
-        dists=[uniform(low, high - low) for low, high in bounds],
-        rng=seed,
+    count = len(names)
+    lows, highs = np.array(bounds).T
+    both = qmc.Sobol(2 * count, rng=seed).random(samples)
+    a, b = (lows + (highs - lows) * half for half in (both[:, :count], both[:, count:]))
+    mixed = np.array(
+        [function(np.where(np.arange(count) == place, b, a)) for place in range(count)]
     )
-    intervals = result.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLES)
+    f_a, f_b = function(a), function(b)
 
-    def read(kind: str, number: int) -> SobolIndex:
-        value = np.ravel(getattr(result, kind))[number]
-        ends = getattr(intervals, kind).confidence_interval
-        return SobolIndex(float(value), *(float(np.ravel(end)[number]) for end in ends))
+    def estimates(chosen: np.ndarray | slice) -> np.ndarray:
+        """First and total indices from some of the points: (2, inputs)."""
+        values = {
+            "f_A": f_a[None, chosen],
+            "f_B": f_b[None, chosen],
+            "f_AB": mixed[:, None, chosen],
+        }
+        result = sobol_indices(func=values, n=samples)
+        return np.array([result.first_order, result.total_order]).reshape(2, count)
 
+    rng = np.random.default_rng(seed)
+    drawn = [estimates(rng.integers(samples, size=samples)) for _ in range(RESAMPLES)]
+    ends = np.quantile(drawn, (0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE), axis=0)
+    indices = np.stack([estimates(slice(None)), *ends])
     return [
-        InputIndices(name, read("first_order", number), read("total_order", number))
-        for number, name in enumerate(names)
+        InputIndices(
+            name,
+            SobolIndex(*indices[:, 0, place].tolist()),
+            SobolIndex(*indices[:, 1, place].tolist()),
+        )
+        for place, name in enumerate(names)
     ]
 
 
