@@ -371,6 +371,9 @@ class _Reader(Words):
                 "correct the counts, or nbmp",
             )
         count = count_of(lattice)
+        if not count:
+            limit, cure = "a body of one particle at least", "shrink the hole"
+            refuse_line(line, "no particle", limit, cure)
         self._add(count, line, most)
         return count
 

@@ -15,19 +15,19 @@ from studies.scenarios._deck_records import (
 from studies.values.recipes import SchemeName
 
 WHOLE = 1e-6  # of a cell: a span is a whole number of cells
+MOST_COLUMNS, MOST_LAYERS = 1_000_000, 20  # of a block with a hole, along z and on average
 SPARSEST = 0.3  # of the cube about it, the least that particles of a ball or disc fill
 
 
 def least_count(lattice: Lattice) -> int:
-    """No more particles than a lattice has, without counting them."""
+    """No more particles than a lattice has, without counting them; a hole may take all of a block that is small."""
     nx, ny, nz = lattice.counts
     if lattice.shape == "sphe":
         return int(SPARSEST * (2 * nx) ** 3)
     if lattice.shape == "cicl":
         return int(SPARSEST * (2 * nx) ** 2)
-    if lattice.shape == "blod":
-        across = 2.0 * lattice.hole[2] / lattice.spacing + 1.0
-        return max(0, int((nx * ny - across * across) * nz))
+    if lattice.shape == "blod" and max(nx * ny, nx * ny * nz / MOST_LAYERS) <= MOST_COLUMNS:
+        return 0
     return nx * ny * nz
 
 
@@ -37,15 +37,10 @@ def count_of(lattice: Lattice) -> int:
     if lattice.shape == "bloc":
         return nx * ny * nz
     if lattice.shape == "blod":
-        return nz * sum(
-            math.hypot(
-                lattice.origin[0] + (ix + 0.5) * lattice.spacing - lattice.hole[0],
-                lattice.origin[1] + (iy + 0.5) * lattice.spacing - lattice.hole[1],
-            )
-            >= lattice.hole[2]
-            for ix in range(nx)
-            for iy in range(ny)
-        )
+        (x0, y0, _), (x1, y1, radius), step = lattice.origin, lattice.hole, lattice.spacing
+        across = [x0 + step * (ix + 0.5) - x1 for ix in range(nx)]
+        along = [y0 + step * (iy + 0.5) - y1 for iy in range(ny)]
+        return nz * sum(x * x + y * y >= radius * radius for x in across for y in along)
     halves = [i + 0.5 for i in range(nx)]
     if lattice.shape == "cicl":
         return 4 * sum(x * x + y * y < nx * nx for x in halves for y in halves)

@@ -298,8 +298,8 @@ def _places(body: DeckBody) -> "np.ndarray":
     grid = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
     places: np.ndarray = np.asarray(lattice.origin) + lattice.spacing * grid
     if lattice.shape == "blod":
-        away = np.hypot(places[:, 0] - lattice.hole[0], places[:, 1] - lattice.hole[1])
-        return places[away >= lattice.hole[2]]
+        away = (places[:, :2] - np.asarray(lattice.hole[:2])) ** 2
+        return places[away[:, 0] + away[:, 1] >= lattice.hole[2] * lattice.hole[2]]
     if lattice.shape == "bloc":
         return places
     axes = 2 if lattice.shape == "cicl" else 3
