@@ -118,7 +118,9 @@ def test_deck__of_splines_ends_at_the_second_layer_of_nodes() -> None:
 
 def test_deck__takes_the_step_of_its_fastest_material() -> None:
     deck = read_deck(detonation_deck(20))
-    assert math.isclose(fixed_step(deck), 0.9 * 5e-3 / 6930.0, rel_tol=1e-12)
+    assert math.isclose(fixed_step(deck), 0.3 * 5e-3 / 6930.0, rel_tol=1e-12)
+    default = read_deck(detonation_deck(20).replace("dtscale 0.3\n", ""))
+    assert math.isclose(fixed_step(default), 0.9 * 5e-3 / 6930.0, rel_tol=1e-12)
 
 
 def test_block__third_number_is_a_density_or_the_mass_of_a_particle() -> None:
@@ -153,6 +155,7 @@ def test_refinement__keeps_mass_and_outline() -> None:
         centre = (one.mass[:, None] * one.position).sum(axis=0) / one.mass.sum()
         refined = (other.mass[:, None] * other.position).sum(axis=0) / other.mass.sum()
         assert refined == pytest.approx(centre, abs=1e-15)
+    assert coarse.fixed_dt is not None
     assert fine.fixed_dt == pytest.approx(coarse.fixed_dt / 3.0, rel=1e-11)
 
 

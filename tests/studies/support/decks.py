@@ -121,6 +121,7 @@ spz {-cell!r} {2 * cell!r}
 dcell {cell!r}
 bimp
 bulk 4.0 0.2
+dtscale 0.3
 endtime {0.9 * length / 6930.0!r}
 outtime 1.0d-3
 fixed 2 0 2 2 2 2
