@@ -16,7 +16,7 @@ from studies.fits.least_squares import (
     linear,
     nonlinear,
 )
-from studies.fits.measured import Measured
+from studies.fits.measured import MeasuredShots
 from studies.laws import Shot
 from studies.laws._fitted import FittedConstant, FittedLaw, FittedRange
 from studies.laws._forms import FORMS, Form, columns_of
@@ -44,11 +44,11 @@ class Published:
 
 
 @dataclass(frozen=True)
-class Fit:
+class FittedForm:
     """A form fitted to points, or the reason why not."""
 
     form: Form
-    measured: Measured
+    measured: MeasuredShots
     solution: Solution | None  # in y/d, or in its logarithm
     reason: str = ""
     published: tuple[Published, ...] = ()
@@ -75,7 +75,7 @@ class Fit:
 
     @property
     def residuals(self) -> np.ndarray:
-        """Measured minus fitted size of each point, (points,) in m."""
+        """MeasuredShots minus fitted size of each point, (points,) in m."""
         ratios = self.form.ratio(columns_of(self.measured.shots), self.values)
         return self.measured.values - ratios * _diameters(self.measured.shots)
 
@@ -160,25 +160,25 @@ def forms_of(quantity: str) -> list[Form]:
     return [form for form in FORMS.values() if quantity in form.quantities]
 
 
-def fits_of(measured: Measured, forms: Sequence[Form] | None = None) -> list[Fit]:
+def fits_of(measured: MeasuredShots, forms: Sequence[Form] | None = None) -> list[FittedForm]:
     """Each form of a quantity fitted to its points."""
     return [fit(measured, form) for form in forms or forms_of(measured.quantity)]
 
 
-def fit(measured: Measured, form: Form) -> Fit:
+def fit(measured: MeasuredShots, form: Form) -> FittedForm:
     """A form fitted to points, weighted by their uncertainties where all have them."""
     reason = _why_not(measured, form)
     if reason:
-        return Fit(form, measured, None, reason)
+        return FittedForm(form, measured, None, reason)
     try:
         solution = _solved(form, measured.shots, _ratios(measured), _ratio_errors(measured))
     except NotIdentified:
         reason = "not fitted: the points do not tell its constants apart"
-        return Fit(form, measured, None, reason)
-    return Fit(form, measured, solution, published=tuple(_published(measured, form)))
+        return FittedForm(form, measured, None, reason)
+    return FittedForm(form, measured, solution, published=tuple(_published(measured, form)))
 
 
-def _why_not(measured: Measured, form: Form) -> str:
+def _why_not(measured: MeasuredShots, form: Form) -> str:
     """Why a form is not fitted; empty where it is."""
     count, needed = len(measured.shots), len(form.constants) + 2
     if count < needed:
@@ -219,7 +219,7 @@ def _solved(
     return nonlinear(lambda constants: form.ratio(data, constants.tolist()), start, ratios, errors)
 
 
-def _published(measured: Measured, form: Form) -> Iterator[Published]:
+def _published(measured: MeasuredShots, form: Form) -> Iterator[Published]:
     """The published laws that have a form: it fits their answers for the shots to round-off."""
     shots = measured.shots
     for law in laws.answering(measured.quantity):
@@ -248,7 +248,7 @@ def _published(measured: Measured, form: Form) -> Iterator[Published]:
 class Ranked:
     """Fits that the criterion compares, the best first."""
 
-    fits: tuple[Fit, ...]
+    fits: tuple[FittedForm, ...]
     differences: tuple[float, ...]  # of the criterion from the best
 
     @property
@@ -257,13 +257,13 @@ class Ranked:
         return all(each >= DECIDES for each in self.differences[1:])
 
 
-def compared(fits: Sequence[Fit]) -> list[Ranked]:
+def compared(fits: Sequence[FittedForm]) -> list[Ranked]:
     """Fits to the same points in the groups that the criterion can compare.
 
     Where the points are too few for its correction, forms with the same number of constants have the same, so that
     their difference is that of the criterion without it.
     """
-    groups: dict[int, list[Fit]] = {}
+    groups: dict[int, list[FittedForm]] = {}
     for each in fits:
         if each.solution is not None:
             corrected = math.isfinite(each.aicc)
@@ -277,7 +277,7 @@ def compared(fits: Sequence[Fit]) -> list[Ranked]:
     return ranked
 
 
-def verdicts(fits: Sequence[Fit]) -> list[str]:
+def verdicts(fits: Sequence[FittedForm]) -> list[str]:
     """A sentence for each group of fits that are compared."""
     sentences = []
     groups = compared(fits)
@@ -322,11 +322,11 @@ def _diameters(shots: Sequence[Shot]) -> np.ndarray:
     return np.array([shot.projectile_diameter for shot in shots])
 
 
-def _ratios(measured: Measured) -> np.ndarray:
+def _ratios(measured: MeasuredShots) -> np.ndarray:
     return measured.values / _diameters(measured.shots)
 
 
-def _ratio_errors(measured: Measured) -> np.ndarray | None:
+def _ratio_errors(measured: MeasuredShots) -> np.ndarray | None:
     return None if measured.errors is None else measured.errors / _diameters(measured.shots)
 
 
@@ -338,7 +338,7 @@ def _ends(values: Sequence[float]) -> tuple[float, float]:
     return (_rounded(min(values)), _rounded(max(values)))
 
 
-def as_json(fits: Sequence[Fit]) -> Mapping[str, object]:
+def as_json(fits: Sequence[FittedForm]) -> Mapping[str, object]:
     """Fits to one quantity as plain values, sizes in SI."""
     done = [each for each in fits if each.solution is not None]
     differences = {

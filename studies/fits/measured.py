@@ -26,7 +26,7 @@ SHORT_DIGEST = 16  # hexadecimal digits of a SHA-256 in a source
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredShots:
     """Sizes with the shots that they belong to."""
 
     title: str  # "craters": of the sweep or the table
@@ -58,7 +58,7 @@ class Measured:
             )
         return chosen
 
-    def at(self, chosen: Mapping[str, float | str]) -> "Measured":
+    def at(self, chosen: Mapping[str, float | str]) -> "MeasuredShots":
         """The points with these values on these axes."""
         kept = [
             number
@@ -128,7 +128,7 @@ def quantities_of(dataset: xr.Dataset, forms: Sequence[str]) -> list[str]:
     return [name for name in cubes.quantities_of(dataset) if name in forms]
 
 
-def of_cube(dataset: xr.Dataset, quantity: str) -> Measured:
+def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
     """The points of a cube at which a quantity has a value and no flag, with converged values where there are some.
 
     Raises InvalidInput where the scenario describes no shot.
@@ -142,7 +142,7 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> Measured:
         cubes.FLAGS_OF_RUN.of(points).values.ravel() != 0
     )
     kept = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~flagged)
-    return Measured(
+    return MeasuredShots(
         sweep.name,
         source_of(dataset),
         quantity,
@@ -177,7 +177,7 @@ def _all_known(errors: np.ndarray) -> np.ndarray | None:
 # ---- from a table of shots -----------------------------------------------------------------------
 
 
-def of_table(source: str, forms: Sequence[str]) -> Iterator[Measured]:
+def of_table(source: str, forms: Sequence[str]) -> Iterator[MeasuredShots]:
     """The shots of a published table, by name, or of a CSV file: one record for each measured quantity.
 
     The scenario is the first that measures what the table has; what a shot does not state is the scenario's default.
@@ -192,7 +192,7 @@ def of_table(source: str, forms: Sequence[str]) -> Iterator[Measured]:
         errors = np.array(
             [np.nan if shot.uncertainty is None else shot.uncertainty for shot in mine]
         )
-        yield Measured(
+        yield MeasuredShots(
             Path(source).stem,
             f"table {Path(source).stem}, SHA-256 {digest}: "
             + "; ".join(dict.fromkeys(shot.source for shot in mine)),

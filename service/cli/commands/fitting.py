@@ -12,9 +12,9 @@ from service.cli.commands.options import Json
 from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.fits.fit import Fit
+    from studies.fits.fit import FittedForm
     from studies.fits.indices import InputIndices, SobolIndex
-    from studies.fits.measured import Measured
+    from studies.fits.measured import MeasuredShots
     from studies.fits.surrogate import Prediction, Surrogate
 
 app = typer.Typer()
@@ -189,7 +189,7 @@ def _refuse_form(form: str | None) -> None:
     raise InvalidInput([Finding("--form", str(form), "a form of law for what was measured", cure)])
 
 
-def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measured]":
+def _measured(source: str, quantity: str | None, at: list[str]) -> "list[MeasuredShots]":
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
     from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
@@ -209,7 +209,7 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     return [each.at(each.read_place(at)) for each in chosen]
 
 
-def _write(fitted: "list[list[Fit]]", out: Path, name: str) -> None:
+def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
     """Write the only fit into a file; raises InvalidInput where there are several, or none."""
     done = [each for fits in fitted for each in fits if each.solution is not None]
     if len(done) != 1:
@@ -222,7 +222,7 @@ def _write(fitted: "list[list[Fit]]", out: Path, name: str) -> None:
     )
 
 
-def _print_fits(fits: "list[Fit]") -> None:
+def _print_fits(fits: "list[FittedForm]") -> None:
     from service.cli.console import print_table
     from studies.fits.fit import compared, verdicts
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from studies.fits.fit import Fit, fits_of, verdicts
+from studies.fits.fit import FittedForm, fits_of, verdicts
 from studies.fits.measured import of_table
 from studies.laws._forms import LENGTHS, columns_of
 from tests.claims import Row, claim, equal
@@ -45,7 +45,7 @@ def table_3_4_fits() -> Iterator[Row]:
         yield Row(f"{measured.quantity}: {text}", "", round(line - power, 2), None)
 
 
-def _criterion_of_logarithms(fit: Fit) -> float:
+def _criterion_of_logarithms(fit: FittedForm) -> float:
     """n ln(RSS/n) of a fit in the variable in which it was made, turned into that of the ratio."""
     assert fit.solution is not None
     ratios = fit.form.ratio(columns_of(fit.measured.shots), fit.values)

@@ -9,7 +9,7 @@ import pytest
 from studies import laws, materials
 from studies.fits.fit import compared, fit, fits_of, forms_of, verdicts
 from studies.fits.least_squares import NotIdentified, linear
-from studies.fits.measured import Measured, of_cube
+from studies.fits.measured import MeasuredShots, of_cube
 from studies.laws import Shot
 from studies.laws._forms import FORMS, Form, columns_of
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
@@ -26,11 +26,11 @@ def shots(*, plate: bool) -> tuple[Shot, ...]:
     return tuple(Shot(v, 5e-3, t, COPPER, COPPER) for v in speeds for t in thicknesses)
 
 
-def measured(values: np.ndarray, chosen: tuple[Shot, ...], quantity: str) -> Measured:
-    return Measured("made-up", "nobody", quantity, ({},) * len(chosen), chosen, values, None)
+def measured(values: np.ndarray, chosen: tuple[Shot, ...], quantity: str) -> MeasuredShots:
+    return MeasuredShots("made-up", "nobody", quantity, ({},) * len(chosen), chosen, values, None)
 
 
-def exact(form: Form) -> Measured:
+def exact(form: Form) -> MeasuredShots:
     """Sizes that a form gives with the constants above."""
     chosen = shots(plate=form.uses_thickness)
     ratios = form.ratio(columns_of(chosen), [TRUE[name] for name in form.constants])
