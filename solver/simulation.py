@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, fields
+from typing import Protocol
 
 import numpy as np
 
@@ -58,6 +59,17 @@ CARRIED = (
 DEPARTED = "departed_"  # before the names of its arrays
 
 Observer = Callable[[Snapshot], str | None]
+
+
+class Recorder(Protocol):
+    """Takes states at times of its own; it decides nothing."""
+
+    @property
+    def due(self) -> float:
+        """Time of the next state that it takes, s."""
+
+    def add(self, snapshot: Snapshot) -> None:
+        """Take a state."""
 
 
 @dataclass
@@ -309,6 +321,7 @@ def simulate(
     observe: Observer | None = None,
     *,
     interval: float | None = None,
+    recorder: Recorder | None = None,
     threads: int | None = None,
     shares: int = 0,
     checkpoint: Checkpointing | None = None,
@@ -316,19 +329,21 @@ def simulate(
     """Run a problem to its end time, or until the observer gives a reason to stop.
 
     ``observe`` is called with the initial state and then at the first step at or after each multiple of ``interval``
-    (s); a word that it returns ends the run. With ``checkpoint`` the run goes on from the file, if it is there and
+    (s); a word that it returns ends the run. ``recorder`` takes the first state at or after each time that it asks for.
+    With ``checkpoint`` the run goes on from the file, if it is there and
     fits, and ends with the same bits as one that never stopped. Raises UnphysicalState and ProblemError; Interrupted
     when ``checkpoint.must_stop`` asks for it.
     """
     simulation = start(problem, threads=threads, shares=shares)
     with closing(simulation.pool):
-        return _run(simulation, observe, interval or problem.end_time, checkpoint)
+        return _run(simulation, observe, interval or problem.end_time, recorder, checkpoint)
 
 
 def _run(
     simulation: Simulation,
     observe: Observer | None,
     interval: float,
+    recorder: Recorder | None,
     checkpoint: Checkpointing | None,
 ) -> Outcome:
     end_time = simulation.problem.end_time
@@ -339,6 +354,8 @@ def _run(
     stop = None
     while stop is None:
         last = simulation.time >= end_time
+        if recorder and simulation.time >= recorder.due:
+            recorder.add(simulation.snapshot())
         if simulation.time >= observing.due or last:
             observing.history.append(simulation.audit())
             stop = observe(simulation.snapshot()) if observe else None

@@ -17,6 +17,8 @@ from service.queue import data_identity as identity
 from service.records.fault_points import fault_point
 from service.records.jobs import (
     SWEEP_TERMINAL,
+    Keep,
+    NotFound,
     StoreUnavailable,
     Submission,
     SweepState,
@@ -29,6 +31,8 @@ from service.store import Store, digest_of
 from solver.errors import WhippleError
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.values.errors import Finding, InvalidInput
+from studies.values.files import FILM
 
 if TYPE_CHECKING:
     from service.queue.dispatcher import Dispatcher
@@ -71,14 +75,17 @@ def run_sweep(
     progress: Callable[[SweepStatus], None] = lambda status: None,
     settings: Settings | None = None,
     overwrite: bool = False,
+    keep: str = Keep.FINAL,
     ready: "list[WarmProcess] | None" = None,
 ) -> Finished:
     """Compute a sweep on this machine into the folder ``out``; repeated, it resumes.
 
     ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called repeatedly with the
-    status of the sweep. A folder that holds another sweep is refused, unless ``overwrite`` is set. ``ready``
-    are processes that were started before, for the first runs or the publication. Raises InvalidInput,
-    DataInUse, PublicationFailed. Ctrl-C and SIGTERM end it in order, as KeyboardInterrupt and SystemExit;
+    status of the sweep. A folder that holds another sweep is refused, unless ``overwrite`` is set. ``keep``
+    selects the files kept for each run: ``numbers``, also the ``final`` state, or also the ``film``, which is copied
+    to ``out/runs/RUN/film.npz``. ``ready`` are processes that were started before, for the first runs or the
+    publication. Raises InvalidInput, DataInUse, PublicationFailed. Ctrl-C and SIGTERM end it in order, as
+    KeyboardInterrupt and SystemExit;
     interrupted runs continue from their checkpoints next time.
     """
     folder = Path(out)
@@ -86,6 +93,7 @@ def run_sweep(
     if not isinstance(document, Mapping):
         document = read_sweep_file(Path(document))
     sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
+    retention = _retention(keep)
     check_names(settings)
     held = held_in(folder)
     if held is not None and not overwrite:
@@ -97,13 +105,15 @@ def run_sweep(
                 # The last sweep in a folder without a report must be this one.
                 for last in store.sweeps(limit=1).items:
                     check_same(folder, store.sweep_document(last.id), sweep.document())
-            id = _accept(store, sweep)
+            id = _accept(store, sweep, retention)
             leaving.raise_if_requested()
             with start_engine(settings, store, ready=ready) as dispatcher:
                 status = _wait(store, dispatcher, id, progress, leaving)
             if status.state is SweepState.FAILED:
                 raise PublicationFailed(status.reason or "cube and report could not be made")
             _copy_out(store, Artifacts(settings.data), id, folder)
+            if retention is Keep.FILM:
+                _copy_films(store, Artifacts(settings.data), sweep, folder)
         leaving.raise_if_requested()
     return Finished(folder, status)
 
@@ -132,14 +142,23 @@ def start_engine(
         dispatcher.close()
 
 
-def _accept(store: Store, sweep: Sweep) -> str:
+def _retention(keep: str) -> Keep:
+    """The retention of a name; raises InvalidInput."""
+    try:
+        return Keep(keep)
+    except ValueError:
+        limit = "one of " + ", ".join(Keep)
+        raise InvalidInput([Finding("keep", keep, limit, "write one of these")]) from None
+
+
+def _accept(store: Store, sweep: Sweep, keep: Keep) -> str:
     """Id of the sweep in the store of a folder: a new one, unless it is there and unfinished.
 
     Other unfinished sweeps are cancelled, because a folder holds one sweep.
     """
     known = store.find_sweep(digest_of(sweep))
-    if known is None or known.is_terminal:
-        known = store.create_sweep(Submission(sweep))
+    if known is None or known.is_terminal or known.keep is not keep:
+        known = store.create_sweep(Submission(sweep, keep=keep))
     for state in set(SweepState) - SWEEP_TERMINAL:
         for other in store.sweeps(state=state, limit=MOST_SWEEPS).items:
             if other.id != known.id:
@@ -178,3 +197,12 @@ def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path) -> None
                 part.unlink(missing_ok=True)
             artifacts.copy_out(file, folder)
             fault_point("copy-halfway")
+
+
+def _copy_films(store: Store, artifacts: Artifacts, sweep: Sweep, folder: Path) -> None:
+    """Copy the film of each run that has one to a folder of its name."""
+    for id in dict.fromkeys(point.run.id for point in sweep.runs()):
+        with suppress(NotFound):
+            film = store.run_file(id, FILM)
+            (folder / "runs" / id).mkdir(parents=True, exist_ok=True)
+            artifacts.copy_out(film, folder / "runs" / id)

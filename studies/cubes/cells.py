@@ -58,6 +58,10 @@ class Cell:
         return self.of_result("histories") or {}
 
     @property
+    def distributions(self) -> Mapping[str, Any]:
+        return self.of_result("distributions") or {}
+
+    @property
     def provenance(self) -> Mapping[str, Any]:
         return self.of_result("provenance") or {}
 

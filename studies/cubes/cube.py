@@ -121,6 +121,7 @@ def _columns(layout: Layout, catalogue: Catalogue, assess: Assess) -> Iterator[C
         times = _each(layout.cells, _times)
         yield declared.HISTORY_TIME, _padded(times, samples), {}
         yield from _of_histories(layout, samples)
+    yield from _of_distributions(layout)
     for quantity in catalogue.quantities.values():
         yield from _of_quantity(layout, quantity)
         yield from _of_models(layout, quantity, assess)
@@ -177,6 +178,22 @@ def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
                     by_body[place] = _records(values)
             picked = by_body
         yield history.variable, _padded(picked, samples), {}
+
+
+def _of_distributions(layout: Layout) -> Iterator[Column]:
+    """Arrays over bins, of the runs that have them."""
+    from studies.measurements._distributions import DISTRIBUTIONS
+
+    for name in {name: None for cell in layout.cells.flat for name in cell.distributions}:
+        distribution = DISTRIBUTIONS[name]
+        for bins in distribution.bins:
+            yield _column(declared.bins_variable(bins), _records(bins.middles))
+        shape = [bins.count for bins in distribution.bins]
+        values = np.full((*layout.cells.shape, *shape), np.nan)
+        for place, cell in np.ndenumerate(layout.cells):
+            if name in cell.distributions:
+                values[place] = cell.distributions[name]["values"]
+        yield declared.distribution_variable(distribution), values, {}
 
 
 def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:

@@ -374,6 +374,28 @@ HISTORIES = (
 )
 
 
+# ---- of a run: its distributions; a record is an array --------------------------------------------
+
+
+def bins_variable(bins: Any) -> Variable:
+    """The coordinate of some bins (``studies.measurements._distributions``); a record is the middle of one."""
+    meaning = f"{bins.meaning}; middles of bins {bins.width:.6g} wide"
+    return Variable(bins.name, meaning, float, (bins.name,), bins.unit, label=bins.title)
+
+
+def distribution_variable(distribution: Any) -> Variable:
+    """The variable of a distribution."""
+    return Variable(
+        distribution.name,
+        distribution.meaning,
+        lambda values: values,
+        (*RUNS, *(bins.name for bins in distribution.bins)),
+        distribution.unit,
+        label=distribution.title.lower(),
+        group="result",
+    )
+
+
 # ---- of a quantity: a record is a measurement ----------------------------------------------------
 
 _measured = partial(Variable, dims=RUNS, unit="{unit}")

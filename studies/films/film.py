@@ -1,15 +1,17 @@
-"""The film of a run: position, speed, pressure and temperature of its particles over time, in a bounded file.
+"""The film of a run: places of its particles and what they feel over time, in a bounded file.
 
 ``film.npz`` holds, in SI and single precision, particle by particle in the order of ``number`` (permanent)::
 
-    time (f,)   position (f, n, 3)   speed, pressure, temperature (f, n)   number, body (n,)   bodies, stride, whole
+    time (f,)   position (f, n, 3)   SCALARS (f, n)   number, body (n,)   bodies, stride, whole
 
 ``body`` is the place of a particle's body in ``bodies``, their names. A particle that has left the grid is NaN from
 then on; one that was retired flies straight until then, without pressure, at the temperature that it had. A large run
-shows every ``stride``-th particle. A run that went on from a checkpoint shows the frames of before too; ``whole`` is
-false where they were lost, and the film begins with the frame at ``time[0]``.
+shows every ``stride``-th particle. Frames have an interval of their own, at which a run need not be observed. A run
+that went on from a checkpoint shows the frames of before too; ``whole`` is false where they were lost, and the film
+begins with the frame at ``time[0]``.
 """
 
+import math
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -18,11 +20,11 @@ import numpy as np
 from solver.debris import flown_on_grid
 from solver.problem import Problem
 from solver.state import Snapshot
-from studies.values.files import write_atomically
+from studies.values.files import MOST_FRAMES, write_atomically
 
-FRAMES = 48  # evenly in time; the first and the last state come on top
+FRAMES = 48  # evenly in time, where no interval is stated; the first and the last state come on top
 BYTES = 32 << 20  # of all frames; the file is smaller, it is compressed
-SCALARS = ("speed", "pressure", "temperature")
+SCALARS = ("speed", "pressure", "temperature", "plastic_strain", "damage")
 VALUES = 3 + len(SCALARS)  # of a particle in a frame; three of position
 BYTES_PER_VALUE = np.dtype(np.float32).itemsize
 
@@ -30,12 +32,13 @@ BYTES_PER_VALUE = np.dtype(np.float32).itemsize
 class Film:
     """The frames of a run so far."""
 
-    def __init__(self, problem: Problem, most_bytes: int = BYTES):
+    def __init__(self, problem: Problem, most_bytes: int = BYTES, interval: float | None = None):
+        """``interval`` (s) is the time between two frames, at least a thousandth of the run."""
         self.problem = problem
         particles = sum(body.mass.size for body in problem.bodies)
-        most = most_bytes // (VALUES * BYTES_PER_VALUE * (FRAMES + 2))
-        self.stride = -(-particles // most)
-        self.interval = problem.end_time / FRAMES
+        self.interval = max(interval or problem.end_time / FRAMES, problem.end_time / MOST_FRAMES)
+        frames = math.ceil(problem.end_time / self.interval * (1.0 - 1e-12)) + 2
+        self.stride = -(-particles // (most_bytes // (VALUES * BYTES_PER_VALUE * frames)))
         self.bodies = [body.name for body in problem.bodies]
         self.count = -(-particles // self.stride)
         self.body = np.full(self.count, -1, np.int16)
@@ -43,10 +46,16 @@ class Film:
         self.frames: list[np.ndarray] = []  # (n, VALUES)
         self.whole = True
 
-    def add(self, snapshot: Snapshot, *, last: bool) -> None:
-        """Add a frame if one is due, and always the last state."""
-        due = self.times[-1] + self.interval * (1.0 - 1e-9) if self.times else snapshot.time
-        if last or snapshot.time >= due:
+    @property
+    def due(self) -> float:
+        """Time of the next frame, s: the multiple of the interval after the last one."""
+        if not self.times:
+            return 0.0
+        return (math.floor(self.times[-1] / self.interval * (1.0 + 1e-12)) + 1) * self.interval
+
+    def add(self, snapshot: Snapshot) -> None:
+        """Add a frame, unless that of this time is there."""
+        if not self.times or snapshot.time > self.times[-1]:
             self.times.append(snapshot.time)
             self.frames.append(self._frame(snapshot))
 
@@ -91,16 +100,16 @@ class Film:
         frame = np.full((self.count, VALUES), np.nan, np.float32)
         frame[place, :3] = particles.position[shown]
         frame[place, 3] = np.linalg.norm(particles.velocity[shown], axis=1)
-        frame[place, 4] = particles.pressure[shown]
-        frame[place, 5] = particles.temperature[shown]
+        for column, name in enumerate(SCALARS[1:], 4):
+            frame[place, column] = getattr(particles, name)[shown]
         self.body[place] = snapshot.body[shown]
         departed = snapshot.departed
         shown = departed.number % self.stride == 0
         place = departed.number[shown] // self.stride
         frame[place, :3] = flown_on_grid(self.problem, departed, snapshot.time)[shown]
         frame[place, 3] = np.linalg.norm(departed.velocity[shown], axis=1)
-        frame[place, 4] = 0.0
-        frame[place, 5] = departed.temperature[shown]
+        for column, name in enumerate(SCALARS[1:], 4):
+            frame[place, column] = 0.0 if name == "pressure" else getattr(departed, name)[shown]
         frame[np.isnan(frame[:, 0])] = np.nan
         return frame
 

@@ -28,7 +28,7 @@ def export_vtk(film: "Dataset", folder: Path) -> Path:
     """Write every frame into a folder, and return the file that ParaView opens.
 
     Points are the particles on the grid at the time of the frame, with ``particle``, ``body`` (a place in
-    ``bodies(film)``), ``speed``, ``pressure`` and ``temperature``.
+    ``bodies(film)``), and every number of the film over time and particle.
     """
     film = film.load()
     number = film.particle.values.astype(np.int32)
@@ -37,7 +37,8 @@ def export_vtk(film: "Dataset", folder: Path) -> Path:
     for index, time in enumerate(film.time.values):
         frame = film.isel(time=index)
         here = np.isfinite(frame.speed.values)
-        fields = {name: frame[name].values[here] for name in ("speed", "pressure", "temperature")}
+        scalars = [name for name in frame if frame[name].dims == ("particle",)]
+        fields = {str(name): frame[name].values[here] for name in scalars}
         fields |= {"particle": number[here], "body": body[here]}
         file = folder / f"film-{index:03}.vtu"
         content = _vtu(frame.position.values[here], fields)

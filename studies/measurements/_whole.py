@@ -21,7 +21,7 @@ def view(setting: Any, snapshot: Any) -> WholeView:
     p = snapshot.particles
     living = p.alive == 1
     return WholeView(
-        mass=setting.sector * p.mass[living],
+        mass=p.mass[living],
         velocity=p.velocity[living],
         energy=p.energy[living],
         pressure=p.pressure[living] + p.viscosity[living],

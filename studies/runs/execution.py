@@ -81,6 +81,7 @@ def execute(
             problem,
             observer,
             interval=observer.rate.interval,
+            recorder=observer.film,
             threads=threads,
             checkpoint=_checkpointing(checkpoint, observer, control, explain)
             if checkpoint
@@ -116,7 +117,8 @@ def observer_of(
 ) -> Observer:
     """The observer of a run, with the problem that it observes."""
     scenario, setting = scenarios.load(run.scenario), setting_of(run)
-    frames = Film(setting.problem) if film else None
+    interval = run.parameters.get("film_interval")
+    frames = Film(setting.problem, interval=interval) if film else None  # type: ignore[arg-type]
     return Observer(scenario, scenario.parameters(**run.parameters), setting, report, frames)
 
 
@@ -204,7 +206,24 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
         numbers=numbers,
         stop=outcome.stop,
         histories=_histories(observer.setting, outcome),
+        distributions=_distributions(observer),
     )
+
+
+def _distributions(observer: Observer) -> dict[str, Any]:
+    """The distributions of the scenario, read off the last state."""
+    names = observer.scenario.distributions
+    if not names:
+        return {}
+    from studies.measurements._distributions import DISTRIBUTIONS
+
+    return {
+        name: {
+            "version": DISTRIBUTIONS[name].version,
+            "values": DISTRIBUTIONS[name].read(observer.last_view).tolist(),
+        }
+        for name in names
+    }
 
 
 def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:

@@ -58,8 +58,8 @@ class Observer:
         if self.report:
             self.report(self._progress(snapshot))
         settled = self.rate.early and all(self._settled(name) for name in self.scenario.settles)
-        if self.film:
-            self.film.add(snapshot, last=settled or snapshot.time >= self.setting.problem.end_time)
+        if self.film and (settled or snapshot.time >= self.setting.problem.end_time):
+            self.film.add(snapshot)
         return "settled" if settled else None
 
     def as_text(self) -> str:

@@ -11,7 +11,9 @@ from typing import Annotated, Any, ClassVar, Literal, TypeVar
 from solver.registry import entries
 from solver.units import Described, Dimensionless, PerSecond, Second
 from studies.values.errors import Finding
+from studies.values.files import MOST_FRAMES
 from studies.values.parameters import Choice
+from studies.values.quantities import readable, round_quantity
 from studies.values.recipes import (
     FEW_PARTICLES,
     RECIPES,
@@ -119,6 +121,15 @@ class Numerics:
         Second | None,
         Described("constant time step instead of the stable one, for comparisons", 1e-15, 1e-3),
     ] = None
+    film_interval: Annotated[
+        Second | None,
+        Described(
+            "time between two frames of a film, where one is kept; a thousandth of the run at least, a 48th by default",
+            1e-15,
+            1.0,
+            label=True,
+        ),
+    ] = None
 
 
 Parameters = TypeVar("Parameters", bound=Numerics)
@@ -146,13 +157,19 @@ def filled_from(parameters: Parameters, preset: Any) -> Parameters:
 
 
 def check_numerics(parameters: Numerics) -> list[Finding]:
-    """Friction belongs to contact."""
+    """Friction belongs to contact; a film has a bounded number of frames."""
+    findings = []
     if parameters.friction > 0.0 and parameters.contact == "none":
         limit = "0 for bodies that share one velocity field"
-        return [
+        findings.append(
             Finding("friction", f"{parameters.friction:g}", limit, "set contact to bardenhagen")
-        ]
-    return []
+        )
+    least = round_quantity((getattr(parameters, "end_time", None) or 0.0) / MOST_FRAMES)
+    if parameters.film_interval is not None and parameters.film_interval < least:
+        limit = f"at least a thousandth of the run, {readable(least, 's')}"
+        value = readable(parameters.film_interval, "s")
+        findings.append(Finding("film_interval", value, limit, "give a longer interval"))
+    return findings
 
 
 def recipe_of(parameters: Numerics) -> Recipe:

@@ -189,6 +189,7 @@ SCENARIO = Scenario(
         least_cells=IMPACT.least_cells,
         fewest_cells=IMPACT.fewest_cells,
     ),
+    distributions=("mass_over_velocity_and_angle",),
     measured_with=("thermal.latent_heat_of_fusion",),
     outline=partial(outline, thickness="plate_thickness", radius="plate_radius"),
 )

@@ -138,7 +138,7 @@ def _build(parameters: DeckRun, materials: Materials) -> Setting:
         end_time=_end_time(parameters),
         refinement=parameters.refinement,
     )
-    return Setting(problem=problem, sector=1.0)
+    return Setting(problem=problem, sector=2.0 * math.pi)
 
 
 def _size(parameters: DeckRun, materials: Materials) -> Size:

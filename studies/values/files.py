@@ -8,6 +8,7 @@ from pathlib import Path
 RESULT = "result.json"  # measurements of a run, or the reason of its failure
 STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
+MOST_FRAMES = 1000  # of them
 SECTIONS = "sections.npz"  # its section at a few times, for the pictures of reports
 CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = SWEEP_FILES = (
     *("cube.nc", "runs.csv", "report.html", "report.json"),

@@ -14,6 +14,7 @@ from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
     Json,
+    Keep,
     KeyFile,
     Laws,
     Out,
@@ -40,10 +41,7 @@ def submit(
     priority: Annotated[
         int, typer.Option(help="-100 to 100; sweeps of smaller numbers are computed first.")
     ] = 0,
-    keep: Annotated[
-        str,
-        typer.Option(help="Files kept for each run: numbers, also the final state, also the film."),
-    ] = "final",
+    keep: Keep = "final",
     idempotency_key: Annotated[
         str | None,
         typer.Option(

@@ -15,6 +15,7 @@ from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
     Json,
+    Keep,
     Laws,
     Out,
     Overwrite,
@@ -68,8 +69,12 @@ def sweep(
     overwrite: Overwrite = False,
     threads: Threads = None,
     law: Laws = None,
+    keep: Keep = "final",
 ) -> None:
-    """Compute a sweep on this machine, without a service. Repeated, it resumes."""
+    """Compute a sweep on this machine, without a service. Repeated, it resumes.
+
+    With --keep film, films are in runs/RUN/film.npz of the folder.
+    """
     from service.cli.console import print_warnings
     from service.records.settings import Settings
     from studies.sweeps.sweep import Sweep, SweepLimits
@@ -77,7 +82,9 @@ def sweep(
     document = document_of(file, law)
     print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
     raise typer.Exit(
-        compute(document, file.stem, folder_of(out), overwrite=overwrite, threads=threads)
+        compute(
+            document, file.stem, folder_of(out), overwrite=overwrite, threads=threads, keep=keep
+        )
     )
 
 
@@ -219,6 +226,7 @@ def compute(
     *,
     overwrite: bool = False,
     threads: str | None = None,
+    keep: str = "final",
 ) -> int:
     """Compute a sweep into a folder, print the outcome, and return the exit status."""
     from service.workers.warm import preloading
@@ -233,7 +241,13 @@ def compute(
         settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
         with showing_progress(name) as show:
             finished = run_sweep(
-                sweep, folder, progress=show, settings=settings, overwrite=overwrite, ready=ready
+                sweep,
+                folder,
+                progress=show,
+                settings=settings,
+                overwrite=overwrite,
+                keep=keep,
+                ready=ready,
             )
     seconds = time.perf_counter() - begin
     print(

@@ -27,6 +27,10 @@ Threads = Annotated[
         help="Threads of a run; auto (default) uses cores that no other run needs. Results are independent of it.",
     ),
 ]
+Keep = Annotated[
+    str,
+    typer.Option(help="Files kept for each run: numbers, also the final state, also the film."),
+]
 Url = Annotated[str, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service.")]
 KeyFile = Annotated[
     Path | None,

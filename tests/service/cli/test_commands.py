@@ -165,6 +165,7 @@ def computed(**counts: int) -> Callable[..., local.Finished]:
         progress: Callable[[SweepStatus], None],
         settings: Settings,
         overwrite: bool,
+        keep: str,
         ready: object,
     ) -> local.Finished:
         print(f"threads: {settings.threads}")

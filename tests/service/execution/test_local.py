@@ -162,18 +162,31 @@ class Answered:
 @pytest.fixture(scope="module")
 def answered(tmp_path_factory: pytest.TempPathFactory) -> Answered:
     out, progress = tmp_path_factory.mktemp("sweep") / "out", list[SweepStatus]()
-    finished = run_sweep(document(), out, progress=progress.append, settings=settings_of(out))
+    finished = run_sweep(
+        document(), out, progress=progress.append, settings=settings_of(out), keep="film"
+    )
     return Answered(finished, progress)
 
 
-def test_run_sweep__leaves_three_files_with_the_registered_digests(answered: Answered) -> None:
+def test_run_sweep__leaves_the_published_files_with_the_registered_digests(
+    answered: Answered,
+) -> None:
     out = Path(answered.finished)
-    assert {file.name for file in out.iterdir()} == {".whipple", *PUBLISHED}
+    assert {file.name for file in out.iterdir()} == {".whipple", "runs", *PUBLISHED}
     with closing(open_store(settings_of(out))) as store:
         files = store.artifacts(answered.finished.sweep.id)
     copies = [replace(file, path=file.name) for file in files if file.name in PUBLISHED]
     assert len(copies) == len(PUBLISHED)
     assert all(Artifacts(out).is_intact(copy) for copy in copies)
+
+
+def test_run_sweep__keeps_the_films_of_its_runs(answered: Answered) -> None:
+    assert len(list((Path(answered.finished) / "runs").glob("*/film.npz"))) == 2
+
+
+def test_run_sweep__refuses_an_unknown_retention(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="keep"):
+        run_sweep(document(), tmp_path, keep="everything")
 
 
 def test_run_sweep__tells_how_far_it_is_until_the_end(answered: Answered) -> None:

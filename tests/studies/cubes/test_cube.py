@@ -255,3 +255,19 @@ def test_cf_checker__sees_what_is_wrong(tmp_path: Path) -> None:
     dataset = holes()
     dataset["hole_diameter"].attrs["units"] = "furlongs per thaler"
     assert compliance.complaints(cube.write(dataset, tmp_path / "cube.nc")) != []
+
+
+def test_distribution__lies_over_its_bins() -> None:
+    sweep = fakes.holes()
+    outcomes = fakes.results(sweep)
+    run = sweep.runs()[0].run.id
+    name = "mass_over_velocity_and_angle"
+    values = np.arange(30.0 * 36.0).reshape(30, 36)
+    stored = {name: {"version": 1, "values": values.tolist()}}
+    outcomes[run] = replace(outcomes[run], distributions=stored)
+    dataset = cube.build(sweep, outcomes, fakes.catalogue())
+    first = dataset[name].isel(speed=0, plate_thickness=0)
+    assert first.dims == ("relative_speed", "angle_of_flight")
+    np.testing.assert_array_equal(first, values)
+    assert float(dataset.relative_speed[1]) == pytest.approx(0.075)
+    assert dataset[name].isel(speed=1).isnull().all()

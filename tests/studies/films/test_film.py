@@ -16,6 +16,7 @@ from studies.films.film import Film
 from studies.results import RunControl
 from studies.runs.execution import execute, observer_of
 from studies.runs.run import Run
+from studies.values.errors import InvalidInput
 from tests.studies.runs.solved import BROKEN_OFF_AFTER, after, asked
 
 MOST = film.FRAMES + 2
@@ -78,7 +79,7 @@ def test_film__has_frames_of_every_particle_from_the_first_to_the_last_state(
     frames, count = whole["time"].size, whole["number"].size
     assert 10 < frames <= MOST
     assert whole["position"].shape == (frames, count, 3)
-    for name in ("speed", "pressure", "temperature"):
+    for name in film.SCALARS:
         assert whole[name].shape == (frames, count)
         assert whole[name].dtype == whole["position"].dtype == np.float32
     assert whole["bodies"][whole["body"]].tolist() == ["bar"] * count
@@ -90,10 +91,34 @@ def test_film__has_a_bounded_number_of_frames_evenly_in_time() -> None:
     problem = replace(small_problem(), end_time=1000.0)
     shown = Film(problem)
     for state in states(1001):
-        shown.add(state, last=state.time == 1000.0)
+        if state.time >= shown.due or state.time == 1000.0:
+            shown.add(state)
     assert len(shown.times) <= MOST
     assert (shown.times[0], shown.times[-1]) == (0.0, 1000.0)
     assert max(np.diff(shown.times)) <= 1000.0 / film.FRAMES + 1.0
+
+
+def test_film__has_its_own_interval_which_changes_neither_run_nor_numbers(tmp_path: Path) -> None:
+    usual = asked("elastic_bar")
+    end = float(usual.parameters["end_time"])  # type: ignore[arg-type]
+    often = asked("elastic_bar", film_interval=end / 200.0)
+    assert often.id == usual.id
+    results = [
+        execute(run, tmp_path / name, threads=1, film=name == "often")
+        for name, run in (("usual", usual), ("often", often))
+    ]
+    times = read(tmp_path / "often" / "film.npz")["time"]
+    assert 190 < times.size <= 201
+    assert (np.diff(times) > 0.0).all()
+    assert results[0].measurements == results[1].measurements
+    states = [read(tmp_path / name / "state.npz") for name in ("usual", "often")]
+    for name in states[0]:
+        assert states[0][name].tobytes() == states[1][name].tobytes(), name
+
+
+def test_film_interval__of_less_than_a_thousandth_of_the_run_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="film_interval"):
+        asked("elastic_bar", film_interval=1e-12)
 
 
 def test_film__shows_retired_debris_on_its_straight_way() -> None:
@@ -105,13 +130,13 @@ def test_film__shows_retired_debris_on_its_straight_way() -> None:
     particles.alive[gone] = 0
     shown = Film(problem)
     time = 0.1 * problem.geometry.spacing / 100.0
-    shown.add(state._replace(time=time, departed=retired), last=True)
+    shown.add(state._replace(time=time, departed=retired))
     frame = shown.frames[0]
     moved = retired.position + np.array([0.0, 100.0 * time, 0.0])
     np.testing.assert_allclose(frame[retired.number, :3], moved, rtol=1e-6)
     assert (frame[retired.number, 3] == 100.0).all()
     np.testing.assert_allclose(frame[retired.number, 5], retired.temperature)
-    shown.add(state._replace(time=1.0, departed=retired), last=True)
+    shown.add(state._replace(time=1.0, departed=retired))
     assert np.isnan(shown.frames[1][retired.number]).all()
 
 
@@ -119,13 +144,13 @@ def test_film__of_a_large_run_shows_some_particles_and_stays_small(tmp_path: Pat
     shown = Film(small_problem(), most_bytes=50_000)
     [state] = states(1)
     for number in range(MOST):
-        shown.add(state._replace(time=float(number)), last=True)
+        shown.add(state._replace(time=float(number)))
     shown.save(tmp_path / "film.npz")
     plain = read(tmp_path / "film.npz")
     assert plain["stride"] > 1
     np.testing.assert_array_equal(plain["number"] % plain["stride"], 0)
     assert np.isfinite(plain["position"]).all()
-    fields = ("position", "speed", "pressure", "temperature")
+    fields = ("position", *film.SCALARS)
     assert sum(plain[name].nbytes for name in fields) <= 50_000
 
 

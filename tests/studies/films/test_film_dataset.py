@@ -10,13 +10,13 @@ import xarray as xr
 
 import whipple
 from solver.state import Snapshot
-from studies.films.film import Film
+from studies.films.film import SCALARS, Film
 from studies.values.errors import InvalidInput
 from tests.service.support.command import run
 from tests.studies.films.test_film import small_problem, states
 
 LEFT, ABSENT = 3, 5  # particles: gone between the two frames, and before both
-FIELDS = ("speed", "pressure", "temperature")
+FIELDS = SCALARS
 
 
 def without(state: Snapshot, *numbers: int) -> Snapshot:
@@ -33,9 +33,9 @@ def folder(tmp_path: Path) -> Path:
     first, second, third = states(3)
     number = first.particles.number
     body = (number >= number.size // 2).astype(first.body.dtype)
-    film.add(without(first, ABSENT)._replace(body=body), last=True)
-    film.add(without(second, ABSENT, LEFT)._replace(body=body), last=True)
-    film.add(without(third, *number)._replace(body=body), last=True)
+    film.add(without(first, ABSENT)._replace(body=body))
+    film.add(without(second, ABSENT, LEFT)._replace(body=body))
+    film.add(without(third, *number)._replace(body=body))
     film.save(tmp_path / "film.npz", compressed=True)
     return tmp_path
 
@@ -51,7 +51,7 @@ def test_open_film__has_time_particle_and_body_with_their_units(folder: Path) ->
     ]
     assert np.isnan(film.speed.sel(particle=LEFT)).values.tolist() == [False, True, True]
     units = [film[name].attrs["units"] for name in ("time", "position", *FIELDS)]
-    assert units == ["s", "m", "m s-1", "Pa", "K"]
+    assert units == ["s", "m", "m s-1", "Pa", "K", "1", "1"]
     with np.load(folder / "film.npz") as saved:
         np.testing.assert_array_equal(film.temperature, saved["temperature"])
         np.testing.assert_array_equal(film.position[0, 7:9], saved["position"][0, 7:9])

@@ -11,6 +11,8 @@ from solver.simulation import start
 from solver.state import Departed, Snapshot
 from studies import scenarios
 from studies.measurements._cloud import FEW_PARTICLES, NOTHING_BEHIND, CloudView, connected, view
+from studies.measurements._distributions import DISTRIBUTIONS
+from studies.measurements._distributions import SPEEDS as SPEEDS_OF_BINS
 from studies.results import DEFINITION
 from studies.runs.run import materials_of
 from tests.contracts.test_scenarios import asked
@@ -18,6 +20,7 @@ from tests.studies.measurements.states import (
     BALLS,
     CELL,
     CENTRE_SPEED,
+    CLOUD_SPEED,
     DENSITY,
     EXPANDED,
     EXPANSION,
@@ -152,6 +155,27 @@ def test_reading__where_nothing_is_behind_has_a_reason() -> None:
 def test_tip__of_fewer_particles_than_its_share_is_flagged() -> None:
     few = cloud(np.array([[0.0, 0.0, 0.02 + 1e-3 * i] for i in range(50)]), np.zeros((50, 3)))
     assert FEW_PARTICLES in read("tip_velocity_percent", few).flags
+
+
+def test_distribution__has_all_mass_outside_the_plate_in_the_bins_of_its_flight() -> None:
+    mass = DISTRIBUTIONS["mass_over_velocity_and_angle"].read(two_balls())
+    expected = np.zeros_like(mass)
+    for amount, speed in zip(MASSES, SPEEDS, strict=True):
+        expected[int(speed / CLOUD_SPEED / SPEEDS_OF_BINS.width), 0] += amount
+    np.testing.assert_allclose(mass, expected, rtol=ROUND_OFF)
+
+
+def test_distribution__of_an_expanding_ball_is_that_of_its_slices() -> None:
+    """Without a speed of its centre the mass below a speed v is that of the ball of radius v over the expansion."""
+    state = expanding_ball()
+    state = dataclasses.replace(state, axial_velocity=state.axial_velocity - CENTRE_SPEED)
+    mass = DISTRIBUTIONS["mass_over_velocity_and_angle"].read(state)
+    assert mass.sum() == pytest.approx(state.mass.sum(), rel=ROUND_OFF)
+    speeds = SPEEDS_OF_BINS.width * CLOUD_SPEED * np.arange(1, 4)
+    below = np.cumsum(mass.sum(axis=1))[:3]
+    radii = np.cbrt(below / (DENSITY * 4.0 / 3.0 * math.pi))
+    np.testing.assert_allclose(radii, speeds / EXPANSION, atol=TENTH)
+    assert mass[:, : mass.shape[1] // 2].sum() == pytest.approx(0.5 * mass.sum(), rel=0.01)
 
 
 # The view
