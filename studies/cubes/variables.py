@@ -331,7 +331,8 @@ class RunHistory:
     def variable(self) -> Variable:
         """Its variable of the cube; a record is the values of a run, or those of a body in it."""
         return Variable(
-            f"{self.name}_history",
+            # Quantities have histories too: those of bodies are told apart.
+            f"{'body_' if self.by_body else ''}{self.name}_history",
             f"{self.meaning}, over history_time",
             lambda values: values,
             (*RUNS, BODY, "sample") if self.by_body else (*RUNS, "sample"),

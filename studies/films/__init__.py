@@ -1,5 +1,6 @@
 """Films of runs: written while a run is solved, read as a dataset over time and particle, exported to VTK.
 
 ``film`` is called by ``runs``; ``film_dataset`` and ``film_vtk`` by ``whipple.open_film`` and the command line.
-``section`` keeps a few sections of every run: ``runs`` records them, ``reports`` draws them.
+``section`` keeps a few sections of every run, and with those of debris a ``radiograph``: ``runs`` records them,
+``reports`` draws them.
 """

@@ -6,6 +6,9 @@ states before the end were asked, and for each state, by its number::
 
     time_0 (s)   moment_0 (index in moments, -1: the end)   position_0 (2, n)   box_0 (2, 2)   body_0 (n,)   FIELDS (n,)
 
+``radiograph`` (rows, columns), ``radiograph_origin`` (m) and ``radiograph_pixel`` (m) are those of the end
+(``radiograph.Radiograph``), where a scenario asks for them.
+
 Positions fill their box (lowest and highest, m) with 16 bits, and are differences between neighbours of the initial
 lattice, which compress well; fields are half precision in the units of FIELDS. A finer lattice than a picture shows is
 thinned, evenly.
@@ -23,6 +26,7 @@ from solver.debris import flown_on_grid
 from solver.geometry import impact_axis
 from solver.problem import Face, Problem
 from solver.state import Snapshot
+from studies.films.radiograph import Radiograph, radiograph
 from studies.values.files import write_atomically
 
 # Particles of a section at most: as many as a picture has pixels.
@@ -47,6 +51,8 @@ class SectionOptions:
 
     moments: tuple[float, ...] = ()  # s
     reach: float = math.inf  # from the origin, of the initial places of the particles, m
+    pixel: float | None = None  # of a radiograph at the end, m; None: there is none
+    whole: float = 1.0  # whole bodies over the model of a sector
 
 
 @dataclass(frozen=True)
@@ -69,6 +75,7 @@ class Sections:
     mirrored: bool  # whether the other side of the axis is the mirror image
     moments: tuple[float, ...]  # s
     states: tuple[Section, ...]
+    radiograph: Radiograph | None = None  # at the end
 
     def at(self, moment: int) -> Section | None:
         """The section of a moment, or of END; None where it was not kept."""
@@ -88,6 +95,7 @@ class SectionRecorder:
         self.axes = [0, axis]
         self.is_flat = axis == 1
         self.states: list[Section] = []
+        self.radiograph: Radiograph | None = None
         self.is_saved = True
         self._widths = np.array([body.spacing[1] for body in problem.bodies])
         # By the permanent numbers of the particles.
@@ -108,6 +116,10 @@ class SectionRecorder:
         """Take the last section."""
         self.states = [state for state in self.states if state.moment != END]
         self.states.append(self._section(snapshot, END))
+        if self.options.pixel:
+            self.radiograph = radiograph(
+                self.problem, snapshot, pixel=self.options.pixel, whole=self.options.whole
+            )
 
     def save(self, path: Path) -> None:
         """Write the sections so far: whole, or not at all."""
@@ -120,6 +132,12 @@ class SectionRecorder:
             "mirrored": self.problem.faces[0][0] == Face.SYMMETRIC,
             "moments": np.array(self.options.moments),
         }
+        if self.radiograph:
+            arrays |= {
+                "radiograph": self.radiograph.density.astype(np.float32),
+                "radiograph_origin": self.radiograph.origin,
+                "radiograph_pixel": self.radiograph.pixel,
+            }
         for number, state in enumerate(self.states):
             arrays |= {f"{name}_{number}": value for name, value in _packed(state).items()}
 
@@ -196,7 +214,15 @@ def read_sections(path: Path) -> Sections:
             mirrored=bool(saved["mirrored"]),
             moments=tuple(saved["moments"].tolist()),
             states=tuple(_unpacked(saved, number) for number in range(count)),
+            radiograph=_radiograph(saved),
         )
+
+
+def _radiograph(saved: "np.lib.npyio.NpzFile") -> Radiograph | None:
+    if "radiograph" not in saved:
+        return None
+    origin, pixel = float(saved["radiograph_origin"]), float(saved["radiograph_pixel"])
+    return Radiograph(saved["radiograph"], origin, pixel)
 
 
 def _speed(velocity: np.ndarray) -> np.ndarray:

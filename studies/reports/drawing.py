@@ -12,8 +12,9 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
+from studies.films.radiograph import AREAL_DENSITY
 from studies.films.section import Section, Sections, read_sections
-from studies.reports.raster import INFERNO, VIRIDIS, Frame, nearest, png
+from studies.reports.raster import INFERNO, VIRIDIS, Frame, nearest, png, radiogram
 from studies.reports.svg import (
     arrow,
     line,
@@ -59,6 +60,9 @@ class Gallery:
 
     def _raster(self, run: int, picture: Document, frame: Frame, width: int) -> bytes:
         sections = self._sections(run)
+        if picture["field"] == AREAL_DENSITY:
+            columns = 2 * round(0.5 * SHARP * width)
+            return radiogram(sections, frame, columns, picture["sign"], picture["limits"])
         section = sections.at(picture["moment"])
         assert section is not None
         position = section.position * (1.0, picture["sign"])

@@ -17,6 +17,7 @@ import xarray as xr
 
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated
+from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.reports.raster import Frame
 from studies.reports.setup import setup_of, upward, values_of
@@ -25,6 +26,9 @@ from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.formats import digits, display_of, printed, printed_in
 
 Document = dict[str, Any]
+
+# Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
+CLOUD = 0.03
 
 MOST_RUNS = 30  # thumbnails; beyond, runs of the finest resolution, evenly
 MOST_FULL = 4  # runs in full size
@@ -37,6 +41,7 @@ SHOWN = {
     "pressure": ("GPa", 1e-9),
     "density": ("kg/m³", 1.0),
     "speed": ("km/s", 1e-3),
+    AREAL_DENSITY: ("kg/m²", 1.0),
 }
 THUMBNAIL_FIELDS = {"debris": "speed", "end": "plastic_strain"}
 
@@ -191,6 +196,21 @@ def _pictures(
                 run, section, kind, field, frames[kind][run.number], limits[kind][field]
             )
             yield {**picture, "sign": sign}
+    if full and run.sections.radiograph and (end := run.sections.at(END)):
+        frame = _frame_of_radiograph(run.sections.radiograph, sign)
+        densest = float(run.sections.radiograph.density.max())
+        picture = _picture(
+            run, end, "end", AREAL_DENSITY, frame, (0.0, rounded_up(CLOUD * densest))
+        )
+        yield {**picture, "sign": sign}
+
+
+def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
+    """The pixels that show matter."""
+    rows, columns = (np.flatnonzero((taken.density > 0.0).any(axis=axis)) for axis in (1, 0))
+    half = (columns[-1] + 1) * taken.pixel
+    ends = [sign * (taken.origin + row * taken.pixel) for row in (rows[0], rows[-1] + 1)]
+    return Frame(-half, half, min(ends), max(ends))
 
 
 def _picture(
@@ -211,6 +231,8 @@ def _picture(
         for name, value in lengths.items()
     )
     scene = "Section at the end" if kind == "end" else "Section of the debris"
+    if field == AREAL_DENSITY:
+        scene = "Radiograph of the end, seen from the side"
     where = f", {run.title}" if run.title else ""
     alt = f"{scene} ({time}){where}, coloured by {label} from {low} to {high} {unit}".rstrip() + (
         f"; {measured}" if measured else ""

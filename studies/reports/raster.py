@@ -86,6 +86,24 @@ def _nearest(sections: Sections, section: Section, frame: Frame, columns: int) -
     return particles
 
 
+def radiogram(
+    sections: Sections, frame: Frame, columns: int, sign: float, limits: tuple[float, float]
+) -> bytes:
+    """The picture of a radiograph; ``sign`` is 1 where the frame counts along the flight, else -1."""
+    taken = sections.radiograph
+    assert taken is not None
+    rows = max(1, round(columns * frame.height / frame.width))
+    across = frame.left + (np.arange(columns) + 0.5) * frame.width / columns
+    along = sign * (frame.top + (np.arange(rows) + 0.5) * frame.height / rows)
+    column = np.floor(np.abs(across) / taken.pixel).astype(np.int64)
+    row = np.floor((along - taken.origin) / taken.pixel).astype(np.int64)
+    count = taken.density.shape
+    inside = ((row >= 0) & (row < count[0]))[:, None] & (column < count[1])
+    place = row[:, None] * count[1] + column
+    shown = inside & (taken.density.ravel()[np.where(inside, place, 0)] > 0.0)
+    return png(np.where(shown, place, -1), taken.density.ravel(), limits, VIRIDIS)
+
+
 def png(
     particles: np.ndarray, values: np.ndarray, limits: tuple[float, float], colours: str
 ) -> bytes:

@@ -5,6 +5,7 @@ and no run of ``thin_plate`` has another identity for it. The time is that of th
 projectile would have travelled; it is stated before a run, and not chosen after.
 """
 
+import math
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -43,6 +44,7 @@ MOST_ROOM = 50.0  # projectile diameters
 
 OBSERVATIONS = 30  # in a run
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
+PIXELS = 24.0  # of a radiograph, across the projectile
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +148,12 @@ def _sections(parameters: DebrisCloud, setting: CloudSetting) -> "SectionOptions
     from studies.films.section import SectionOptions
 
     moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
-    return SectionOptions(moments=moments, reach=REACH * setting.projectile_diameter)
+    return SectionOptions(
+        moments=moments,
+        reach=REACH * setting.projectile_diameter,
+        pixel=setting.projectile_diameter / PIXELS,
+        whole=2.0 * math.pi / setting.sector,
+    )
 
 
 SCENARIO = Scenario(

@@ -153,7 +153,7 @@ def test_histories__of_bodies_lie_over_body_and_time() -> None:
     energy = [[2.0 * place for place in range(len(times))], [1.0] * len(times)]
     histories = {"time": times, "bodies": ["projectile", "target"], "kinetic_energy": energy}
     outcomes[run] = replace(outcomes[run], histories=histories)
-    kinetic = cube.build(sweep, outcomes, fakes.catalogue()).kinetic_energy_history
+    kinetic = cube.build(sweep, outcomes, fakes.catalogue()).body_kinetic_energy_history
     first = kinetic.isel(speed=0, plate_thickness=0)
     assert first.dims == ("body", "sample")
     assert first.sel(body="projectile").values.tolist() == energy[0]

@@ -1,0 +1,89 @@
+"""A synthetic radiograph: the areal density of all matter, seen from the side, right-angled to the line of flight.
+
+The picture is symmetric about the axis, so that one half of it is kept, in square pixels. A particle of a body of
+revolution is a ring: of its mass the share (asin(y2 / r) - asin(y1 / r)) 2 / pi lies between the distances y1 and y2
+from the axis, on both sides. Particles are spread over their initial width, by points in it.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.debris import flown
+from solver.geometry import impact_axis
+from solver.problem import Problem
+from solver.state import Snapshot
+
+AREAL_DENSITY = "areal_density"  # the field of a picture that is a radiograph
+
+
+@dataclass(frozen=True)
+class Radiograph:
+    """Areal density on one side of the axis."""
+
+    density: np.ndarray  # (rows along the flight, columns away from the axis) kg/m2
+    origin: float  # where the first row begins, along the flight, m
+    pixel: float  # m
+
+
+def radiograph(problem: Problem, snapshot: Snapshot, *, pixel: float, whole: float) -> Radiograph:
+    """The radiograph of a state with what departed; pixels cover the grid, ``whole`` is whole bodies over the model."""
+    geometry, axis = problem.geometry, impact_axis(problem.geometry)
+    particles, departed = snapshot.particles, snapshot.departed
+    living = particles.alive == 1
+    place = np.concatenate([particles.position[living], flown(problem, departed, snapshot.time)])
+    mass = whole * np.concatenate([particles.mass[living], departed.mass])
+    width = max(float(body.spacing[axis]) for body in problem.bodies)
+    extent = geometry.cells * geometry.spacing
+    across = 0 if axis == 1 else 1
+    shape = tuple(math.ceil(extent[k] / pixel - 1e-9) for k in (axis, across))
+    origin = float(geometry.lower[axis])
+    points = _within(width, pixel)
+    total = np.zeros(shape)
+    for along in points:
+        row = np.floor((place[:, axis] + along - origin) / pixel).astype(np.int64)
+        inside = (row >= 0) & (row < shape[0])
+        if axis == 1:
+            _add_rings(total, row[inside], place[inside, 0], mass[inside] / points.size, pixel)
+        else:
+            _add_points(
+                total, row[inside], place[inside, 1], mass[inside] / points.size, pixel, points
+            )
+    return Radiograph(0.5 * total / pixel**2, origin, pixel)
+
+
+def _within(width: float, pixel: float) -> np.ndarray:
+    """Offsets (k,) of evenly spaced points in a width, at least two in a pixel."""
+    count = max(2, math.ceil(2.0 * width / pixel))
+    offsets: np.ndarray = ((np.arange(count) + 0.5) / count - 0.5) * width
+    return offsets
+
+
+def _add_rings(
+    total: np.ndarray, row: np.ndarray, radius: np.ndarray, mass: np.ndarray, pixel: float
+) -> None:
+    """Add rings to the mass of each pixel, of both sides."""
+    below = np.zeros(radius.size)
+    for column in range(total.shape[1]):
+        edge = np.clip((column + 1) * pixel / np.maximum(radius, 1e-300), 0.0, 1.0)
+        inside = 2.0 / math.pi * np.arcsin(edge)
+        total[:, column] += np.bincount(row, mass * (inside - below), minlength=total.shape[0])
+        below = inside
+
+
+def _add_points(
+    total: np.ndarray,
+    row: np.ndarray,
+    across: np.ndarray,
+    mass: np.ndarray,
+    pixel: float,
+    points: np.ndarray,
+) -> None:
+    """Add points to the mass of each pixel, of both sides; what lies beyond the axis is mirrored."""
+    for offset in points:
+        column = np.floor(np.abs(across + offset) / pixel).astype(np.int64)
+        inside = column < total.shape[1]
+        place = row[inside] * total.shape[1] + column[inside]
+        added = np.bincount(place, mass[inside] / points.size, minlength=total.size)
+        total += added.reshape(total.shape)
