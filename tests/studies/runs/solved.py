@@ -22,6 +22,18 @@ RUNS: dict[str, dict[str, Any]] = {
         "cells_per_diameter": 4.0,
         "end_time": 4e-6,
     },
+    # Some of its debris departs.
+    "debris_cloud": {
+        "speed": 6000.0,
+        "projectile_diameter": 8e-3,
+        "plate_thickness": 2e-3,
+        "plate_radius": 16e-3,
+        "projectile": "copper-ofhc",
+        "target": "copper-ofhc",
+        "cells_per_diameter": 6.0,
+        "downrange": 0.5,
+        "end_time": 4e-6,
+    },
     "taylor_bar": {
         "cells_per_diameter": 4.0,
         "end_time": 20e-6,
