@@ -1,8 +1,7 @@
 """Everything that must hold before a change is taken: ``make test``, or ``python -m tests``.
 
-Two groups of stages run side by side: the tests, and the other checks. Each stage runs even when one
-before it failed, and prints its time. The budget is the time on two cores above which a stage deserves
-attention; a stage that exceeds it does not fail, because machines differ.
+Stages run side by side, and a stage runs even when another one failed. Each prints its time. The budget is the time on
+two cores above which a stage deserves attention; a stage that exceeds it does not fail, because machines differ.
 """
 
 import os
@@ -42,33 +41,49 @@ class Outcome:
         return f"{self.stage.name:13}  {word}  {time_taken}{excess}"
 
 
-# Whole files side by side, so that a fixture of a file is made once; four of them on two cores, for tests of processes
-# wait half of their time.
-SIDE_BY_SIDE = ["--numprocesses=4", "--dist=loadfile", "--no-loadscope-reorder", "--durations=10"]
+# Four on two cores, for tests of processes wait half of their time.
+SIDE_BY_SIDE = 4
 
-TESTS = (Stage("tests", 400, ["python", "-m", "pytest", "-q", *SIDE_BY_SIDE]),)
-CHECKS = (
+PYTEST = ("pytest", "-q", "-p", "no:cacheprovider", "--durations=5")
+TESTS = {
+    "crashes": [
+        f"tests/acceptance/test_{name}.py" for name in ("kills", "troubles", "shared_disk")
+    ],
+    "store": [f"tests/service/{room}" for room in ("execution", "queue", "store", "workers")],
+    "api": [f"tests/service/{room}" for room in ("api", "cli", "client", "files", "records")],
+    "acceptance": ["tests/acceptance", "tests/docs"],
+}
+# In the order in which they begin, long ones first.
+STAGES = (
     Stage("rules", 10, ["ruff", "check", "--quiet"]),
     Stage("format", 10, ["ruff", "format", "--check", "--quiet"]),
-    Stage("types", 180, ["mypy"]),
+    Stage("crashes", 300, [*PYTEST, *TESTS["crashes"]]),
+    Stage(
+        "other tests",
+        300,
+        [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths)],
+    ),
+    Stage("store", 300, [*PYTEST, *TESTS["store"]]),
+    Stage("api", 200, [*PYTEST, *TESTS["api"]]),
+    Stage(
+        "acceptance",
+        200,
+        [*PYTEST, *TESTS["acceptance"], *(f"--ignore={path}" for path in TESTS["crashes"])],
+    ),
+    Stage("quick claims", 200, ["python", "-m", "tests.claims", "--quick"]),
+    Stage("types", 120, ["mypy"]),
     Stage("imports", 30, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
-    Stage("quick claims", 180, ["python", "-m", "tests.claims", "--quick"]),
 )
 
 
 def main() -> int:
     """Run every stage, and return 1 when any of them failed."""
-    with ThreadPoolExecutor() as pool:
-        outcomes = [each for group in pool.map(run, (CHECKS, TESTS)) for each in group]
+    with ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        outcomes = list(pool.map(run_stage, STAGES))
     print("\n" + "\n".join(str(outcome) for outcome in outcomes))
     passed = sum(outcome.passed for outcome in outcomes)
     print(f"\nstages: {passed} passed, {len(outcomes) - passed} failed")
     return int(passed < len(outcomes))
-
-
-def run(group: Sequence[Stage]) -> list[Outcome]:
-    """Run the stages of a group one after the other."""
-    return [run_stage(stage) for stage in group]
 
 
 def run_stage(stage: Stage) -> Outcome:
