@@ -44,7 +44,7 @@ class Outcome:
 # Four on two cores, for tests of processes wait half of their time.
 SIDE_BY_SIDE = 4
 
-PYTEST = ("pytest", "-q", "-p", "no:cacheprovider", "--durations=5")
+PYTEST = ("pytest", "-q", "--durations=5")
 TESTS = {
     "crashes": [
         f"tests/acceptance/test_{name}.py" for name in ("kills", "troubles", "shared_disk")
