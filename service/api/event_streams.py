@@ -156,7 +156,7 @@ class EventStreams:
 
 
 @dataclass(frozen=True)
-class Subject:
+class EventSubject:
     """The subject of a stream: a sweep, a run or the queue."""
 
     events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
@@ -166,7 +166,7 @@ class Subject:
     final: Callable[[], Any | None]  # content of the message ``end``; None before the end
 
 
-def sweep_subject(store: Store, id: str) -> Subject:
+def sweep_subject(store: Store, id: str) -> EventSubject:
     """A sweep and its runs, until it has ended."""
 
     def final() -> Any | None:
@@ -176,30 +176,30 @@ def sweep_subject(store: Store, id: str) -> Subject:
             return {"id": id, "state": "deleted"}
         return SweepModel.of(row) if row.is_terminal else None
 
-    return Subject(
+    return EventSubject(
         events=lambda after: store.events(id, after=after, limit=PAGE),
         includes=lambda _run, sweeps: id in sweeps,
         final=final,
     )
 
 
-def run_subject(store: Store, id: str) -> Subject:
+def run_subject(store: Store, id: str) -> EventSubject:
     """A run, until it has ended."""
 
     def final() -> Any | None:
         row = store.run(id)
         return RunModel.of(row) if row.state in TERMINAL else None
 
-    return Subject(
+    return EventSubject(
         events=lambda after: store.run_events(id, after=after, limit=PAGE),
         includes=lambda run, _sweeps: run == id,
         final=final,
     )
 
 
-def queue_subject(store: Store) -> Subject:
+def queue_subject(store: Store) -> EventSubject:
     """All sweeps and runs, for as long as the client is connected."""
-    return Subject(
+    return EventSubject(
         events=lambda after: store.all_events(after=after, limit=PAGE),
         includes=lambda _run, _sweeps: True,
         final=lambda: None,
@@ -207,7 +207,7 @@ def queue_subject(store: Store) -> Subject:
 
 
 async def stream(
-    subject: Subject, listener: Listener, after: int
+    subject: EventSubject, listener: Listener, after: int
 ) -> AsyncIterator[ServerSentEvent]:
     """All events of a subject after a number, then new ones as they happen, until it ends."""
     yield ServerSentEvent(retry=RECONNECT_MILLISECONDS)
@@ -241,7 +241,7 @@ async def stream(
 
 
 def _new_progress(
-    subject: Subject, snapshot: QueueSnapshot, reported: dict[str, ProgressModel]
+    subject: EventSubject, snapshot: QueueSnapshot, reported: dict[str, ProgressModel]
 ) -> list[ProgressModel]:
     """The progress of the subject's running runs that differs from what was ``reported``, which is updated."""
     if snapshot.running is None:

@@ -11,7 +11,7 @@ RADIUS = 3.5  # of the plate, in projectile diameters: fixed or free edges chang
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlateImpact(Impact):
+class PlatePerforation(Impact):
     """Parameters of an impact on a plate."""
 
     plate_thickness: Annotated[Metre, Described("thickness of the plate", 1e-6, 1.0)]
@@ -25,12 +25,12 @@ class PlateImpact(Impact):
     ] = None
 
 
-def plate_radius(parameters: PlateImpact) -> float:
+def plate_radius(parameters: PlatePerforation) -> float:
     """Radius of the plate, m."""
     return parameters.plate_radius or RADIUS * parameters.projectile_diameter
 
 
-def check_plate(parameters: PlateImpact) -> list[Finding]:
+def check_plate(parameters: PlatePerforation) -> list[Finding]:
     """The plate is wider than the projectile, and no thinner than half a cell."""
     findings = []
     radius, diameter = plate_radius(parameters), parameters.projectile_diameter
@@ -46,7 +46,7 @@ def check_plate(parameters: PlateImpact) -> list[Finding]:
     return findings
 
 
-def cells(parameters: PlateImpact) -> dict[str, float]:
+def cells(parameters: PlatePerforation) -> dict[str, float]:
     """Cells across the projectile and through the plate."""
     return {
         "cells_per_diameter": parameters.cells_per_diameter,

@@ -8,7 +8,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from service.api.event_streams import (
     Listener,
-    Subject,
+    EventSubject,
     queue_subject,
     run_subject,
     stream,
@@ -71,13 +71,13 @@ async def _listener(streams: AppEventStreams) -> AsyncIterator[Listener]:
         yield listener
 
 
-def _sweep(id: SweepId, store: AppStore) -> Subject:
+def _sweep(id: SweepId, store: AppStore) -> EventSubject:
     """The events of a sweep; raises NotFound."""
     store.sweep_document(id)
     return sweep_subject(store, id)
 
 
-def _run(id: RunId, store: AppStore) -> Subject:
+def _run(id: RunId, store: AppStore) -> EventSubject:
     """The events of a run; raises NotFound."""
     store.run(id)
     return run_subject(store, id)
@@ -98,7 +98,7 @@ def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
     + MESSAGES.format(end=ENDS),
 )
 async def follow_sweep(
-    subject: Annotated[Subject, Depends(_sweep)], last_event: LastEvent, listener: OpenStream
+    subject: Annotated[EventSubject, Depends(_sweep)], last_event: LastEvent, listener: OpenStream
 ) -> AsyncIterable[ServerSentEvent]:
     async for message in stream(subject, listener, last_event or 0):
         yield message
@@ -111,7 +111,7 @@ async def follow_sweep(
     + MESSAGES.format(end=ENDS),
 )
 async def follow_run(
-    subject: Annotated[Subject, Depends(_run)], last_event: LastEvent, listener: OpenStream
+    subject: Annotated[EventSubject, Depends(_run)], last_event: LastEvent, listener: OpenStream
 ) -> AsyncIterable[ServerSentEvent]:
     async for message in stream(subject, listener, last_event or 0):
         yield message
