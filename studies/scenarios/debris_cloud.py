@@ -23,7 +23,7 @@ from studies.scenarios import (
 )
 from studies.scenarios._impact import assemble, check_shot, filled, outline, size
 from studies.scenarios._impact_observer import IMPACT, REACH
-from studies.scenarios._plate import PlateImpact, cells, check_plate, plate_radius
+from studies.scenarios._plate import PlatePerforation, cells, check_plate, plate_radius
 from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
 from studies.values.recipes import DebrisName
@@ -48,7 +48,7 @@ PIXELS = 24.0  # of a radiograph, across the projectile
 
 
 @dataclass(frozen=True, kw_only=True)
-class DebrisCloud(PlateImpact):
+class DebrisCloud(PlatePerforation):
     """Parameters of a debris cloud."""
 
     end_time: Annotated[

@@ -14,7 +14,7 @@ from studies.scenarios._impact import (
     size,
 )
 from studies.scenarios._impact_observer import IMPACT
-from studies.scenarios._plate import PlateImpact, cells, check_plate, plate_radius
+from studies.scenarios._plate import PlatePerforation, cells, check_plate, plate_radius
 from studies.scenarios._settling import SettlingImpact, check_window, filled_settling
 from studies.values.errors import Finding
 
@@ -23,7 +23,7 @@ STEEPEST = math.radians(75.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThinPlate(PlateImpact, SettlingImpact):
+class ThinPlate(PlatePerforation, SettlingImpact):
     """Parameters of a perforation."""
 
     obliquity: Annotated[

@@ -7,8 +7,8 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from service.api.event_streams import (
-    Listener,
     EventSubject,
+    Listener,
     queue_subject,
     run_subject,
     stream,
