@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 
 # Compiled code fuses multiply and add, and has a pow and an exp of its own: what a few steps make of the last place.
 AFTER_STEPS = 1e-12
-STEPS = 5
+STEPS = 2
 
 
 @kernel

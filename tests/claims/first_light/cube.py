@@ -76,7 +76,6 @@ def page_in(folder: Path) -> Page:
 @claim(
     "cube-redoes-figures",
     says='xarray.open_dataset("cube.nc") alone redoes the main figure of the report',
-    quick=True,
 )
 def cube_redoes_figures() -> Iterator[Row]:
     _, folder = computed("claims")
@@ -129,7 +128,6 @@ def _same(what: str, mine: np.ndarray, stated: list[float | None]) -> Row:
 @claim(
     "html-json-cube",
     says="every number in the HTML equals the JSON and the cube",
-    quick=True,
 )
 def html_json_cube() -> Iterator[Row]:
     _, folder = computed("claims")
@@ -193,7 +191,6 @@ def _residuals(stated: dict[str, Any], dataset: xr.Dataset) -> Iterator[tuple[st
 @claim(
     "failed-run-is-a-result",
     says="a run that fails is NaN with state and reason in cube and report; its neighbours are untouched",
-    quick=True,
 )
 def failed_run_is_a_result() -> Iterator[Row]:
     outcomes, folder = computed("failing")

@@ -33,8 +33,8 @@ from tests.service.support.api import Api, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
-EXAMPLES = int(os.environ.get("WHIPPLE_EXAMPLES", "6"))  # of each operation
-SEQUENCES = int(os.environ.get("WHIPPLE_SEQUENCES", "8"))  # of operations, one after the other
+EXAMPLES = int(os.environ.get("WHIPPLE_EXAMPLES", "4"))  # of each operation
+SEQUENCES = int(os.environ.get("WHIPPLE_SEQUENCES", "5"))  # of operations, one after the other
 STEPS = 10  # of a sequence
 SEEDS = 4  # at most, until the sequences have met every kind of answer
 ENDLESS = "/v1/queue/events"  # an answer that does not end; test_live.py listens to it
