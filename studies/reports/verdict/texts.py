@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 MOST_SLICES = 3  # combinations of other axes that a band lists
 MOST_REASONS = 3
+MOST_NAMED = 6  # quantities without a law
 SIMPLE = 1e-6  # an exponent this close to a fraction of small numbers is that fraction
 LARGEST_DENOMINATOR = 6
 SAME = 5e-4  # a difference that rounds to 0.0 %
@@ -410,6 +411,8 @@ def bars_text(evidence: Evidence) -> str:
 def without_law(quantities: Sequence[str]) -> str:
     """The quantities that no law predicts."""
     names = [f"the {_words(name)}" for name in quantities]
+    if len(names) > MOST_NAMED:
+        return f"No law predicts {len(names)} of the quantities, {names[0]} among them."
     return f"No law predicts {_joined(names)}." if names else ""
 
 
