@@ -61,7 +61,7 @@ def page() -> str:
         shots.summary(shots.stored()["shots"]),
         "## Against exact answers\n",
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
-        f"{document['physics_version']}) and the default recipe. `whipple validate --verification` prints every row; a "
+        f"{document['physics_version']}) and the default recipe. `whipple validate verification` prints every row; a "
         "row that is reported has no gate. The largest share is the largest error over its tolerance."
         + longer
         + "\n",

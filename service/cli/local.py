@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -105,7 +106,7 @@ def run_sweep(
                 # The last sweep in a folder without a report must be this one.
                 for last in store.sweeps(limit=1).items:
                     check_same(folder, store.sweep_document(last.id), sweep.document())
-            id = _accept(store, sweep, retention)
+            id = _accept(store, {sweep.name: sweep}, retention)[sweep.name]
             leaving.raise_if_requested()
             with start_engine(settings, store, ready=ready) as dispatcher:
                 status = _wait(store, dispatcher, id, progress, leaving)
@@ -116,6 +117,40 @@ def run_sweep(
                 _copy_films(store, Artifacts(settings.data), sweep, folder)
         leaving.raise_if_requested()
     return Finished(folder, status)
+
+
+def run_sweeps(
+    documents: Mapping[str, Mapping[str, Any]],
+    out: Path,
+    *,
+    progress: Callable[[str, SweepStatus], None] = lambda name, status: None,
+    settings: Settings | None = None,
+) -> Iterator[tuple[str, Finished]]:
+    """Compute sweeps into folders of their names in ``out``, from one store beside them, and yield each as it ends.
+
+    They share their runs, slots and warm processes. Repeated, it resumes: a computed run is not computed again. Other
+    unfinished sweeps of the store are cancelled. ``progress`` is called with the name of the sweep that is awaited.
+    Raises as ``run_sweep`` does.
+    """
+    settings = settings or Settings(data=out / STORE_OF_FOLDER)
+    limits = SweepLimits(max_runs=settings.max_runs)
+    sweeps = {name: Sweep.parse(document, limits) for name, document in documents.items()}
+    check_names(settings)
+    with handling_end_signals() as leaving:
+        with holding(settings), closing(Store.open(settings.url)) as store:
+            identity.settle(settings, store)
+            ids = _accept(store, sweeps, Keep.NUMBERS)
+            with start_engine(settings, store) as dispatcher:
+                for name, id in ids.items():
+                    show = partial(progress, name)
+                    status = _wait(store, dispatcher, id, show, leaving)
+                    if status.state is SweepState.FAILED:
+                        raise PublicationFailed(status.reason or f"{name} could not be published")
+                    folder = out / name
+                    folder.mkdir(parents=True, exist_ok=True)
+                    _copy_out(store, Artifacts(settings.data), id, folder)
+                    yield name, Finished(folder, status)
+        leaving.raise_if_requested()
 
 
 @contextmanager
@@ -151,19 +186,19 @@ def _retention(keep: str) -> Keep:
         raise InvalidInput([Finding("keep", keep, limit, "write one of these")]) from None
 
 
-def _accept(store: Store, sweep: Sweep, keep: Keep) -> str:
-    """Id of the sweep in the store of a folder: a new one, unless it is there and unfinished.
-
-    Other unfinished sweeps are cancelled, because a folder holds one sweep.
-    """
-    known = store.find_sweep(digest_of(sweep))
-    if known is None or known.is_terminal or known.keep is not keep:
-        known = store.create_sweep(Submission(sweep, keep=keep))
+def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, str]:
+    """Ids of sweeps in a store of a folder: new ones, unless they are there and unfinished; cancels all others."""
+    ids = {}
+    for name, sweep in sweeps.items():
+        known = store.find_sweep(digest_of(sweep))
+        if known is None or known.is_terminal or known.keep is not keep:
+            known = store.create_sweep(Submission(sweep, keep=keep))
+        ids[name] = known.id
     for state in set(SweepState) - SWEEP_TERMINAL:
         for other in store.sweeps(state=state, limit=MOST_SWEEPS).items:
-            if other.id != known.id:
+            if other.id not in ids.values():
                 store.cancel_sweep(other.id)
-    return known.id
+    return ids
 
 
 def _wait(

@@ -16,6 +16,7 @@ from service.cli.commands import (
     fitting,
     maintenance,
     serving,
+    validating,
 )
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
@@ -31,6 +32,7 @@ app = typer.Typer(
 PANELS = (
     ("On this machine, without a service", computing),
     ("On this machine, without a service", decks),
+    ("On this machine, without a service", validating),
     ("Out of a cube", fitting),
     ("What ships", catalogue),
     ("The service", serving),

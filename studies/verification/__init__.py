@@ -9,16 +9,16 @@ finest pair), ``sod`` (GIMP), ``energy`` (the hottest share), ``absorbing`` (the
 Exact answers are functions of their own, in modules whose name starts with an underscore, with their own doctests; they
 share no code with the solver. A case loads the solver; this module does not.
 
-``verify`` runs cases and ``whipple validate --verification`` prints them. Each case is a claim of ``tests/claims`` by
-its own sentence, and the test command runs the quick ones. ``Row`` is the record of every compared figure, here and in
-the claims and acceptance checks of ``tests``.
+``verify`` runs cases and ``whipple validate`` prints them. Each case is a claim of ``tests/claims`` by its own
+sentence, and the test command runs the quick ones. ``Row`` is the record of every compared figure, here, in
+``studies.validation`` and in the claims and acceptance checks of ``tests``.
 """
 
 import math
 import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import Any
 
@@ -42,6 +42,8 @@ class Row:
     error: float = math.nan  # relative to the answer, or in the unit of the claim; NaN: none
     tolerance: float | None = None  # tolerance of the error
     order: float | None = None  # observed order of convergence
+    bar: float | None = None  # numerical uncertainty of what was computed, in its unit
+    others: Mapping[str, Any] = field(default_factory=dict)  # what others computed, by their names
 
     @property
     def verdict(self) -> str:
@@ -61,16 +63,17 @@ class Row:
                 f"{self.verdict:6}",
                 self.claim,
                 "reported" if self.expected == "" else f"expected {_figure(self.expected)}",
-                f"got {_figure(self.got)}",
+                f"got {_figure(self.got)}" + ("" if self.bar is None else f" ± {self.bar:.3g}"),
                 *([] if math.isnan(self.error) else [f"error {self.error:.3g}"]),
                 *([] if self.tolerance is None else [f"tolerance {self.tolerance:g}"]),
                 *([] if self.order is None else [f"order {self.order:.2f}"]),
+                *(f"{name} {_figure(value)}" for name, value in self.others.items()),
             )
         )
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects; a number that is not finite is null."""
-        plain = {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+        plain = {each.name: _plain(getattr(self, each.name)) for each in fields(self)}
         return {**plain, "verdict": self.verdict}
 
 
@@ -101,6 +104,8 @@ class Verified:
 
 def _plain(value: Any) -> Any:
     """A value that JSON can hold."""
+    if isinstance(value, Mapping):
+        return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, bool | int | str) or value is None:
         return value
     try:

@@ -23,6 +23,7 @@ FILES = {
     "rule of tension": "tension",
     "equation of state": "eos",
     "verification case": "case",
+    "validation case": "published",
     "material": "alloy",
 }
 
@@ -50,7 +51,7 @@ SWEEP: dict[str, Any] = {
 
 def use(folder: Path) -> dict[str, Any]:
     """Expand the sweep, compute it, make its cube, and verify the added case; figures as plain objects."""
-    from studies import verification
+    from studies import validation, verification
     from studies.cubes import cube
     from studies.materials import load
     from studies.runs.execution import execute, setting_of
@@ -72,6 +73,9 @@ def use(folder: Path) -> dict[str, Any]:
         "law": dataset.hole_diameter_by_law.sel(hole_diameter_law="proportional").values.tolist(),
         "material": load("alloy").sound_speed,
         "case": [row.row.passed for row in verification.verify(["murnaghan"])],
+        "published": [
+            row.passed for row in validation.load("attached").rows("quick", {"added": dataset})
+        ],
     }
 
 
@@ -159,3 +163,7 @@ def test_cube__has_the_added_measurement_and_the_added_law(used: dict[str, Any])
 
 def test_case__is_verified_by_its_name(used: dict[str, Any]) -> None:
     assert used["case"] == [True]
+
+
+def test_published_case__compares_a_cube(used: dict[str, Any]) -> None:
+    assert used["published"] == [True]

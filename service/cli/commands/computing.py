@@ -1,4 +1,4 @@
-"""Sweeps on this machine, without a service; estimates, verification, kernels, films."""
+"""Sweeps on this machine, without a service; estimates, kernels, films."""
 
 import json
 import subprocess
@@ -11,7 +11,6 @@ from typing import Annotated, Any
 import typer
 
 from service.cli.commands.options import (
-    FAILURE,
     SOME_FAILED,
     SUCCESS,
     Json,
@@ -150,40 +149,6 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
     else:
         print_cost(sweep.name, cost, presets)
     print_warnings(sweep)
-
-
-@app.command()
-def validate(
-    name: Annotated[
-        str | None, typer.Argument(metavar="[NAME]", help="A case; by default all.")
-    ] = None,
-    verification: Annotated[
-        bool, typer.Option("--verification", help="Problems with an exact solution.")
-    ] = False,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Only cases that take a few seconds.")
-    ] = False,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Also write the rows to a file.")
-    ] = None,
-) -> None:
-    """Solve problems with a known solution; print expected value, result, error and pass or fail of each."""
-    from studies.verification import names, verify
-
-    if not verification:
-        cure = "add --verification"
-        raise InvalidInput([Finding("validate", "no cases selected", "--verification", cure)])
-    rows = []
-    for verified in verify([name] if name else names(quick=quick)):
-        print(f"{verified.case} | {verified.row}", flush=True)
-        rows.append(verified)
-    if json_file:
-        document = {"verification": [verified.as_json() for verified in rows]}
-        json_file.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", "utf-8")
-    failed = sum(verified.row.passed is False for verified in rows)
-    checked = sum(verified.row.passed is not None for verified in rows)
-    print(f"{checked - failed} passed, {failed} failed, {len(rows) - checked} reported")
-    raise typer.Exit(FAILURE if failed or not rows else SUCCESS)
 
 
 @app.command()

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from service.cli import local
+from service.cli import validation as validation_commands
 from service.cli.commands import computing
 from service.cli.console import SHORT_ID
 from service.records.jobs import RUN_STATES, Keep, SweepState, SweepStatus
@@ -247,25 +248,36 @@ def verified(monkeypatch: pytest.MonkeyPatch, *figures: float) -> None:
         for figure in figures
     ]
     answers = [verification.Verified("similarity", row, 0.1) for row in rows]
-    monkeypatch.setattr(verification, "verify", lambda _names: answers)
+    monkeypatch.setattr(validation_commands, "verify", lambda _names: answers)
 
 
-def test_validate__of_a_case_prints_its_rows_and_writes_them(
+@pytest.mark.parametrize(("figures", "status"), [((1.0, 1.1), 0), ((1.0, 1.6), 1)])
+def test_validate__of_a_case_prints_its_rows_and_writes_its_page(
     whipple: Run,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
+    figures: tuple[float, ...],
+    status: int,
 ) -> None:
-    verified(monkeypatch, 1.0, 1.1)
-    file = tmp_path / "rows.json"
-    assert whipple("validate", "--verification", "similarity", "--json", file) == 0
-    *lines, last = capsys.readouterr().out.splitlines()
-    rows = json.loads(file.read_text())["verification"]
-    assert {row["verdict"] for row in rows} == {"PASS"}
-    assert last == f"{len(rows)} passed, 0 failed, 0 reported"
-    for line, row in zip(lines, rows, strict=True):
-        assert line.startswith("similarity | PASS")
-        assert row["claim"] in line
+    verified(monkeypatch, *figures)
+    assert whipple("validate", "similarity", "--out", tmp_path) == status
+    *lines, counts, pages = capsys.readouterr().out.splitlines()
+    assert [line.split(" | ")[0] for line in lines] == ["similarity"] * 2
+    assert counts == f"{2 - status} passed, {status} failed, 0 reported"
+    assert pages == f"pages: {tmp_path / 'index.html'}"
+    assert counts in (tmp_path / "index.html").read_text()
+    assert f"got {figures[1]:g}" in lines[1]
+    assert f"<td>{figures[1]:g}</td>" in (tmp_path / "similarity.html").read_text()
+
+
+def test_validate__refuses_what_it_does_not_have(
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("validate", "table-3-5", "--out", tmp_path) == 2
+    assert "did you mean 'table-3-" in capsys.readouterr().err
+    assert whipple("validate", "--level", "best", "--out", tmp_path) == 2
+    assert "quick, thesis, fine" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,130 @@
+"""Validation cases: sweeps of each level, published numbers, rows and pages."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies import validation, verification
+from studies.results import Measured, RunResult
+from studies.sweeps.sweep import Sweep
+from studies.validation import LEVELS, Line, Picture, Validation
+from studies.validation._compare import Quantity, against, compared
+from studies.validation._pages import draw, write_case, write_index
+from studies.verification import Row, Verified, reported
+
+CELLS = (5.0, 10.0, 20.0)
+
+
+@pytest.mark.parametrize("name", validation.names())
+def test_case__has_sweeps_at_each_level(name: str) -> None:
+    case = validation.load(name)
+    assert case.says
+    assert case.source
+    assert name not in verification.names()
+    for level in LEVELS:
+        sizes = [Sweep.parse(document).size for document in case.documents(level).values()]
+        assert sizes
+        assert all(sizes)
+
+
+def test_published__has_the_numbers_of_the_table_and_who_found_them() -> None:
+    numbers = validation.published("table_3_3", "thick_plate")
+    depths = {each.by: each.value for each in numbers if each.shot.quantity == "crater_depth"}
+    assert depths["experiment"] == 14e-3
+    assert depths["MPM3D without contact"] == 14e-3
+    assert depths["SPH"] == pytest.approx(17.3e-3)
+    assert len(numbers) == 14
+
+
+def depth_of(cells: float) -> float:
+    """Second order: 16 mm without a mesh."""
+    return 16e-3 - 2e-3 * (5.0 / cells) ** 2
+
+
+@pytest.fixture(scope="module")
+def cube() -> Any:
+    """Craters of Table 3.4 on three grids with made-up depths."""
+    from studies.cubes import cube as cubes
+
+    sweep = Sweep.parse(validation.load("table-3-4").documents("fine")["craters"])
+    results = {}
+    for point in sweep.runs():
+        depth = depth_of(point.coordinates["cells_per_diameter"])  # type: ignore[arg-type]
+        measured = Measured(depth, 1e-6, {"resolution": 1e-6}, (), {"time": [], "value": []}, 1)
+        results[point.run.id] = RunResult(
+            point.run.id, "succeeded", measurements={"crater_depth": measured}
+        )
+    return cubes.build(sweep, results)
+
+
+def rows_of(cube: Any, speed: float) -> list[Row]:
+    numbers = [
+        each
+        for each in validation.of_observations("craters-thesis", "thick_plate", "MPM3D")
+        if each.shot.parameters["speed"] == speed
+    ]
+    quantity = Quantity(cube, "crater_depth", {"speed": speed})
+    return list(compared("there", quantity, numbers, "MPM3D", mesh=(5.0, "1 mm"), within=0.5))
+
+
+def test_rows__gate_the_mesh_of_the_source_and_report_the_converged_value(cube: Any) -> None:
+    own, converged = rows_of(cube, 5e3)
+    assert (own.verdict, own.expected, own.got) == ("PASS", 14.0, pytest.approx(14.0))
+    assert converged.verdict == "REPORT"
+    assert converged.got == pytest.approx(16.0, abs=1e-3)
+    assert converged.bar is not None
+    assert 0.0 < converged.bar < 0.5
+    assert rows_of(cube, 6e3)[0].verdict == "FAIL"
+
+
+def test_rows__without_a_value_fail(cube: Any) -> None:
+    empty = cube.assign(crater_depth=cube.crater_depth * math.nan)
+    assert rows_of(empty, 5e3)[0].verdict == "FAIL"
+
+
+def test_rows__of_a_place_that_the_cube_lacks_are_refused(cube: Any) -> None:
+    with pytest.raises(KeyError, match="speed"):
+        Quantity(cube, "crater_depth", {"speed": 5.1e3}).on(5.0)
+
+
+def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:
+    numbers = validation.of_observations("craters-thesis", "thick_plate", "MPM3D")
+    picture = against("p", "Depth", cube, "crater_depth", "speed", numbers)
+    labels = [line.label for line in picture.lines]
+    assert labels[-2:] == ["whipple, converged", "MPM3D"]
+    theirs = picture.lines[-1].points
+    assert theirs == tuple(
+        (v, d, 0.0) for v, d in ((4.0, 12.0), (5.0, 14.0), (6.0, 16.0), (7.0, 17.0))
+    )
+    speed, depth, _ = picture.lines[-2].points[0]
+    assert speed == 4.0
+    assert depth == pytest.approx(16.0, abs=1e-3)
+
+
+def test_pages__show_every_figure_and_escape_texts(tmp_path: Path) -> None:
+    picture = Picture("depth", "Depth", "v", "p", (Line("a<b", ((1.0, 2.0, 0.1),)),))
+    case = Validation(
+        name="made-up",
+        says="a < b",
+        source="nobody",
+        sweeps=lambda level: {},
+        rows=lambda level, cubes: (),
+        pictures=lambda cubes: [picture],
+    )
+    row = Row("depth (mm)", 14.0, 14.5, False, 0.5, 0.4, bar=0.25, others={"SPH": 17.3})
+    rows = [Verified("made-up", row, 0.1), Verified("made-up", reported("more", 3.0), 0.1)]
+    page = write_case(case, rows, {}, tmp_path).read_text()
+    for text in ("14.5 ± 0.25", "SPH 17.3", ">fail<", "A &lt; b", "<svg"):
+        assert text in page, text
+    index = write_index([(case, rows)], "fine", tmp_path).read_text()
+    assert "0 passed, 1 failed, 1 reported" in index
+    assert 'src="made-up/depth.svg"' in index
+
+
+def test_drawing__has_no_clock(tmp_path: Path) -> None:
+    points = tuple((float(x), float(x) ** 2, 0.0) for x in np.arange(3))
+    picture = Picture("p", "P", "x", "y", (Line("curve", points, joined=True),))
+    assert draw(picture) == draw(picture)
