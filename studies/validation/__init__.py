@@ -38,7 +38,7 @@ Cubes = Mapping[str, "xr.Dataset"]  # by the names of a case's sweeps
 
 
 @dataclass(frozen=True)
-class Published:
+class PublishedNumber:
     """A published number of a case."""
 
     by: str  # "experiment", or the code that computed it
@@ -103,7 +103,7 @@ def load(name: str) -> Validation:
     return cases[name]
 
 
-def published(table: str, scenario: str) -> list[Published]:
+def published(table: str, scenario: str) -> list[PublishedNumber]:
     """The numbers of a table beside a case, in its order; raises InvalidInput."""
     text = files(__package__).joinpath(f"{table}.csv").read_text(encoding="utf-8")
     roles = dict.fromkeys(scenarios.load(scenario).materials, ())
@@ -117,12 +117,12 @@ def published(table: str, scenario: str) -> list[Published]:
         lines = io.StringIO()
         csv.writer(lines).writerows([[*header[:column], *header[column + 1 :]], row])
         shots = observations.read_observations(lines.getvalue(), terms, table)
-        numbers += [Published(by, shot) for shot in shots]
+        numbers += [PublishedNumber(by, shot) for shot in shots]
     return numbers
 
 
-def of_observations(table: str, scenario: str, by: str) -> list[Published]:
+def of_observations(table: str, scenario: str, by: str) -> list[PublishedNumber]:
     """The numbers of a published table of shots, all of them by the same."""
     roles = dict.fromkeys(scenarios.load(scenario).materials, ())
     shots = observations.read_observations(table, vocabulary(scenario, roles, {}))
-    return [Published(by, shot) for shot in shots]
+    return [PublishedNumber(by, shot) for shot in shots]

@@ -12,7 +12,7 @@ from studies.convergence.richardson import VERDICTS
 from studies.cubes import variables as cubes
 from studies.cubes.points import simulated
 from studies.sweeps.sweep import RESOLUTION
-from studies.validation import Line, Picture, Published
+from studies.validation import Line, Picture, PublishedNumber
 from studies.values.formats import display_of, with_unit
 from studies.verification import Row, absolute, relative
 
@@ -22,7 +22,7 @@ Place = Mapping[str, float | str]
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Reading:
     """A measured quantity of a cube at one point."""
 
     cube: xr.Dataset
@@ -97,8 +97,8 @@ def _pick(array: xr.DataArray, at: Place) -> xr.DataArray:
 
 def compared(
     where: str,
-    quantity: Quantity,
-    numbers: Iterable[Published],
+    quantity: Reading,
+    numbers: Iterable[PublishedNumber],
     reference: str,
     *,
     mesh: tuple[float, str] | None = None,
@@ -136,10 +136,15 @@ def _known(bar: float) -> float | None:
 
 
 def against(
-    name: str, title: str, cube: xr.Dataset, quantity: str, axis: str, numbers: Sequence[Published]
+    name: str,
+    title: str,
+    cube: xr.Dataset,
+    quantity: str,
+    axis: str,
+    numbers: Sequence[PublishedNumber],
 ) -> Picture:
     """A quantity over an axis: each grid, the converged value with its bar, and the published numbers."""
-    points = [Quantity(cube, quantity, {axis: float(value)}) for value in cube[axis].values]
+    points = [Reading(cube, quantity, {axis: float(value)}) for value in cube[axis].values]
     first, along = points[0], display_of(cube[axis].attrs.get("units"))
     x = [along.factor * float(value) for value in cube[axis].values]
 
