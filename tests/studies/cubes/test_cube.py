@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from studies import measurements, scenarios
 from studies.cubes import cube, variables
 from studies.cubes.variables import LONGEST_LABEL, STATES, Quantity, Variable
+from studies.results import MESH_DETERMINED
 from studies.values.parameters import declared
 from tests.studies.cubes.reading import checks
 from tests.studies.support import compliance, fakes
@@ -271,3 +272,27 @@ def test_distribution__lies_over_its_bins() -> None:
     np.testing.assert_array_equal(first, values)
     assert float(dataset.relative_speed[1]) == pytest.approx(0.075)
     assert dataset[name].isel(speed=1).isnull().all()
+
+
+@pytest.mark.parametrize(
+    ("grids", "flagged"), [((16.0,), True), ((16.0, 32.0), True), (fakes.CELLS, False)]
+)
+def test_value_of_the_mesh__keeps_its_flag_below_three_grids(
+    grids: tuple[float, ...], flagged: bool
+) -> None:
+    sweep = fakes.refined_holes(grids)
+    outcomes = {
+        run: replace(
+            result,
+            measurements={
+                name: replace(measured, flags=(MESH_DETERMINED,))
+                for name, measured in result.measurements.items()
+            },
+        )
+        for run, result in fakes.results(sweep).items()
+        if getattr(result, "measurements", None)
+    }
+    dataset = cube.build(sweep, outcomes, fakes.catalogue())
+    # At the last speed every run succeeded.
+    flags = dataset.hole_diameter_flags.isel(speed=-1)
+    assert bool((flags > 0).all()) == bool((flags > 0).any()) == flagged

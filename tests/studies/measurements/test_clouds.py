@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,14 @@ import pytest
 from solver.simulation import start
 from solver.state import Departed, Snapshot
 from studies import scenarios
-from studies.measurements._cloud import FEW_PARTICLES, NOTHING_BEHIND, CloudView, connected, view
+from studies.measurements._cloud import (
+    FEW_PARTICLES,
+    NOTHING_BEHIND,
+    CloudView,
+    connected,
+    exceeded,
+    view,
+)
 from studies.measurements._distributions import DISTRIBUTIONS
 from studies.measurements._distributions import SPEEDS as SPEEDS_OF_BINS
 from studies.results import DEFINITION
@@ -123,6 +131,14 @@ def test_ring__has_the_radius_that_a_hundredth_of_it_exceeds() -> None:
 def test_tip__of_an_expanding_ball_is_that_of_its_cap(name: str, share: float) -> None:
     expected = CENTRE_SPEED + EXPANSION * EXPANDED * capped(share)
     assert value(name, expanding_ball()) == pytest.approx(expected, abs=EXPANSION * TENTH)
+
+
+def test_exceeded__does_not_depend_on_the_order_of_equal_values() -> None:
+    """Where heavy and light particles have equal values, and the share ends between two values."""
+    values, mass = np.array([1.0, 1.0, 2.0, 2.0]), np.array([1.0, 3.0, 1.0, 3.0])
+    orders = [list(order) for order in permutations(range(4))]
+    found = {exceeded(values[order], mass[order], 0.5) for order in orders}
+    assert found == {1.75}
 
 
 @pytest.mark.parametrize(("excess", "share"), [(-1e3, 0.0), (50e3, 0.25), (200e3, 1.0), (1e6, 1.0)])
