@@ -25,6 +25,8 @@ class Described:
     minimum: float | None = None
     maximum: float | None = None
     label: bool = False  # names what other fields hold: no part of a run's identity
+    # The default acts as if there were no such field, and then it is no part of a run's identity.
+    neutral: bool = False
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,9 @@ def _perforation() -> Sketch:
         sketch.dashed(edge, 80, edge, y)
         sketch.dashed(WIDTH - edge, 80, WIDTH - edge, y)
         sketch.across(edge, WIDTH - edge, y, name)
+    axes = ("hole_diameter_largest", "hole_diameter_smallest", "hole_diameter_mean_root")
+    for row, name in enumerate(axes):
+        sketch.text(24, 232 + 16 * row, name, "start", "#0072b2")
     return sketch
 
 
@@ -128,6 +131,12 @@ def _crater() -> Sketch:
     sketch.dashed(326, 90, 326, 250)
     sketch.dashed(354, 90, 354, 250)
     sketch.along(340, 90, 238, "crater_depth")
+    sketch.text(140, 204, "crater_volume", "end", "#0072b2")
+    sketch.dashed(110, 58, 196, 58)
+    sketch.along(120, 58, 90, "crater_lip_height")
+    names = ("crater_diameter_largest", "crater_diameter_smallest", "crater_diameter_mean_root")
+    for row, name in enumerate((*names, "crater_rebound: lost share of the largest depth")):
+        sketch.text(340, 110 + 16 * row, name, colour="#0072b2")
     sketch.text(340, 268, "column of a quarter of the projectile's diameter")
     sketch.text(
         340, 292, "crater_depth_over_diameter = crater_depth / crater_diameter", colour="#0072b2"

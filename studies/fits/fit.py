@@ -19,7 +19,7 @@ from studies.fits.least_squares import (
 from studies.fits.measured import MeasuredShots
 from studies.laws import Shot
 from studies.laws._fitted import FittedConstant, FittedLaw, FittedRange
-from studies.laws._forms import FORMS, Form, columns_of
+from studies.laws._forms import FORMS, Form, columns_of, dimension_of
 from studies.values.quantities import round_quantity
 
 # Forms whose criteria differ by less are not told apart: "substantial support" of Burnham and Anderson (2002), Model
@@ -77,7 +77,7 @@ class FittedForm:
     def residuals(self) -> np.ndarray:
         """MeasuredShots minus fitted size of each point, (points,) in m."""
         ratios = self.form.ratio(columns_of(self.measured.shots), self.values)
-        return self.measured.values - ratios * _diameters(self.measured.shots)
+        return self.measured.values - ratios * _scales(self.measured)
 
     @property
     def rms(self) -> float:
@@ -122,10 +122,10 @@ class FittedForm:
         return float(diameters[0]) if np.ptp(diameters) <= 1e-9 * diameters[0] else None
 
     def in_millimetres(self) -> dict[str, float] | None:
-        """The constants of the size itself, in mm; None where the points differ in the projectile's diameter."""
+        """The constants of the size itself, in mm or mm3; None where the points differ in the projectile's diameter."""
         if self.diameter is None:
             return None
-        factor = 1e3 * self.diameter
+        factor = (1e3 * self.diameter) ** dimension_of(self.measured.quantity)
         return {
             name: each.value * (factor if name in self.form.multiplied else 1.0)
             for name, each in self.constants.items()
@@ -225,7 +225,7 @@ def _published(measured: MeasuredShots, form: Form) -> Iterator[Published]:
     for law in laws.answering(measured.quantity):
         for variant in dict.fromkeys(name for shot in shots for name in law.variants(shot)):
             answers = np.array([law.evaluate(shot, variant).value for shot in shots])
-            ratios = answers / _diameters(shots)
+            ratios = answers / _scales(measured)
             if not np.isfinite(ratios).all():
                 continue
             try:
@@ -322,12 +322,17 @@ def _diameters(shots: Sequence[Shot]) -> np.ndarray:
     return np.array([shot.projectile_diameter for shot in shots])
 
 
+def _scales(measured: MeasuredShots) -> np.ndarray:
+    """The projectile's diameter, or its power for the size of a volume."""
+    return _diameters(measured.shots) ** dimension_of(measured.quantity)
+
+
 def _ratios(measured: MeasuredShots) -> np.ndarray:
-    return measured.values / _diameters(measured.shots)
+    return measured.values / _scales(measured)
 
 
 def _ratio_errors(measured: MeasuredShots) -> np.ndarray | None:
-    return None if measured.errors is None else measured.errors / _diameters(measured.shots)
+    return None if measured.errors is None else measured.errors / _scales(measured)
 
 
 def _rounded(value: float) -> float:

@@ -44,7 +44,6 @@ __all__ = [
 
 # Quantities that laws predict and no run measures, with their titles: listed and drawn in docs/laws.md, not compared.
 UNMEASURED: Mapping[str, str] = {
-    "crater_volume": "Crater volume",
     "spall_thickness": "Plate thickness below which the back face spalls",
     "detached_spall_thickness": "Plate thickness below which spall detaches",
     "perforation_thickness": "Plate thickness below which a plate is perforated",

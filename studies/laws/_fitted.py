@@ -11,7 +11,7 @@ from typing import Any
 
 from studies.laws import Law, Limit, Range, Shot
 from studies.laws import names as shipped
-from studies.laws._forms import FORMS, Form, columns_of
+from studies.laws._forms import FORMS, Form, columns_of, dimension_of
 from studies.laws._range import between, speed
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure, shown
@@ -79,7 +79,7 @@ class FittedLaw:
             "title": self.title,
             "quantity": self.quantity,
             "form": self.form.name,
-            "equation": self.form.equation,
+            "equation": self.form.equation_for(self.quantity),
             "constants": {
                 name: {"value": each.value, "low": each.low, "high": each.high}
                 for name, each in self.constants.items()
@@ -114,11 +114,13 @@ class FittedLaw:
             name=self.name,
             title=self.title,
             quantity=self.quantity,
-            equation=f"{self.form.equation}: {stated}, {self.level:.0%} intervals",
+            equation=f"{self.form.equation_for(self.quantity)}: {stated}, {self.level:.0%} intervals",
             source=f"{self.title}: {self.points} points of {self.source}",
             confidence="computed",
             range=self._range(),
             scatter=self.scatter,
+            dimension=dimension_of(self.quantity),
+            size_exponent=float(dimension_of(self.quantity)),
             ratio=ratio,
             meaningless=meaningless,
         )

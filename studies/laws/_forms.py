@@ -1,4 +1,4 @@
-"""The forms of laws whose constants can be fitted: y/d from the data of shots and a few constants.
+"""The forms of laws whose constants can be fitted: y/d from the data of shots and a few constants, of a volume y/d^3.
 
 A form is linear in its constants, or in the logarithm of y/d, but for the exponents that it names as non-linear.
 """
@@ -11,6 +11,13 @@ import numpy as np
 from studies.laws import Shot
 
 LENGTHS = ("crater_depth", "crater_diameter", "hole_diameter")
+VOLUMES = ("crater_volume",)
+SIZES = LENGTHS + VOLUMES
+
+
+def dimension_of(quantity: str) -> int:
+    """The power of the projectile's diameter that a quantity is compared with: 3 of a volume."""
+    return 3 if quantity in VOLUMES else 1
 
 
 @dataclass(frozen=True)
@@ -53,6 +60,10 @@ class Form:
     uses_thickness: bool = False
     slowest: float = 0.0  # km/s; the form has no value at or below this speed
 
+    def equation_for(self, quantity: str) -> str:
+        """The equation of a quantity: of a volume y/d^3 stands on its left."""
+        return self.equation.replace("y/d =", "y/d^3 =") if quantity in VOLUMES else self.equation
+
     @property
     def constants(self) -> tuple[str, ...]:
         """Names of all constants, the linear ones first."""
@@ -64,7 +75,7 @@ class Form:
         return self.linear[:1] if self.logarithmic else self.linear
 
     def ratio(self, data: ShotColumns, constants: Sequence[float]) -> np.ndarray:
-        """y/d of each shot, (shots,); NaN where the form has no value."""
+        """y/d (of a volume y/d^3) of each shot, (shots,); NaN where the form has no value."""
         linear, nonlinear = constants[: len(self.linear)], constants[len(self.linear) :]
         with np.errstate(invalid="ignore", divide="ignore"):
             columns = self.design(data, *nonlinear)
@@ -85,7 +96,7 @@ FORMS: Mapping[str, Form] = {
             name="power",
             title="power of the speed",
             equation="y/d = c v^n, v in km/s",
-            quantities=LENGTHS,
+            quantities=SIZES,
             linear=("c", "n"),
             design=lambda data: (_ones(data), np.log(data.speed)),
             logarithmic=True,
@@ -108,6 +119,17 @@ FORMS: Mapping[str, Form] = {
             design=lambda data: (_ones(data),),
             logarithmic=True,
             offset=lambda data: np.log(data.projectile_density) / 3 + 2 / 3 * np.log(data.speed),
+        ),
+        Form(
+            # Ma (2005), Eq. 1-1: V = K E.
+            name="energy",
+            title="energy of the projectile",
+            equation="y/d = c rho_p v^2, rho_p in g/cm3, v in km/s",
+            quantities=VOLUMES,
+            linear=("c",),
+            design=lambda data: (_ones(data),),
+            logarithmic=True,
+            offset=lambda data: np.log(data.projectile_density) + 2.0 * np.log(data.speed),
         ),
         Form(
             # Ma (2005), Eq. 1-3.

@@ -7,7 +7,7 @@ stray particle does not move them.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,11 @@ from studies.measurements import RESOLUTION_IN_CELLS
 SECTOR = math.radians(10.0)  # width of the sectors in which a three-dimensional hole is measured
 HALF = 0.5  # of the undisturbed density: an edge
 OPEN = 0.5  # of the nominal areal density, below which a cell is open: the edge of a hole
+# Particles lose contact when they are drawn more than a cell apart: at a stretch of two, where two fill a cell. A plate
+# that is stretched to twice its size in both directions has a quarter of its areal density: what is denser is a plate
+# and no numerical film.
+FILM = 0.25
+MOUTH = 2.0  # cells below the original surface, in which the mouth of a crater is looked for
 SAMPLES_PER_CELL = 16  # of a profile; its crossing is interpolated between samples
 
 
@@ -46,6 +51,22 @@ class ImpactView:
     target_radius: float  # from where radii begin to the nearest rim, m
     back_absorbs: bool  # whether waves leave through the back of the target
     projectile_diameter: float  # m
+    span: float = 2.0 * math.pi  # angle that the sectors cover, rad
+    # (n,) m from the middle along the trace of an oblique flight; None at normal incidence.
+    along: np.ndarray | None = None
+
+    def about(self, place: float) -> "ImpactView":
+        """The view about a place on the trace of an oblique flight (m from the middle); itself at normal incidence."""
+        if self.along is None or place == 0.0:
+            return self
+        along = self.along - place
+        aside = np.sqrt(np.maximum(self.radius**2 - self.along**2, 0.0))
+        return replace(
+            self,
+            radius=np.hypot(along, aside),
+            sector=_sector_of(np.arctan2(aside, along), self.span, self.sectors),
+            along=along,
+        )
 
     @property
     def resolution(self) -> float:
@@ -69,14 +90,15 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
     rim = rim_of(setting, plane, position[:, axis], target)
     cell = _cells(problem.geometry, position)
     attached_target = _touching(problem.geometry, cell, target, rim)
-    centre = np.zeros(plane.shape[1])
-    if _is_oblique(problem, axis):
-        centre = _centre_of_hole(
+    centre, is_oblique = np.zeros(plane.shape[1]), _is_oblique(problem, axis)
+    if is_oblique:
+        centre = _centre_of_opening(
             plane[attached_target],
+            position[attached_target, axis],
             particles.mass[living][attached_target],
-            areal_density=body.density * setting.thickness,
-            radius=setting.radius,
-            cell=problem.geometry.spacing,
+            body=body,
+            setting=setting,
+            axis=axis,
         )
     plane = plane - centre
     sector, sectors = _sectors(setting, plane)
@@ -100,15 +122,50 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
         target_radius=setting.radius - float(np.abs(centre).max()),
         back_absorbs=any((a.body, a.axis, a.side) == (number, axis, 1) for a in problem.absorbers),
         projectile_diameter=setting.projectile_diameter,
+        span=2.0 * math.pi if plane.shape[1] == 1 else setting.sector,
+        along=plane[:, 0] if is_oblique else None,
     )
 
 
-def _centre_of_hole(
-    plane: np.ndarray, mass: np.ndarray, *, areal_density: float, radius: float, cell: float
+def _centre_of_opening(
+    plane: np.ndarray, depth: np.ndarray, mass: np.ndarray, *, body: Any, setting: Any, axis: int
 ) -> np.ndarray:
-    """Centroid (2,) of the largest opening in a half model (m); the origin where there is none within the rim.
+    """Centroid (2,) of the largest opening in a half model (m): a hole, else the mouth of a crater, else the origin.
+
+    ``plane`` (n, 2), ``depth`` and ``mass`` (n,) are the connected target.
+    """
+    cell = setting.problem.geometry.spacing
+    mouth = MOUTH * cell
+    share = overlap(depth, body.spacing[axis], 0.0, mouth)
+    for weight, thickness in ((mass, setting.thickness), (mass * share, mouth)):
+        areal_density = body.density * thickness
+        least = FILM if thickness == setting.thickness else OPEN
+        centre = _centre_of_hole(
+            plane,
+            weight,
+            areal_density=areal_density,
+            radius=setting.radius,
+            cell=cell,
+            least=least,
+        )
+        if centre is not None:
+            return centre
+    return np.zeros(2)
+
+
+def _centre_of_hole(
+    plane: np.ndarray,
+    mass: np.ndarray,
+    *,
+    areal_density: float,
+    radius: float,
+    cell: float,
+    least: float,
+) -> np.ndarray | None:
+    """Centroid (2,) of the largest opening in a half model (m); None where there is none within the rim.
 
     ``plane`` (n, 2) and ``mass`` (n,) are the connected plate, square with half width ``radius``, above y = 0.
+    Somewhere in it stands less than a part ``least`` of the areal density.
     """
     from scipy import ndimage  # 0.1 s, which only a process that measures pays
 
@@ -122,8 +179,11 @@ def _centre_of_hole(
     size[0] = 0
     size[np.concatenate([label[0], label[-1], label[:, -1]])] = 0  # open to the rim
     if not size.any():
-        return np.zeros(2)
-    column = np.nonzero(label == np.argmax(size))[0]
+        return None
+    inside = label == np.argmax(size)
+    if mass_in_cell[inside].min() > least * areal_density * cell**2:
+        return None
+    column = np.nonzero(inside)[0]
     return np.array([edges[0] + cell * (column.mean() + 0.5), 0.0])
 
 
@@ -159,8 +219,13 @@ def _sectors(setting: Any, plane: np.ndarray) -> tuple[np.ndarray, int]:
         return np.zeros(plane.shape[0], np.int64), 1
     sectors = max(1, round(setting.sector / SECTOR))
     angle = np.arctan2(plane[:, 1], plane[:, 0])
-    index = np.clip((angle / setting.sector * sectors).astype(np.int64), 0, sectors - 1)
-    return index, sectors
+    return _sector_of(angle, setting.sector, sectors), sectors
+
+
+def _sector_of(angle: np.ndarray, span: float, sectors: int) -> np.ndarray:
+    """Index (n,) of the sector at an angle (rad)."""
+    index: np.ndarray = np.clip((angle / span * sectors).astype(np.int64), 0, sectors - 1)
+    return index
 
 
 def _shape(geometry: Any) -> tuple[int, ...]:

@@ -4,6 +4,7 @@ import numpy as np
 
 from studies.measurements import Reading
 from studies.measurements._impact import (
+    FILM,
     ImpactView,
     azimuthal_spread,
     contained,
@@ -13,11 +14,6 @@ from studies.measurements._impact import (
     rim_flags,
 )
 from studies.results import CLOSED_ON_AXIS
-
-# Particles lose contact when they are drawn more than a cell apart: at a stretch of two, where two fill a cell. A plate
-# that is stretched to twice its size in both directions has a quarter of its areal density: what is denser is a plate
-# and no numerical film.
-FILM = 0.25
 
 
 def areal_edges(view: ImpactView) -> np.ndarray:

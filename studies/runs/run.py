@@ -18,7 +18,7 @@ from solver.units import Described, marked
 from studies import scenarios
 from studies.materials import Material, simulated
 from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import parse_parameters
+from studies.values.parameters import declared, parse_parameters
 
 if TYPE_CHECKING:
     from studies.scenarios import Materials
@@ -67,6 +67,12 @@ class Run:
         described = marked(chosen.parameters, Described)
         labels = {name for name, mark in described.items() if mark.label}
         names = labels.union(chosen.materials)  # the values that they name are content themselves
+        defaults = {name: each.default for name, each in declared(chosen.parameters).items()}
+        names |= {
+            name
+            for name, mark in described.items()
+            if mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]
+        }
         return {
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,

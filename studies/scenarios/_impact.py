@@ -77,7 +77,7 @@ class ImpactShot:
     target: Annotated[MaterialName, Described("material of the target")]
     projectile_shape: Annotated[
         Literal["sphere", "cylinder"],
-        Described("shape of the projectile; a cylinder flies along its axis"),
+        Described("shape of the projectile; a cylinder flies along its axis unless it yaws"),
     ] = "sphere"
     projectile_length: Annotated[
         Metre | None, Described("length of a cylinder; omitted for a sphere", 1e-5, 1.0)
@@ -254,7 +254,6 @@ def assemble(
     thickness: float,
     radius: float,
     deep: bool = False,
-    obliquity: float = 0.0,
 ) -> Setting:
     """The problem of a projectile in front of a plate or block; an oblique one also flies towards +x.
 
@@ -267,7 +266,7 @@ def assemble(
     parameters = filled_choices(parameters)
     geometry, faces = _grid(parameters, thickness, radius)
     axis = _flight_axis(parameters)
-    velocity = np.zeros(3)
+    velocity, obliquity = np.zeros(3), getattr(parameters, "obliquity", 0.0)
     velocity[axis] = parameters.speed * math.cos(obliquity)
     velocity[0] = parameters.speed * math.sin(obliquity)
     lattice = np.full(3, spacing(parameters) / particles_per_cell(parameters))
@@ -347,7 +346,7 @@ def _grid(
     )
     across = math.ceil((radius + beyond) / cell - 1e-9)
     before = math.ceil(parameters.uprange * parameters.projectile_diameter / cell)
-    before = max(before, math.ceil((_length(parameters) + 2.0 * cell) / cell))
+    before = max(before, math.ceil((_height(parameters) + 2.0 * cell) / cell))
     behind = math.ceil((thickness + parameters.downrange * parameters.projectile_diameter) / cell)
     return mesh(
         parameters.geometry,
@@ -400,6 +399,20 @@ def _length(parameters: Impact) -> float:
     return parameters.projectile_length or parameters.projectile_diameter
 
 
+def _lean(parameters: Impact) -> float:
+    """Angle between the axis of a cylinder and the target's normal, rad; 0 for a sphere."""
+    if parameters.projectile_shape == "sphere":
+        return 0.0
+    return float(getattr(parameters, "obliquity", 0.0) + getattr(parameters, "yaw", 0.0))
+
+
+def _height(parameters: Impact) -> float:
+    """Extent of the projectile along the target's normal, m."""
+    lean = _lean(parameters)
+    across = parameters.projectile_diameter * abs(math.sin(lean))
+    return _length(parameters) * abs(math.cos(lean)) + across if lean else _length(parameters)
+
+
 def _target(parameters: Impact, lattice: "np.ndarray", thickness: float, radius: float) -> _Lattice:
     import numpy as np
 
@@ -428,14 +441,22 @@ def _projectile(parameters: Impact, lattice: "np.ndarray") -> _Lattice:
         position = points(whole if parameters.geometry == "half" else across, across, along)
         from_axis, along_flight = np.hypot(position[:, 0], position[:, 1]), position[:, 2]
         spacings = (step, step, layer)
+    lean = _lean(parameters)
     if parameters.projectile_shape == "sphere":
         inside = from_axis**2 + (along_flight + radius) ** 2 < radius**2
         volume = 4.0 / 3.0 * math.pi * radius**3
     else:
         inside = from_axis < radius
         volume = math.pi * radius**2 * length
+    position = position[inside]
+    if lean:
+        # About the middle of the cylinder, whose lowest edge then touches the surface.
+        height = position[:, 2] + 0.5 * length
+        x = position[:, 0] * math.cos(lean) + height * math.sin(lean)
+        z = height * math.cos(lean) - position[:, 0] * math.sin(lean)
+        position = np.stack([x, position[:, 1], z - 0.5 * _height(parameters)], axis=-1)
     part = 1.0 if parameters.geometry == "axisymmetric" else SECTORS[parameters.geometry]
-    return _Lattice(position[inside], spacings, volume * part / (2.0 * math.pi))
+    return _Lattice(position, spacings, volume * part / (2.0 * math.pi))
 
 
 def _body(

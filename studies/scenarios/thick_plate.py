@@ -14,6 +14,7 @@ from studies.scenarios._impact import (
     spacing,
 )
 from studies.scenarios._impact_observer import IMPACT
+from studies.scenarios._oblique import Oblique, check_oblique
 from studies.scenarios._settling import SettlingImpact, check_window, filled_settling
 from studies.values.errors import Finding
 
@@ -33,7 +34,7 @@ CAP_PER_DIAMETER = 15e-3  # s/m
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThickPlate(SettlingImpact):
+class ThickPlate(Oblique, SettlingImpact):
     """Parameters of a crater."""
 
     cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER
@@ -66,7 +67,11 @@ def _fill(parameters: ThickPlate) -> ThickPlate:
 
 
 def _check(parameters: ThickPlate, materials: Materials) -> list[Finding]:
-    findings = check_shot(parameters, materials) + check_window(parameters)
+    findings = [
+        *check_shot(parameters, materials),
+        *check_window(parameters),
+        *check_oblique(parameters),
+    ]
     least, cure = 1.0, "enlarge the block, or use thin_plate"
     if parameters.edges == "absorbing":
         least, cure = LEAST_ABSORBING, "enlarge the block, or choose other edges"
@@ -100,10 +105,20 @@ def _cells(parameters: ThickPlate) -> dict[str, float]:
 SCENARIO = Scenario(
     name="thick_plate",
     title="Crater in a thick block",
-    description="A sphere or cylinder hits a block at right angles; the crater is measured.",
+    description="A sphere or cylinder hits a block, at right angles or obliquely; the crater is measured.",
     parameters=ThickPlate,
     materials=("projectile", "target"),
-    measurements=("crater_depth", "crater_diameter", "crater_depth_over_diameter"),
+    measurements=(
+        "crater_depth",
+        "crater_diameter",
+        "crater_depth_over_diameter",
+        "crater_volume",
+        "crater_lip_height",
+        "crater_rebound",
+        "crater_diameter_largest",
+        "crater_diameter_smallest",
+        "crater_diameter_mean_root",
+    ),
     settles=("crater_depth", "crater_diameter"),
     fill=_fill,
     check=_check,

@@ -1,6 +1,5 @@
 """A projectile perforates a plate: Ma (2005), section 3.1.1."""
 
-import math
 from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
@@ -14,18 +13,17 @@ from studies.scenarios._impact import (
     size,
 )
 from studies.scenarios._impact_observer import IMPACT
+from studies.scenarios._oblique import STEEPEST, Oblique, check_oblique
 from studies.scenarios._plate import PlatePerforation, cells, check_plate, plate_radius
 from studies.scenarios._settling import SettlingImpact, check_window, filled_settling
 from studies.values.errors import Finding
 
-# Beyond, a sphere skids along a plate that is too small to hold its path.
-STEEPEST = math.radians(75.0)
-
 
 @dataclass(frozen=True, kw_only=True)
-class ThinPlate(PlatePerforation, SettlingImpact):
+class ThinPlate(PlatePerforation, Oblique, SettlingImpact):
     """Parameters of a perforation."""
 
+    # Part of the identity of stored runs, at 0 too.
     obliquity: Annotated[
         Radian,
         Described(
@@ -42,21 +40,9 @@ def _check(parameters: ThinPlate, materials: Materials) -> list[Finding]:
     return [
         *check_shot(parameters, materials),
         *check_window(parameters),
-        *_check_obliquity(parameters),
+        *check_oblique(parameters),
         *check_plate(parameters),
     ]
-
-
-def _check_obliquity(parameters: ThinPlate) -> list[Finding]:
-    if parameters.obliquity == 0.0:
-        return []
-    angle = f"{math.degrees(parameters.obliquity):g} deg"
-    if parameters.geometry != "half":
-        limit = "0 deg in a body of revolution or a quarter model"
-        return [Finding("obliquity", angle, limit, "set geometry to half")]
-    if parameters.projectile_shape != "sphere":
-        return [Finding("obliquity", angle, "0 deg for a cylinder", "use a sphere")]
-    return []
 
 
 def _build(parameters: ThinPlate, materials: Materials) -> Setting:
@@ -65,7 +51,6 @@ def _build(parameters: ThinPlate, materials: Materials) -> Setting:
         materials,
         thickness=parameters.plate_thickness,
         radius=plate_radius(parameters),
-        obliquity=parameters.obliquity,
     )
 
 
@@ -76,7 +61,7 @@ def _size(parameters: ThinPlate, materials: Materials) -> Size:
 SCENARIO = Scenario(
     name="thin_plate",
     title="Perforation of a plate",
-    description="A sphere or cylinder hits a plate, at right angles or (a sphere) obliquely; the hole is measured.",
+    description="A sphere or cylinder hits a plate, at right angles or obliquely; the hole is measured.",
     parameters=ThinPlate,
     materials=("projectile", "target"),
     measurements=(
@@ -84,6 +69,9 @@ SCENARIO = Scenario(
         "hole_diameter_areal",
         "hole_diameter_midplane",
         "hole_diameter_lip",
+        "hole_diameter_largest",
+        "hole_diameter_smallest",
+        "hole_diameter_mean_root",
     ),
     settles=("hole_diameter",),
     fill=_fill,

@@ -53,6 +53,7 @@ _SUPERSCRIPTS = str.maketrans(
 # Name of the dimension of each SI unit, and the units in which people usually write it.
 _DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "m": ("length", ("mm", "m")),
+    "m3": ("volume", ("mm3", "cm3")),
     "s": ("time", ("us", "s")),
     "kg": ("mass", ("g", "kg")),
     "K": ("temperature", ("K", "degC")),
@@ -87,6 +88,10 @@ DISPLAY_UNITS: dict[str, tuple[DisplayUnit, ...]] = {
         DisplayUnit("m", 1.0, 1.0),
         DisplayUnit("mm", 1e-3, 1e-4, of_columns=True),
         DisplayUnit("um", 1e-6, 0.0),
+    ),
+    "m3": (
+        DisplayUnit("m3", 1.0, 1.0),
+        DisplayUnit("mm3", 1e-9, 0.0, of_columns=True),
     ),
     "s": (
         DisplayUnit("s", 1.0, 1.0),

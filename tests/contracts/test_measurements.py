@@ -10,7 +10,7 @@ from studies import measurements
 from studies.measurements import RESOLUTION_IN_CELLS, History
 from tests.studies.measurements.states import CELL, STATES, looks_at, read, reordered
 
-UNITS = {"m", "s", "1", "Pa", "m s-1", "kg m-3", "kg", "J", "N s", "kg m s-1"}
+UNITS = {"m", "m3", "s", "1", "Pa", "m s-1", "kg m-3", "kg", "J", "N s", "kg m s-1"}
 PAIRS = [(name, state) for name in measurements.names() for state in STATES[looks_at(name)]]
 
 

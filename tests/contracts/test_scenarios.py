@@ -136,6 +136,19 @@ VARIATIONS: tuple[tuple[str, Changes], ...] = (
     ("thin_plate", {"edges": "absorbing", "geometry": "quarter"}),
     ("thin_plate", {"edges": "absorbing", "geometry": "half", "offset": 0.5, "shape": "gimp"}),
     ("thick_plate", {"edges": "absorbing", "target_depth": 0.04, "target_radius": 0.04}),
+    *(
+        (
+            name,
+            {
+                "geometry": "half",
+                "projectile_shape": "cylinder",
+                "projectile_length": 0.75 * DIAMETER,
+                "obliquity": math.radians(40.0),
+                "yaw": math.radians(-15.0),
+            },
+        )
+        for name in IMPACTS
+    ),
     *(("debris_cloud", change) for change in OF_CLOUDS),
     *((name, change) for name in BARS for change in OF_BARS),
     ("elastic_bar", {"poisson_ratio": 0.0}),

@@ -193,13 +193,13 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
     from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
-    from studies.laws._forms import LENGTHS
+    from studies.laws._forms import SIZES
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
-        every = list(of_table(source, LENGTHS))
+        every = list(of_table(source, SIZES))
     else:
         dataset = open_cube(Path(source))
-        every = [of_cube(dataset, each) for each in quantities_of(dataset, LENGTHS)]
+        every = [of_cube(dataset, each) for each in quantities_of(dataset, SIZES)]
     chosen = [each for each in every if quantity in (None, each.quantity)]
     if not chosen:
         there = ", ".join(each.quantity for each in every) or "none that a law is about"
@@ -225,6 +225,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
 def _print_fits(fits: "list[FittedForm]") -> None:
     from service.cli.console import print_table
     from studies.fits.fit import compared, verdicts
+    from studies.laws._forms import dimension_of
 
     measured = fits[0].measured
     weights = "weighted by their uncertainties" if measured.errors is not None else "equal weights"
@@ -237,10 +238,13 @@ def _print_fits(fits: "list[FittedForm]") -> None:
         if len(ranked.fits) > 1
         for each, size in zip(ranked.fits, ranked.differences, strict=True)
     }
-    rows = []
+    rows, dimension = [], dimension_of(measured.quantity)
+    unit = "mm" if dimension == 1 else f"mm{dimension}"
     for each in fits:
         if each.solution is None:
-            rows.append((each.form.name, each.form.equation, each.reason, "", "", ""))
+            rows.append(
+                (each.form.name, each.form.equation_for(measured.quantity), each.reason, "", "", "")
+            )
             continue
         constants = ", ".join(
             f"{name} = {_short(value.value)} ({_short(value.low)} to {_short(value.high)})"
@@ -253,10 +257,10 @@ def _print_fits(fits: "list[FittedForm]") -> None:
         rows.append(
             (
                 each.form.name,
-                each.form.equation,
+                each.form.equation_for(measured.quantity),
                 constants,
                 sizes,
-                f"{1e3 * each.rms:.2f}",
+                f"{each.rms * 1e3**dimension:.2f}",
                 difference,
             )
         )
@@ -264,7 +268,7 @@ def _print_fits(fits: "list[FittedForm]") -> None:
             stated = zip(each.form.constants, law.constants, strict=True)
             texts = ", ".join(f"{name} = {_short(value)}" for name, value in stated)
             rows.append(("", f"  {law.title}", texts, "", "", ""))
-    columns = ("form", "equation", "constants (95 %)", "in mm", "rms (mm)", "AICc - best")
+    columns = ("form", "equation", "constants (95 %)", f"in {unit}", f"rms ({unit})", "AICc - best")
     print_table(columns, rows)
     for sentence in verdicts(fits):
         print(f"  {sentence}")

@@ -11,7 +11,7 @@ from studies.fits.fit import compared, fit, fits_of, forms_of, verdicts
 from studies.fits.least_squares import NotIdentified, linear
 from studies.fits.measured import MeasuredShots, of_cube
 from studies.laws import Shot
-from studies.laws._forms import FORMS, Form, columns_of
+from studies.laws._forms import FORMS, Form, columns_of, dimension_of
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 
 COPPER = materials.load("copper-ofhc")
@@ -34,7 +34,8 @@ def exact(form: Form) -> MeasuredShots:
     """Sizes that a form gives with the constants above."""
     chosen = shots(plate=form.uses_thickness)
     ratios = form.ratio(columns_of(chosen), [TRUE[name] for name in form.constants])
-    return measured(5e-3 * ratios, chosen, form.quantities[-1])
+    quantity = form.quantities[-1]
+    return measured((5e-3) ** dimension_of(quantity) * ratios, chosen, quantity)
 
 
 @pytest.mark.parametrize("form", FORMS.values(), ids=lambda form: form.name)

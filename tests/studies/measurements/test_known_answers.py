@@ -61,6 +61,7 @@ from tests.studies.measurements.states import (
 )
 
 TENTH = 0.1 * CELL
+AXES = ("largest", "smallest", "mean_root")
 Build = Callable[[], Any]
 
 
@@ -91,6 +92,29 @@ def cap(share: float) -> Any:
     depth = share * CRATER
     sphere = (CRATER**2 + depth**2) / (2.0 * depth)
     return cratered(lambda z: math.sqrt(sphere**2 - (z + sphere - depth) ** 2), depth)
+
+
+def cap_volume(share: float) -> float:
+    depth = share * CRATER
+    return math.pi * depth * (3.0 * CRATER**2 + depth**2) / 6.0
+
+
+def off_by_a_tenth(share: float) -> float:
+    """The volume by which a cap with another surface differs, a tenth of a cell away everywhere."""
+    return math.pi * CRATER**2 * (1.0 + share**2) * TENTH
+
+
+def walled_crater(height: float) -> Any:
+    """A crater with a lip as wide as eight particles and of a height (m), which ends exactly there."""
+    block = cratered(WALLS["hemisphere"], CRATER)
+    for place in line(-height, 0.0):
+        for radius in line(CRATER + PARTICLE, CRATER + 9.0 * PARTICLE):
+            block = with_particle(block, float(radius), float(place))
+    return block
+
+
+def depths(*depth: float) -> History:
+    return History(np.arange(len(depth)) * 1e-6, {"crater_depth": np.array(depth)})
 
 
 def torn(skin: float, below: float) -> Any:
@@ -256,6 +280,22 @@ KNOWN: list[tuple[str, Build, float, float]] = [
         for shift in SHIFTS[::5]
     ),
     ("crater_depth", lambda: scooped_half_space(0.0), 0.0, PARTICLE),
+    *(
+        ("crater_volume", lambda s=share: cap(s), cap_volume(share), off_by_a_tenth(share))
+        for share in (0.2, 0.5, 0.83, 1.0)
+    ),
+    (
+        "crater_volume",
+        lambda: cratered(WALLS["cylinder"], 7.0 * CELL),
+        math.pi * CRATER**2 * 7.0 * CELL,
+        math.pi * CRATER**2 * TENTH,
+    ),
+    *(
+        ("crater_lip_height", lambda c=cells: walled_crater(c * CELL), cells * CELL, TENTH)
+        for cells in (1.0, 2.5, 5.0)
+    ),
+    ("crater_rebound", lambda: depths(1e-3, 4e-3, 5e-3, math.nan, 4.5e-3), 0.1, ROUND_OFF),
+    *((f"crater_diameter_{axis}", lambda: cap(0.5), 2 * CRATER, 2 * TENTH) for axis in AXES),
     ("crater_depth_over_diameter", lambda: scooped_half_space(CRATER), 0.5, PARTICLE / CRATER),
     # A bar has exactly the length and diameter to which it was stretched, a flared one that of the cone. Its lowest
     # layer stands half a particle above its foot.
@@ -355,7 +395,15 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("crater_depth", bored_half_space, "perforated"),
     ("crater_depth_over_diameter", bored_half_space, "perforated"),
     ("crater_diameter", lambda: scooped_half_space(0.0), "no_crater"),
-    ("crater_diameter", lambda: scooped_half_space(BREADTH - 2.0 * CELL), "not_contained"),
+    *(
+        (name, lambda: scooped_half_space(BREADTH - 2.0 * CELL), "not_contained")
+        for name in ("crater_diameter", "crater_volume", "crater_diameter_largest")
+    ),
+    ("crater_volume", lambda: scooped_half_space(0.0), "no_crater"),
+    ("crater_volume", bored_half_space, "perforated"),
+    ("crater_lip_height", lambda: scooped_half_space(CRATER), "no_lip"),
+    ("crater_rebound", lambda: depths(math.nan, math.nan), "no_crater"),
+    ("hole_diameter_mean_root", lambda: drilled_disc(0.0), "not_perforated"),
     ("width_at_fifth", lambda: bar(lambda points: points * (1.0, 1.0, 0.15)), "too_short"),
     ("final_length", bar_without_corner, "lost_particles"),
     ("mushroom_diameter", bar_without_corner, "lost_particles"),
@@ -374,6 +422,7 @@ DOUBTED: list[tuple[str, Build, str]] = [
     *((name, lambda: drilled_disc(0.51 * RADIUS), "near_rim") for name in OPENINGS),
     *((name, lambda: drilled_disc(0.49 * RADIUS), "") for name in OPENINGS),
     ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + DIAMETER - 0.5 * CELL), "lip_at_window"),
+    ("crater_rebound", lambda: depths(1e-3, 4e-3, 5e-3), "before_maximum"),
     ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + DIAMETER - 1.5 * CELL), ""),
     *(
         (name, state, flag)

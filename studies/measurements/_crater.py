@@ -1,0 +1,102 @@
+"""Shape of a crater: its floor, its wall in layers, and its opening at the original surface.
+
+Matter counts where it is connected to the target, each particle by its undisturbed volume. Walls are looked for from
+the inside outwards, and the floor from above.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from studies.measurements._impact import ImpactView, edge_from_inside, overlap, radii_by_sector
+
+COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: the floor of a crater is flat there
+
+# Particles of a wall are drawn apart by up to a cell (the numerical fracture of the method), so a gap of one cell is no
+# end of it: layers are two cells high, and matter is looked for in windows two cells wide.
+LAYER = 2.0  # cells
+CENTRES = np.array([1.0, 2.0, 3.0])  # of the layers below the original surface, in cells
+# Of the crater's depth, where the lowest layer ends at the latest: the floor is no wall.
+DEEPEST = 0.5
+
+STEP = 0.5  # cells between the columns among which that with the deepest floor is looked for
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The floor of a crater in a column."""
+
+    depth: float  # m below the original surface; NaN where matter stands above all of it
+    place: (
+        float  # of the column on the trace of an oblique flight, m from the middle of the opening
+    )
+
+
+def deepest_floor(view: ImpactView) -> Floor:
+    """The floor in the column about the axis; of an oblique shot, in the column along its trace where it is deepest."""
+    column = max(COLUMN * view.projectile_diameter, view.cell)
+    if view.along is None:
+        return Floor(_floor(view, view.radius, view.attached, column), 0.0)
+    aside = view.radius**2 - view.along**2
+    near = view.attached & (aside < column**2)
+    reach = view.target_radius - 2.0 * column
+    floors = []
+    for place in STEP * view.cell * np.arange(-int(reach / view.cell), int(reach / view.cell) + 1):
+        radius = np.sqrt(np.maximum(aside, 0.0) + (view.along - place) ** 2)
+        depth = _floor(view, radius, near, column)
+        if math.isfinite(depth):
+            floors.append(Floor(depth, float(place)))
+    if not floors:
+        return Floor(math.nan, 0.0)
+    # The middle of equally deep columns.
+    depth = max(floor.depth for floor in floors)
+    level = [floor.place for floor in floors if floor.depth >= depth - 0.01 * view.cell]
+    return Floor(depth, float(np.mean(level)))
+
+
+def _floor(view: ImpactView, radius: np.ndarray, among: np.ndarray, column: float) -> float:
+    """Where matter begins in a column about a place from which particles have a radius (n,)."""
+    inside = among & (radius < column)
+    return edge_from_inside(
+        view.depth[inside],
+        view.mass[inside] / view.sectors,
+        width=view.axial_width,
+        window=view.cell,
+        start=view.thickness - view.cell,
+        stop=-view.projectile_diameter,
+        nominal=lambda low, high: 0.5 * column**2 * view.density * (high - low),
+    )
+
+
+def upper_walls(view: ImpactView) -> np.ndarray | None:
+    """Radius (layers, sectors) of the wall in three layers below the original surface (m); None without a crater."""
+    depth = deepest_floor(view).depth
+    if depth < view.cell:
+        return None
+    unit = view.cell
+    if math.isfinite(depth):
+        unit = min(unit, DEEPEST * depth / (CENTRES[-1] + 0.5 * LAYER))
+    walls = np.array([wall(view, centre * unit, LAYER * unit) for centre in CENTRES])
+    return None if np.isnan(walls).any() else walls
+
+
+def at_surface(walls: np.ndarray) -> np.ndarray:
+    """Radius (sectors,) of the opening at the original surface, from those of the upper walls (m)."""
+    # Squares of the radii: linear in the depth for a paraboloid, and but for the square of the depth for a sphere.
+    _, squares = np.polyfit(CENTRES, walls**2, 1)
+    radii: np.ndarray = np.sqrt(np.maximum(squares, 0.0))
+    return radii
+
+
+def wall(view: ImpactView, centre: float, height: float) -> np.ndarray:
+    """Radius of the wall (sectors,) in a layer about a depth; NaN where matter stands on the axis."""
+    share = overlap(view.depth, view.axial_width, centre - 0.5 * height, centre + 0.5 * height)
+    return radii_by_sector(
+        view,
+        view.attached,
+        view.mass * share,
+        view.density * height,
+        edge=edge_from_inside,
+        window=LAYER * view.cell,
+    )

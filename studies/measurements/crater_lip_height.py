@@ -1,0 +1,54 @@
+"""The height of the lip of a crater above the original surface."""
+
+import math
+
+import numpy as np
+
+from studies.measurements import Measurement, Reading
+from studies.measurements._impact import ImpactView, edge_from_inside, overlap
+
+
+def _read(view: ImpactView) -> Reading:
+    """The highest ring of attached matter about the axis, each ring a cell wide and every half of a cell."""
+    rings = 0.5 * view.cell * np.arange(1, int(2.0 * view.target_radius / view.cell) - 6)
+    # Matter that stands higher than this is ejecta.
+    high = view.attached & (view.depth < 2.0 * view.cell)
+    heights = [_height(view, high, float(middle)) for middle in rings]
+    height = max((each for each in heights if math.isfinite(each)), default=math.nan)
+    if not height >= 0.5 * view.cell:
+        return Reading(math.nan, flags=("no_lip",))
+    return Reading(height, {"resolution": view.resolution})
+
+
+def _height(view: ImpactView, high: np.ndarray, middle: float) -> float:
+    """The height of matter in a ring above the original surface, the mean over the sectors; NaN where one has none."""
+    low, far = middle - 0.5 * view.cell, middle + 0.5 * view.cell
+    share = overlap(view.radius, view.radial_width, low, far)
+    inside = np.flatnonzero(high & (share > 0.0))
+    heights = np.empty(view.sectors)
+    for sector in range(view.sectors):
+        mine = inside[view.sector[inside] == sector]
+        if not mine.size:
+            return math.nan
+        heights[sector] = -edge_from_inside(
+            view.depth[mine],
+            view.mass[mine] * share[mine],
+            width=view.axial_width,
+            window=view.cell,
+            start=view.cell,
+            stop=float(view.depth[mine].min()) - 2.0 * view.cell,
+            nominal=lambda a, b: 0.5 * view.density * (far**2 - low**2) * (b - a),
+        )
+    return float(heights.mean())
+
+
+MEASUREMENT = Measurement(
+    name="crater_lip_height",
+    title="Height of the crater's lip",
+    unit="m",
+    meaning="largest height above the original surface at which matter connected to the target, by its undisturbed "
+    "volume, fills half of a window of one cell on the way down, in rings one cell wide about the axis, mean over the "
+    "sectors of azimuth; a lip thinner than half of a cell is none",
+    version=1,
+    read=_read,
+)
