@@ -12,10 +12,10 @@ from studies.sweeps.sweep import Sweep
 from tests.service.support.command import run
 
 TEXT = (Path(__file__).parents[2] / "docs" / "decks.md").read_text(encoding="utf-8")
-[DECK] = re.findall(r"```text\n(.*?)```", TEXT, re.DOTALL)
+[DECK] = re.findall(r"<<'END'\n(.*?)END\n", TEXT, re.DOTALL)
 COMMANDS = [
     shlex.split(line)
-    for block in re.findall(r"```sh\n(.*?)```", TEXT, re.DOTALL)
+    for block in re.findall(r"```sh\n(whipple.*?)```", TEXT, re.DOTALL)
     for line in block.splitlines()
 ]
 # What they compute is computed by the tests of sweeps.
