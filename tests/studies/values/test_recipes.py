@@ -67,8 +67,9 @@ def test_recipes__are_those_that_a_parameter_may_name() -> None:
 
 def test_recipe__decides_every_numerical_parameter_that_may_be_left_out() -> None:
     optional = {name for name, one in declared(Numerics).items() if one.optional}
-    constant_step = {"fixed_dt"}  # left out, it stays out: the stable step
-    assert {one.name for one in dataclasses.fields(Recipe)} == optional - constant_step
+    # Left out, they stay out: the stable step, and the film's usual interval.
+    no_numerics = {"fixed_dt", "film_interval"}
+    assert {one.name for one in dataclasses.fields(Recipe)} == optional - no_numerics
 
 
 def test_recipe__decides_every_parameter_of_impacts_that_is_said_to_be_its_own() -> None:
