@@ -131,6 +131,29 @@ def compared(
         yield replace(got, bar=_known(bar), others=beside)
 
 
+def grids_of(cube: xr.Dataset) -> Iterator[tuple[float, xr.Dataset]]:
+    """The runs on each grid, coarse to fine, with its cells per diameter."""
+    if RESOLUTION not in cube.dims:
+        yield float(cube[RESOLUTION]), cube
+        return
+    for cells in cube[RESOLUTION].values:
+        yield float(cells), cube.sel({RESOLUTION: cells})
+
+
+def kinetic_energy(run: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Times, s, and kinetic energy of all bodies, J, of a run; (samples,)."""
+    time = run.history_time.values
+    energy = run.body_kinetic_energy_history.sum("body", skipna=False).values
+    there = np.isfinite(time) & np.isfinite(energy)
+    return time[there], energy[there]
+
+
+def energy_line(label: str, run: xr.Dataset) -> Line:
+    """The kinetic energy over time of a run; J, and us."""
+    points = zip(*kinetic_energy(run), strict=True)
+    return Line(label, tuple((1e6 * float(x), float(y), 0.0) for x, y in points), joined=True)
+
+
 def _known(bar: float) -> float | None:
     return None if math.isnan(bar) else bar
 

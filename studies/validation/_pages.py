@@ -1,6 +1,7 @@
 """Pages of cases: claim, expected, others, ours with its error bar and verdict, with pictures; and an index."""
 
 import io
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import cache
@@ -93,6 +94,8 @@ def cells(row: Row) -> list[str]:
 def shown(value: Any) -> str:
     """A figure with four digits; a dash where there is none."""
     if isinstance(value, float):
+        if not math.isfinite(value):
+            return NONE
         return digits(value, 4)
     return NONE if value in (None, "") else str(value)
 

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from studies.validation import Cubes, Level, Line, Picture, Validation, published
+from studies.validation import Cubes, Level, Picture, Validation, published
 from studies.validation._block import CELL, MESH, craters
-from studies.validation._compare import Reading, compared
+from studies.validation._compare import Reading, compared, energy_line, grids_of, kinetic_energy
 from studies.values.quantities import round_quantity
 from studies.verification import Row, at_most, reported
 
@@ -45,7 +45,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
     for contact, words in CONTACTS.items():
         for cells, run in _runs(cubes, contact):
             where = f"{words}, {cells}"
-            kinetic = _kinetic(run)[1]
+            kinetic = kinetic_energy(run)[1]
             rise = float(np.max(kinetic) / kinetic[0] - 1.0)
             yield at_most(
                 f"{where}: rise of the kinetic energy above the initial one (Fig. 3.7)",
@@ -60,37 +60,18 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
 
 def _runs(cubes: Cubes, contact: str) -> Iterator[tuple[str, Any]]:
     """The runs with or without contact, coarse to fine, with the size of their cells in words."""
-    runs = cubes["contact"].sel(contact=contact)
-    if "cells_per_diameter" not in runs.dims:
-        yield MESH, runs
-        return
-    for cells in runs.cells_per_diameter.values:
-        yield f"cells of {1e3 * DIAMETER / cells:.3g} mm", runs.sel(cells_per_diameter=cells)
-
-
-def _kinetic(run: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Times, s, and kinetic energy of both bodies, J."""
-    time = run.history_time.values
-    energy = run.kinetic_energy_history.sum("body", skipna=False).values
-    there = np.isfinite(time) & np.isfinite(energy)
-    return time[there], energy[there]
+    for cells, run in grids_of(cubes["contact"].sel(contact=contact)):
+        yield f"cells of {1e3 * DIAMETER / cells:.3g} mm", run
 
 
 def _pictures(cubes: Cubes) -> Iterator[Picture]:
-    lines = []
-    for contact, words in CONTACTS.items():
-        for cells, run in _runs(cubes, contact):
-            time, energy = _kinetic(run)
-            points = zip(1e6 * time, 1e-3 * energy, strict=True)
-            lines.append(
-                Line(
-                    f"{words}, {cells}",
-                    tuple((float(x), float(y), 0.0) for x, y in points),
-                    joined=True,
-                )
-            )
+    lines = [
+        energy_line(f"{words}, {cells}", run)
+        for contact, words in CONTACTS.items()
+        for cells, run in _runs(cubes, contact)
+    ]
     title = "Kinetic energy with and without contact (Fig. 3.7)"
-    yield Picture("table-3-3-energy", title, "time (µs)", "kinetic energy (kJ)", tuple(lines))
+    yield Picture("table-3-3-energy", title, "time (µs)", "kinetic energy (J)", tuple(lines))
 
 
 CASE = Validation(
