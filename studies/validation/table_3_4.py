@@ -55,7 +55,7 @@ def _fits(cubes: Cubes) -> Iterator[Row]:
             if form.name in FORMS:
                 texts = [_fitted(each, form) for each in (published, _ours(cubes, published))]
                 words = published.quantity.replace("_", " ")
-                claim = f"{words}, {form.equation}, in mm and km/s (rms in mm)"
+                claim = f"{words}, {form.equation.replace('y/d', 'y')}; y in mm (rms in mm)"
                 yield Row(claim, texts[0], texts[1], None)
 
 
