@@ -1,8 +1,9 @@
 """Balances of mass, momentum and energy, on the grid and in the ledger of particles that left it or were retired.
 
-E = kinetic + internal + ledger + removed. Every face stands still, so boundaries do no work; what they give is the
-impulse. Damping, contact, absorbing surfaces and walls that stop a pulled node remove energy, which they accumulate
-themselves. Each term is summed from its own quantity and none is the remainder of the others: their sum is what drifts.
+E = kinetic + internal + ledger + removed - work of loads. Every face stands still, so boundaries do no work; what they
+give is the impulse. Damping, contact, absorbing surfaces and walls that stop a pulled node remove energy, which they
+accumulate themselves. Each term is summed from its own quantity and none is the remainder of the others: their sum is
+what drifts.
 """
 
 from dataclasses import dataclass, field, replace
@@ -68,7 +69,10 @@ class Exchanged:
 
     removed: float  # energy that damping, contact, absorbers and walls took, J
     removed_by_contact: float  # the part of it that contact took, J
-    impulse: float  # given to the particles by faces and absorbers along the line of flight, N s
+    impulse: (
+        float  # given to the particles by faces, absorbers and loads along the line of flight, N s
+    )
+    worked: float = 0.0  # work of tractions and gravity, J
 
 
 @dataclass(frozen=True)
@@ -126,20 +130,22 @@ def audit(
     impulse: np.ndarray,
     removed: float = 0.0,
     removed_by_contact: float = 0.0,
+    worked: float = 0.0,
     bodies: tuple[BodyBalance, ...] = (),
 ) -> Audit:
     """Balance the present state, the ledger and the impulse of the faces against the start."""
     living = np.flatnonzero(particles.alive)
     now = totals(particles, living)
     start_energy = start.kinetic + start.internal
-    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal + removed
+    energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal + removed - worked
+    scale = start_energy + abs(worked)
     missing = now.momentum + ledger.momentum - impulse - start.momentum
-    gauge = start.momentum_scale or 1.0
+    gauge = start.momentum_scale or float(np.abs(impulse).sum()) or 1.0
     return Audit(
         time=time,
         mass_error=abs(now.mass + ledger.mass - start.mass) / start.mass,
         momentum_error=float(np.abs(missing * np.array(conserved_axes(geometry))).max()) / gauge,
-        energy_drift=(energy - start_energy) / start_energy if start_energy else 0.0,
+        energy_drift=(energy - start_energy) / scale if scale else 0.0,
         kinetic=now.kinetic,
         internal=now.internal,
         outflow_mass=ledger.mass / start.mass,
@@ -148,7 +154,9 @@ def audit(
         outflow_energy=(ledger.kinetic + ledger.internal) / start_energy if start_energy else 0.0,
         hottest_energy_share=_hottest_share(particles, living, now.internal),
         largest_speed=_largest_speed(particles, living),
-        exchanged=Exchanged(removed, removed_by_contact, float(impulse[impact_axis(geometry)])),
+        exchanged=Exchanged(
+            removed, removed_by_contact, float(impulse[impact_axis(geometry)]), worked
+        ),
         bodies=bodies,
     )
 

@@ -133,6 +133,17 @@ class Absorber(NamedTuple):
     impedance: np.ndarray  # (3,) for each component of the velocity, Pa s/m
 
 
+class Traction(NamedTuple):
+    """A pressure on a flat part of a body's surface, as a table of time; see ``solver/loads.py``."""
+
+    body: int  # its index
+    axis: int  # across which the surface lies
+    side: int  # of the body: 0 lower, 1 upper
+    place: float  # m, at the start
+    time: np.ndarray  # (k,) s, ascending
+    pressure: np.ndarray  # (k,) Pa, on the surface; linear in between, none outside the table
+
+
 @dataclass(frozen=True)
 class Problem:
     """Everything that decides the outcome of a simulation."""
@@ -153,6 +164,8 @@ class Problem:
     retirement: Retirement | None = None  # None: debris is followed to the edge of the grid
     clamp: Clamp = field(default_factory=clamp)
     absorbers: tuple[Absorber, ...] = ()  # away from fixed faces and walls
+    tractions: tuple[Traction, ...] = ()  # likewise
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)  # on all matter, m/s2
 
     def __post_init__(self) -> None:
         if not self.bodies or not all(body.mass.size for body in self.bodies):
@@ -166,6 +179,16 @@ class Problem:
                 )
         if not 0.0 < self.courant <= 1.0:
             raise ProblemError(f"courant = {self.courant} lies outside (0, 1]")
+        for load in self.tractions:
+            if load.time.size < 2 or load.time.size != load.pressure.size:
+                raise ProblemError(
+                    f"a traction has {load.time.size} times and {load.pressure.size} pressures; give as many, and at "
+                    "least two"
+                )
+            if not (np.diff(load.time) > 0.0).all() or not np.isfinite(load.pressure).all():
+                raise ProblemError(
+                    "times of a traction ascend and its pressures are finite; sort the table"
+                )
         if not 0.0 < self.travel <= 1.0:
             raise ProblemError(f"travel = {self.travel} lies outside (0, 1]")
         if not self.end_time > 0.0:

@@ -55,6 +55,7 @@ CARRIED = (
     "particle_steps",
     "removed",
     "removed_by_contact",
+    "worked",
 )
 DEPARTED = "departed_"  # before the names of its arrays
 
@@ -131,6 +132,7 @@ class Simulation:
     particle_steps: int = 0
     removed: float = 0.0  # energy that damping, walls, absorbers and contact took, J
     removed_by_contact: float = 0.0  # part of it that contact removed
+    worked: float = 0.0  # work of tractions and gravity, J
     pool: ThreadPool = field(default_factory=lambda: ThreadPool(1))
     shares: int = (
         0  # of the particles; decides the bits, and how many threads find work; 0: by their number
@@ -170,6 +172,7 @@ class Simulation:
             impulse=self.impulse,
             removed=self.removed,
             removed_by_contact=self.removed_by_contact,
+            worked=self.worked,
             bodies=body_balances(
                 self.problem.geometry,
                 self.particles,
@@ -204,7 +207,8 @@ class Simulation:
         """Go on from what a simulation of the same problem carried."""
         numbers, arrays = carried.numbers, carried.arrays
         for name in CARRIED:
-            setattr(self, name, numbers[name])
+            # Checkpoints without loads have no work.
+            setattr(self, name, numbers.get(name, 0.0) if name == "worked" else numbers[name])
         self.counters = Counters(**numbers["counters"])
         self.ledger = Ledger(**numbers["ledger"], momentum=arrays["ledger_momentum"])
         self.start = Totals(**numbers["start"], momentum=arrays["start_momentum"])
@@ -224,6 +228,7 @@ class Simulation:
         self.impulse += balance.impulse
         self.removed += balance.energy + balance.contact
         self.removed_by_contact += balance.contact
+        self.worked += balance.work
         self.counters.reflected += balance.reflected
         self.time += dt
         self.step += 1

@@ -39,6 +39,7 @@ from solver.faces import (
 )
 from solver.geometry import dimensions, node_count
 from solver.jit import Bound, kernel
+from solver.loads import Loads
 from solver.problem import Problem, Scheme
 from solver.state import (
     ACCELERATION,
@@ -92,6 +93,7 @@ class StepBalance(NamedTuple):
     impulse: np.ndarray
     energy: float  # removed by damping, walls and absorbers, J
     contact: float  # removed by contact between bodies, J
+    work: float  # of tractions and gravity, J
     gone: int  # particles that left through free faces
     reflected: int  # particles put back at closed faces
     tally: Tally
@@ -146,6 +148,7 @@ class Field:
         self.dashpots = [
             dashpots(problem, one, self.closed) for one in problem.absorbers if one.body in ours
         ]
+        self.loads = Loads(problem, ours)
 
     def gathered(self, pool: ThreadPool) -> None:
         """Sum the tables of the shares in the first one, in their order."""
@@ -157,6 +160,18 @@ class Field:
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces."""
         self.kernels.close_nodes(self.closed, self.nodes.state, dt, impulse)
+        if dt and not self.loads.is_idle:
+            fold_vectors(self.closed, self.loads.table, FORCE)
+
+    def load(self, partition: Partition, time: float, dt: float, impulse: np.ndarray) -> None:
+        """Forces of tractions and gravity, folded with the faces' own."""
+        if self.loads.is_idle:
+            return
+        impulse += self.loads.add(self.nodes, partition.table, partition.shares, time=time, dt=dt)
+
+    def work(self, dt: float) -> float:
+        """Work of tractions and gravity in the step, J."""
+        return 0.0 if self.loads.is_idle else self.loads.work(self.nodes, dt)
 
     def absorb(self, dt: float, impulse: np.ndarray) -> None:
         """Forces of the absorbing surfaces."""
@@ -210,7 +225,7 @@ class Stepper:
         scheme, impulse = self.problem.scheme, np.zeros(3)
         if scheme == Scheme.USF:
             self._update_first(partition, dt)
-        energy, contact = self._move(partition, dt, impulse)
+        energy, contact, work = self._move(partition, dt, impulse)
         if scheme == Scheme.USF:
             partition.table[X : Z + 1] = partition.table[NEW_X : NEW_Z + 1]
             self._check_positions(partition.particles.position)
@@ -224,7 +239,7 @@ class Stepper:
             gone, reflected = cross_faces(
                 self.problem.geometry, self.faces, self.problem.clamp, partition.particles, impulse
             )
-        return StepBalance(impulse, energy, contact, gone, reflected, tally)
+        return StepBalance(impulse, energy, contact, work, gone, reflected, tally)
 
     def _update_first(self, partition: Partition, dt: float) -> None:
         """Stress at n+1 from the nodal velocities at n; the nodes are clear again."""
@@ -237,17 +252,20 @@ class Stepper:
         partition.table[NEW_X : NEW_Z + 1] = partition.table[X : Z + 1]
         self._update(partition, dt, whole_work=1)
 
-    def _move(self, partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float]:
+    def _move(
+        self, partition: Partition, dt: float, impulse: np.ndarray
+    ) -> tuple[float, float, float]:
         """x, v at n+1, and the nodal velocities that the strain takes.
 
-        Returns the energy that damping, walls and absorbers removed, and that which contact removed.
+        Returns the energy that damping, walls and absorbers removed, that which contact removed, and the loads' work.
         """
-        problem, energy, contact = self.problem, 0.0, 0.0
+        problem, energy, contact, loaded = self.problem, 0.0, 0.0, 0.0
         damping = StepDamping(-math.expm1(-problem.damping.rate * dt), float(problem.damping.order))
         share = 0.0 if problem.scheme == Scheme.USF else 0.5
         work = StepWork(share, float(problem.viscosity.heating))
         for field in self.fields:
             self._scatter(field, partition)  # m, p, f at n
+            field.load(partition, self.time - dt, dt, impulse)
             field.close(dt, impulse)
             field.absorb(dt, impulse)
         self._add_contact_forces(partition, dt)
@@ -282,6 +300,7 @@ class Stepper:
                 energy += float(field.lost[:, 3].sum())
                 field.lost[:] = 0.0
             energy += field.close_mapped()
+            loaded += field.work(dt)
             if problem.scheme == Scheme.MUSL:
                 nodes = field.nodes
                 _over_blocks(
@@ -292,7 +311,7 @@ class Stepper:
             contact += energy_removed(self.fields[first].nodes, self.fields[second].nodes, pair)
         for field in self.fields:
             self._clear(field)
-        return energy, contact
+        return energy, contact, loaded
 
     def _add_contact_forces(self, partition: Partition, dt: float) -> None:
         """Contact forces between the bodies, pair after pair."""

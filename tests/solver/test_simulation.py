@@ -136,7 +136,7 @@ def test_position_that_is_not_finite__is_seen_before_usf_sorts_by_it(
     simulation = start(two_blocks("axisymmetric", scheme=Scheme.USF), threads=1)
     move = simulation.stepper._move
 
-    def astray(partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float]:
+    def astray(partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float, float]:
         removed = move(partition, dt, impulse)
         partition.table[NEW_X : NEW_Z + 1, 7] = np.nan
         return removed

@@ -1,0 +1,136 @@
+"""Loads from outside: a pressure pulse on the end of a column, and free fall; their work is the energy they bring."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from solver.problem import Traction
+from solver.simulation import Outcome, simulate
+from studies.values.recipes import Recipe
+from studies.verification import Case, Row, absolute, relative
+from studies.verification._column import Stretch, column, plateau, profile
+from studies.verification._matter import elastic
+from studies.verification._waves import Isotropic
+
+COPPER = Isotropic(8930.0, 117e9, 0.35)  # Ma (2005), Table 2.1
+SPACING = 1e-3  # m
+CELLS, ROOM = 120, 4  # of the column, and beside each end
+PRESSURE = 0.4e9  # Pa
+RISE, PULSE = 0.5e-6, 10e-6  # s
+READ = 16e-6  # s: the pulse then stands between a sixth and two thirds of the column
+FALL = 9.81, 50e-6  # m/s2 and s
+
+# Asked before any run: the linear theory holds to p / (rho c^2), 2 parts in 1000 here. So was a momentum to 1e-6, which
+# the node areas do not give: 1e-5 with splines and 0.2 % with linear shapes, once the end lies off the nodes. It is
+# reported.
+ARRIVES, BALANCE, ROUND_OFF = 0.02, 1e-10, 1e-12
+
+
+def _run(recipe: Recipe) -> Iterator[Row]:
+    yield from _pulse(recipe)
+    yield from _fall(recipe)
+
+
+def _pulse(recipe: Recipe) -> Iterator[Row]:
+    """A pulse of uniaxial strain: matter in it moves at p / (rho c_L)."""
+    c = COPPER.longitudinal_speed
+    begin = ROOM * SPACING
+    load = Traction(
+        0,
+        axis=0,
+        side=0,
+        place=begin,
+        time=np.array([0.0, RISE, PULSE, PULSE + RISE]),
+        pressure=PRESSURE * np.array([0.0, 1.0, 1.0, 0.0]),
+    )
+    outcome = _computed(recipe, READ, tractions=(load,))
+    line = profile(outcome.snapshot, 0)
+    low, high = begin + c * (READ - PULSE), begin + c * (READ - RISE)
+    inside = line.part((line.place > low) & (line.place < high))
+    level = plateau(inside, SPACING, low, high)
+    yield relative(
+        "pulse of 0.4 GPa: velocity p / (rho c_L) (m/s)",
+        expected=PRESSURE / (COPPER.density * c),
+        got=level.velocity,
+        within=ARRIVES,
+    )
+    yield relative("its stress (GPa)", expected=0.4, got=level.stress / 1e9, within=ARRIVES)
+    momentum = float((line.mass * line.velocity).sum())
+    yield relative(
+        "its momentum, pressure times section and time (N s)",
+        expected=PRESSURE * SPACING**2 * PULSE,
+        got=momentum,
+    )
+    yield relative(
+        "work of the pulse, p v over section and time (J)",
+        expected=PRESSURE**2 / (COPPER.density * c) * SPACING**2 * (PULSE - RISE / 3.0),
+        got=outcome.audit.exchanged.worked,
+        within=ARRIVES,
+    )
+    yield _balance("pulse", outcome)
+
+
+def _fall(recipe: Recipe) -> Iterator[Row]:
+    """Matter in free fall: v = g t, and no stress."""
+    gravity, time = FALL
+    outcome = _computed(recipe, time, gravity=(gravity, 0.0, 0.0))
+    line = profile(outcome.snapshot, 0)
+    speed = gravity * outcome.audit.time
+    yield absolute(
+        "free fall: largest difference from g t (of it)",
+        expected=0.0,
+        got=float(np.abs(line.velocity / speed - 1.0).max()),
+        within=ROUND_OFF,
+    )
+    yield absolute(
+        "free fall: largest stress (of rho v^2)",
+        expected=0.0,
+        got=float(np.abs(line.stress).max()) / (COPPER.density * COPPER.longitudinal_speed**2),
+        within=ROUND_OFF,
+    )
+    kinetic = 0.5 * float(line.mass.sum()) * speed**2
+    yield absolute(
+        "free fall: work minus kinetic energy (of it)",
+        expected=0.0,
+        got=outcome.audit.exchanged.worked / kinetic - 1.0,
+        within=BALANCE,
+    )
+    yield _balance("free fall", outcome)
+
+
+def _computed(recipe: Recipe, end_time: float, **changes: Any) -> Outcome:
+    begin = ROOM * SPACING
+    stretch = Stretch("column", elastic(COPPER), COPPER.density, begin, begin + CELLS * SPACING)
+    return simulate(
+        column(
+            [stretch],
+            recipe,
+            cells=CELLS + 2 * ROOM,
+            spacing=SPACING,
+            end_time=end_time,
+            **changes,
+        ),
+        threads=1,
+    )
+
+
+def _balance(where: str, outcome: Outcome) -> Row:
+    drift = outcome.audit.energy_drift
+    return absolute(
+        f"{where}: energy minus work of the loads (of the work)",
+        expected=0.0,
+        got=drift if math.isfinite(drift) else math.inf,
+        within=BALANCE,
+    )
+
+
+CASE = Case(
+    name="loads",
+    says="a confined pressure pulse moves matter at p / (rho c_L), matter falls freely to round-off, and the work of "
+    "loads closes the balance of energy",
+    source="d'Alembert; Galilei; energy balance of the discrete step",
+    run=_run,
+    quick=False,
+)
