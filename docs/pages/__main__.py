@@ -3,14 +3,20 @@
 import sys
 from pathlib import Path
 
-from docs.pages import DOCS, accuracy, laws, measurements, shots
+from docs.pages import DOCS, accuracy, laws, measurements, shots, validation
 
-PAGES = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots}
-COMPUTED = {"accuracy": accuracy, "shots": shots}
+PAGES = {
+    "accuracy": accuracy,
+    "laws": laws,
+    "measurements": measurements,
+    "shots": shots,
+    "validation": validation,
+}
+COMPUTED = {"accuracy": accuracy, "shots": shots, "validation": validation}
 
 
 def main(arguments: list[str]) -> None:
-    """Compute results where asked to (``compute NAME [DIRECTORY]``), then write every page and drawing."""
+    """Compute results where asked to (``compute NAME [DIRECTORY [CASE ...]]``), then write every page and drawing."""
     if arguments:
         _, name, *directory = arguments
         COMPUTED[name].compute(*(Path(each) for each in directory))

@@ -6,13 +6,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from docs.pages import DOCS, accuracy, laws, measurements, shots
+from docs.pages import DOCS, accuracy, laws, measurements, shots, validation
 from docs.pages import site as hook
 from studies import measurements as measured
 from tests.acceptance.checks.pages import pages
 
 ROOT = DOCS.parent
-MADE = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots}
+MADE = {
+    "accuracy": accuracy,
+    "laws": laws,
+    "measurements": measurements,
+    "shots": shots,
+    "validation": validation,
+}
 LOADED = re.compile(r"""(?:src|href)=["'](https?:)?//""")  # of scripts, styles and pictures
 PATH = re.compile(r"`((?:solver|studies|service|tests|docs)/[\w/.-]+)`")
 

@@ -1,0 +1,118 @@
+"""docs/validation.md: published problems on three grids beside experiments and other codes, computed once."""
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from docs.pages import DOCS, MADE, RESULTS, keep, table
+from solver import PHYSICS_VERSION
+from studies import validation
+from studies.validation._pages import shown
+from studies.values.formats import NONE, digits
+
+STORED = RESULTS / "validation.json"
+COMMAND = "python -m docs.pages compute validation"
+LEVEL: validation.Level = "fine"
+
+
+def compute(directory: Path | None = None, *names: Path) -> None:
+    """Cases at the level ``fine`` (all, or some by name) into ``docs/results/validation.json``.
+
+    A directory that is kept resumes.
+    """
+    with tempfile.TemporaryDirectory() as temporary:
+        place = directory or Path(temporary)
+        chosen = [str(name) for name in names] or validation.names()
+        cases = {**(stored()["cases"] if STORED.exists() else {})}
+        cases |= {name: _computed(name, place) for name in chosen}
+    document = {
+        "command": COMMAND,
+        "version": version("whipple"),
+        "physics_version": PHYSICS_VERSION,
+        "cases": dict(sorted(cases.items())),
+    }
+    keep(document, STORED)
+
+
+@contextmanager
+def _unwatched(name: str) -> Iterator[Any]:
+    yield lambda status: None
+
+
+def _computed(name: str, place: Path) -> dict[str, Any]:
+    """Rows of a case, and the names of its pictures, which are copied."""
+    from service.cli.validation import STORE, selected, validated
+    from service.records.settings import Settings
+
+    settings = Settings(data=place / STORE)
+    cases = selected([name], LEVEL)
+    rows = [each.row.as_json() for each in validated(cases, LEVEL, place, settings, _unwatched)]
+    pictures = []
+    for file in sorted((place / name).glob("*.svg")):
+        pictures.append(f"validation-{file.name}")
+        shutil.copy(file, DOCS / "drawings" / pictures[-1])
+    return {"rows": rows, "pictures": pictures}
+
+
+def stored() -> dict[str, Any]:
+    """The results as they were computed."""
+    document: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
+    return document
+
+
+def page() -> str:
+    """docs/validation.md."""
+    document = stored()
+    absent = [f"`{name}`" for name in validation.names() if name not in document["cases"]]
+    longer = f" Not computed for this page: {', '.join(absent)}." if absent else ""
+    parts = [
+        "# Validation\n",
+        MADE.format(source=f"`docs/results/{STORED.name}`"),
+        "Published problems, each computed as an ordinary sweep, with experiments and other codes beside. "
+        "`whipple validate CASE --level quick|thesis|fine` computes one anew. A gate belongs to the mesh of the "
+        "source; the value without a mesh stands beside it with its error bar, because part of a published "
+        "agreement is its mesh. Nothing is tuned.\n",
+        f"Computed by `{document['command']}` with version {document['version']} (physics version "
+        f"{document['physics_version']}), level `{LEVEL}`.{longer}\n",
+    ]
+    for name, kept in document["cases"].items():
+        case = validation.load(name)
+        parts += [
+            f"## {name}\n",
+            f"{case.says[0].upper()}{case.says[1:]}. Source: {case.source}.\n",
+            *(f"![{_title(file)}](drawings/{file})\n" for file in kept["pictures"]),
+            table(
+                ["compared", "expected", "others", "ours", "error", "tolerance", "verdict"],
+                [_row(row) for row in kept["rows"]],
+            ),
+        ]
+    return "\n".join(parts)
+
+
+def _title(file: str) -> str:
+    return file.removeprefix("validation-").removesuffix(".svg").replace("-", " ").replace("_", " ")
+
+
+def drawings() -> dict[str, str]:
+    """None of its own: those of the cases are kept beside the results."""
+    return {}
+
+
+def _row(row: dict[str, Any]) -> list[str]:
+    bar = f" ± {digits(row['bar'], 2)}" if row["bar"] else ""
+    others = ", ".join(f"{name} {shown(value)}" for name, value in row["others"].items())
+    cells = [
+        row["claim"],
+        shown(row["expected"]),
+        others or NONE,
+        shown(row["got"]) + bar,
+        shown(row["error"]),
+        shown(row["tolerance"]),
+        row["verdict"].lower(),
+    ]
+    return [cell.replace("|", "\\|") for cell in cells]
