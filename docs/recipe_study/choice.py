@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from studies.results import ENERGY_DRIFT_LIMIT
+from studies.values.results import ENERGY_DRIFT_LIMIT
 from studies.verification import bar_contact, plate_impact
 
 OTHER_SHAPES = plate_impact.PRESSURE["gimp"]  # whatever is not named there is held to this

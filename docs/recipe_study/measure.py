@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import WhippleError
-from studies.results import RunResult
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
 from studies.values.recipes import Recipe
+from studies.values.results import RunResult
 from studies.verification._hugoniot import Solid
 from studies.verification.bar_contact import contact_and_rebound
 from studies.verification.noh import gated_errors

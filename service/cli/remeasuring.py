@@ -24,10 +24,10 @@ from service.records.settings import Settings
 from service.records.version import version
 from service.workers.warm_process import die_with_parent
 from solver.errors import WhippleError
-from studies.results import RunResult
 from studies.runs.remeasure import outdated, remeasure
 from studies.runs.run import Run
 from studies.values.files import RESULT, STATE, write_text
+from studies.values.results import RunResult
 
 if TYPE_CHECKING:
     from service.store import Store

@@ -265,7 +265,7 @@ class RunRow:
     keep: Keep  # the most that a sweep demands
     checkpoint: int | None  # step of the last one
     fraction: float | None  # 0 to 1, of the running attempt
-    # studies.results.Progress: time, step, eta_seconds, measured.
+    # studies.values.results.Progress: time, step, eta_seconds, measured.
     progress: Mapping[str, Any] | None
     cause: Cause | None  # why it failed
     failure: str | None  # short kind: "UnphysicalState", "SIGABRT"

@@ -34,8 +34,8 @@ from service.files.artifacts import LOG
 from service.files.lost_results import Loss, leave_list
 from service.records.jobs import Keep, Kind
 from solver.errors import Interrupted
-from studies.results import RunControl
 from studies.values.files import SECTIONS
+from studies.values.results import RunControl
 
 Message = Mapping[str, Any]
 Send = Callable[[Message], None]

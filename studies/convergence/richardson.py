@@ -54,7 +54,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
-from studies.results import TOO_COARSE
+from studies.values.results import TOO_COARSE
 
 Verdict = Literal[
     "converging",

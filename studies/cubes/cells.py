@@ -9,8 +9,8 @@ import numpy as np
 
 from studies.convergence.richardson import Convergence, Sample, converge
 from studies.cubes.variables import STATES, variable_name
-from studies.results import DEFINITION, ENOUGH_GRIDS, MESH_DETERMINED, numerical_parts
 from studies.sweeps.sweep import RESOLUTION
+from studies.values.results import DEFINITION, ENOUGH_GRIDS, MESH_DETERMINED, numerical_parts
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
 
@@ -33,7 +33,7 @@ class Cell:
     coordinates: Mapping[str, Any]  # of the axes, by the names a user writes
     run: Any  # studies.runs.run.Run
     shot: Any | None  # studies.laws.Shot: what the laws are asked about
-    result: Any | None  # studies.results.RunResult, when the run left one
+    result: Any | None  # studies.values.results.RunResult, when the run left one
     state: str  # one of STATES
     reason: str  # why there is no result
 
@@ -42,7 +42,7 @@ class Cell:
         return getattr(self.result, name, None)
 
     def measured(self, quantity: str) -> Any | None:
-        """The measurement of a quantity (studies.results.Measured)."""
+        """The measurement of a quantity (studies.values.results.Measured)."""
         return self.measurements.get(quantity)
 
     @property

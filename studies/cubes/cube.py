@@ -37,9 +37,9 @@ from studies.cubes.cells import Cell, Layout, converge_cells, definition_part, l
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variables import Quantity, Variable, variable_name
 from studies.laws import FITTED
-from studies.results import numerical_parts
 from studies.values.files import write_atomically
 from studies.values.parameters import Parameter
+from studies.values.results import numerical_parts
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more

@@ -13,8 +13,8 @@ import xarray as xr
 from studies.convergence.richardson import VERDICTS, Convergence, Sample, levels_of
 from studies.cubes import variables as cubes
 from studies.cubes.variables import Variable
-from studies.results import NOT_COMPARED
 from studies.sweeps.sweep import OFFSET, RESOLUTION
+from studies.values.results import NOT_COMPARED
 
 SUCCEEDED = cubes.STATES.index("succeeded")
 

@@ -20,8 +20,8 @@ import numpy as np
 import xarray as xr
 
 from studies.convergence.richardson import VERDICTS
-from studies.results import ENERGY_DRIFT_LIMIT
 from studies.values.parameters import Parameter
+from studies.values.results import ENERGY_DRIFT_LIMIT
 
 # 2: refinements and what converges over them; laws at observed shots have labels of their own.
 # 3: groups, short labels with the meaning in ``comment``, parameters as coordinates, one time for all histories.

@@ -21,7 +21,7 @@ import numpy as np
 
 from studies.measurements import RESOLUTION_IN_CELLS, Reading
 from studies.measurements._impact import place_holding, rim_of
-from studies.results import DEFINITION
+from studies.values.results import DEFINITION
 
 # Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,
 # faster than a tenth of the impact speed.

@@ -13,7 +13,7 @@ from studies.measurements._impact import (
     radii_by_sector,
     rim_flags,
 )
-from studies.results import CLOSED_ON_AXIS
+from studies.values.results import CLOSED_ON_AXIS
 
 
 def areal_edges(view: ImpactView) -> np.ndarray:

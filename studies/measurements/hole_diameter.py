@@ -28,7 +28,7 @@ from studies.measurements._impact import (
     place_holding,
 )
 from studies.measurements._perforation import areal_edges, flag_without_hole, hole_reading
-from studies.results import DEFINITION
+from studies.values.results import DEFINITION
 
 OBSTACLE = 0.01  # of the mass that a full bin holds within a projectile diameter of the edge
 HALF_OF_GAP = 0.5  # between two definitions of a diameter: the part of its uncertainty

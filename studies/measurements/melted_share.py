@@ -12,7 +12,7 @@ import numpy as np
 
 from studies.measurements import Measurement, Reading
 from studies.measurements._cloud import HALF, NOTHING_BEHIND, CloudView
-from studies.results import DEFINITION
+from studies.values.results import DEFINITION
 
 
 def _molten(view: CloudView, kind: int) -> np.ndarray:

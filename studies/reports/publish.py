@@ -82,7 +82,7 @@ def _parsed(
 def outcome_from_json(plain: Mapping[str, Any]) -> Any:
     """A ``RunResult``, or a ``MissingResult`` where there is only a state and a reason."""
     if "measurements" in plain:
-        from studies.results import RunResult
+        from studies.values.results import RunResult
 
         return RunResult.from_json(plain)
     return MissingResult(str(plain["state"]), str(plain.get("reason") or ""))

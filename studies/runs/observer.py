@@ -14,8 +14,8 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
-from studies.results import MESH_DETERMINED, TOO_COARSE, Measured, Progress, numerical_parts
 from studies.scenarios import Scenario, Setting
+from studies.values.results import MESH_DETERMINED, TOO_COARSE, Measured, Progress, numerical_parts
 
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
 # the share of the value.

@@ -16,8 +16,8 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
-from studies.results import MESH_DETERMINED, TOO_COARSE, Measured, RunResult, numerical_parts
 from studies.runs.run import Run
+from studies.values.results import MESH_DETERMINED, TOO_COARSE, Measured, RunResult, numerical_parts
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
 NEVER = Measured(None, None, {}, (NEEDS_SOLVING,), {"time": [], "value": []}, 0)

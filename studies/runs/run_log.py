@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 from solver.problem import Problem
 from studies import measurements
-from studies.results import Measured, Progress, RunResult
 from studies.runs.run import Run
 from studies.values.quantities import readable
+from studies.values.results import Measured, Progress, RunResult
 
 DIGITS = 5  # significant digits of a logged value; the result has them all
 

@@ -22,7 +22,7 @@ Place = Mapping[str, float | str]
 
 
 @dataclass(frozen=True)
-class Reading:
+class ComparedReading:
     """A measured quantity of a cube at one point."""
 
     cube: xr.Dataset
@@ -97,7 +97,7 @@ def _pick(array: xr.DataArray, at: Place) -> xr.DataArray:
 
 def compared(
     where: str,
-    quantity: Reading,
+    quantity: ComparedReading,
     numbers: Iterable[PublishedNumber],
     reference: str,
     *,
@@ -167,7 +167,7 @@ def against(
     numbers: Sequence[PublishedNumber],
 ) -> Picture:
     """A quantity over an axis: each grid, the converged value with its bar, and the published numbers."""
-    points = [Reading(cube, quantity, {axis: float(value)}) for value in cube[axis].values]
+    points = [ComparedReading(cube, quantity, {axis: float(value)}) for value in cube[axis].values]
     first, along = points[0], display_of(cube[axis].attrs.get("units"))
     x = [along.factor * float(value) for value in cube[axis].values]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from studies.laws.maiden_al import hole_ratio
 from studies.validation import Cubes, Level, Validation
-from studies.validation._compare import Reading
+from studies.validation._compare import ComparedReading
 from studies.verification import Row, relative
 
 DIAMETER = 10.0  # mm
@@ -47,7 +47,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
     for thickness in cube.plate_thickness.values:
         for speed in cube.speed.values:
             at = {"speed": float(speed), "plate_thickness": float(thickness)}
-            hole = Reading(cube, "hole_diameter", at)
+            hole = ComparedReading(cube, "hole_diameter", at)
             value, bar = hole.best
             ratio = float(hole_ratio(speed, 1e3 * thickness / DIAMETER))
             made = relative(

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from studies.validation import Cubes, Level, Picture, Validation
-from studies.validation._compare import Reading, against, grids_of
+from studies.validation._compare import ComparedReading, against, grids_of
 from studies.verification import Row, at_most
 
 DIAMETER = 8e-3  # m
@@ -47,7 +47,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
             at = {"speed": float(speed)}
             where = f"{plate}, {speed / 1e3:g} km/s"
             yield from _balances(where, cube, at)
-            tip = Reading(cube, "tip_velocity_permille", at)
+            tip = ComparedReading(cube, "tip_velocity_permille", at)
             value, bar = tip.best
             made = at_most(
                 f"{where}: velocity that 0.1 % of the mass exceeds, over 2 u_p",
@@ -57,7 +57,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
             is_gated = name == PHOTOGRAPH and level != "quick"
             yield made if is_gated else made.ungated(FASTEST)
             for quantity in SHAPES:
-                reading = Reading(cube, quantity, at)
+                reading = ComparedReading(cube, quantity, at)
                 value, bar = reading.best
                 claim = f"{where}: {reading.label}"
                 if reading.is_refined:

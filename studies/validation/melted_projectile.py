@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any
 
 from studies.validation import Cubes, Level, Picture, Validation, published
-from studies.validation._compare import Reading, against, compared
+from studies.validation._compare import ComparedReading, against, compared
 from studies.verification import Row
 
 QUANTITY = "melted_share_projectile"
@@ -52,7 +52,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
                 )
             ]
             where = f"bumper of {100 * thickness:g} diameters, {speed / 1e3:g} km/s"
-            reading = Reading(cube, QUANTITY, at)
+            reading = ComparedReading(cube, QUANTITY, at)
             yield from compared(where, reading, there, "CALE", mesh=(FINE[0], "coarsest grid"))
             shares.append(reading.best[0])
         rises = all(slow < fast for slow, fast in pairwise(shares))

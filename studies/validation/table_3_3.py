@@ -12,7 +12,13 @@ import numpy as np
 
 from studies.validation import Cubes, Level, Picture, Validation, published
 from studies.validation._block import CELL, MESH, craters
-from studies.validation._compare import Reading, compared, energy_line, grids_of, kinetic_energy
+from studies.validation._compare import (
+    ComparedReading,
+    compared,
+    energy_line,
+    grids_of,
+    kinetic_energy,
+)
 from studies.values.quantities import round_quantity
 from studies.verification import Row, at_most, reported
 
@@ -37,7 +43,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["contact"], published("table_3_3", "thick_plate")
     for contact, words in CONTACTS.items():
         for name in ("crater_depth", "crater_diameter"):
-            quantity = Reading(cube, name, {"contact": contact})
+            quantity = ComparedReading(cube, name, {"contact": contact})
             share = SHARE if contact == "none" else None
             yield from compared(
                 words, quantity, numbers, "experiment", mesh=(CELLS, MESH), share=share

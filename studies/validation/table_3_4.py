@@ -13,7 +13,7 @@ from studies.fits.fit import fit, forms_of
 from studies.fits.measured import MeasuredShots, of_table
 from studies.validation import Cubes, Level, Picture, PublishedNumber, Validation, of_observations
 from studies.validation._block import CELL, MESH, craters
-from studies.validation._compare import Reading, against, compared
+from studies.validation._compare import ComparedReading, against, compared
 from studies.verification import Row
 
 DIAMETER = 5e-3  # m
@@ -41,7 +41,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["craters"], _numbers()
     for name, within in WITHIN.items():
         for speed in cube.speed.values:
-            quantity = Reading(cube, name, {"speed": float(speed)})
+            quantity = ComparedReading(cube, name, {"speed": float(speed)})
             there = [each for each in numbers if each.shot.parameters["speed"] == speed]
             where = f"{speed / 1e3:g} km/s"
             yield from compared(where, quantity, there, THESIS, mesh=(CELLS, MESH), within=within)
@@ -62,7 +62,7 @@ def _fits(cubes: Cubes) -> Iterator[Row]:
 def _ours(cubes: Cubes, published: MeasuredShots) -> MeasuredShots:
     """The published points with our sizes, whatever their flags."""
     values = [
-        Reading(cubes["craters"], published.quantity, {"speed": shot.speed}).best[0] / 1e3
+        ComparedReading(cubes["craters"], published.quantity, {"speed": shot.speed}).best[0] / 1e3
         for shot in published.shots
     ]
     return replace(published, values=np.array(values), errors=None)

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from studies.validation import Cubes, Level, Validation, published
-from studies.validation._compare import Reading, compared, grids_of
+from studies.validation._compare import ComparedReading, compared, grids_of
 from studies.verification import Row, at_most
 from studies.verification.taylor_bar import LETTERS, MATERIAL, MEAN_ERROR, MEASURED, THESIS
 
@@ -37,7 +37,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["bar"], published("taylor_table", "taylor_bar")
     geometry = str(cube.geometry.values[0])
     for name in LETTERS:
-        reading = Reading(cube, name, {"geometry": geometry})
+        reading = ComparedReading(cube, name, {"geometry": geometry})
         yield from compared(geometry, reading, numbers, "experiment", mesh=(THESIS, MESH))
     for cells, run in grids_of(cube.isel(geometry=0)):
         where = f"{geometry}, {cells:g} cells per diameter"

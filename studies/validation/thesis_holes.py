@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from studies.validation import Cubes, Level, Picture, Validation, published
-from studies.validation._compare import Reading, against
+from studies.validation._compare import ComparedReading, against
 from studies.verification import Row
 
 DIAMETER = 8.0  # mm
@@ -47,7 +47,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
 def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["holes"], published("thesis_holes", "thin_plate")
     for speed in cube.speed.values:
-        hole = Reading(cube, "hole_diameter", {"speed": float(speed)})
+        hole = ComparedReading(cube, "hole_diameter", {"speed": float(speed)})
         beside = {
             each.by: hole.factor * each.value
             for each in numbers

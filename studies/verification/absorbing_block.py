@@ -8,8 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from studies.results import RunResult
 from studies.values.recipes import Recipe
+from studies.values.results import RunResult
 from studies.verification import Case, Row, relative, reported
 from studies.verification._runs import executed
 

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from solver.simulation import simulate
-from studies.results import ENERGY_DRIFT_LIMIT
 from studies.values.recipes import Recipe
+from studies.values.results import ENERGY_DRIFT_LIMIT
 from studies.verification import Case, Row, at_most, observed_order, relative, reported
 from studies.verification._collision import Piece, collide, collision_problem
 from studies.verification._hugoniot import COPPER, shocked

@@ -3,8 +3,8 @@
 import math
 from collections.abc import Iterator
 
-from studies.results import RunResult
 from studies.values.recipes import Recipe
+from studies.values.results import RunResult
 from studies.verification import Case, Row, at_most, observed_order, relative, reported
 from studies.verification._runs import executed, value
 

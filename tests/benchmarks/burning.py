@@ -4,8 +4,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from studies.results import Measured, RunResult
 from studies.values.files import write_text
+from studies.values.results import Measured, RunResult
 from tests.acceptance.support.chained import publish
 from tests.service.support.targets import Run
 

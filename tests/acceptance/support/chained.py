@@ -13,8 +13,8 @@ from typing import Any
 
 from solver.errors import Interrupted
 from studies.reports import publish as real
-from studies.results import NO_CONTROL, Measured, Progress, RunControl, RunResult
 from studies.values.files import write_text
+from studies.values.results import NO_CONTROL, Measured, Progress, RunControl, RunResult
 from tests.service.support.targets import Run
 
 __all__ = ["Run", "execute", "publish"]

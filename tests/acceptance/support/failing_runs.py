@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from studies.results import RunResult
+from studies.values.results import RunResult
 from tests.acceptance.support import chained
 from tests.acceptance.support.chained import publish
 from tests.service.support import targets

@@ -11,9 +11,9 @@ from typing import Any
 
 from solver.checkpoint import Checkpointing
 from studies.reports import publish as real
-from studies.results import RunResult
 from studies.runs import execution
 from studies.runs.run import Run
+from studies.values.results import RunResult
 
 __all__ = ["Run", "execute", "publish"]
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from studies import materials, scenarios
-from studies.results import Measured, RunResult
 from studies.runs.execution import execute
 from studies.runs.run import resolve
+from studies.values.results import Measured, RunResult
 from tests.claims import Row, at_most, claim
 from tests.claims.proven.robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.reports.compare import compare
-from studies.results import Measured, RunResult
+from studies.values.results import Measured, RunResult
 from tests.claims import Row, claim
 from tests.studies.support import fakes
 

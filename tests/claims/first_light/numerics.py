@@ -7,9 +7,9 @@ from solver.problem import ArtificialViscosity
 from solver.registry import entries
 from solver.simulation import simulate
 from studies.materials import load
-from studies.results import ENERGY_DRIFT_LIMIT
 from studies.runs.execution import setting_of
 from studies.runs.run import resolve
+from studies.values.results import ENERGY_DRIFT_LIMIT
 from studies.verification import reported
 from tests.claims import Row, at_most, claim, equal
 from tests.verification.fields import expansion_error, force_of_uniform_pressure

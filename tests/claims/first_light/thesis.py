@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from studies.materials import load
-from studies.results import RunResult
 from studies.runs.execution import execute
 from studies.runs.run import resolve
+from studies.values.results import RunResult
 from tests.claims import Row, claim, relative
 
 THREADS = 2

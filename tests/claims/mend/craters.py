@@ -11,12 +11,12 @@ import numpy as np
 
 from studies import examples
 from studies.measurements._impact import ImpactView, view
-from studies.results import RunResult
 from studies.runs.execution import execute, setting_of
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
+from studies.values.results import RunResult
 from tests.claims import Row, absolute, at_most, claim
 from tests.studies.measurements.states import CELL, CRATER, WALLS, cratered, value
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from studies import materials
-from studies.results import RunResult
 from studies.runs.execution import execute
 from studies.runs.run import resolve
+from studies.values.results import RunResult
 from studies.verification.energy import CELLS_PER_DIAMETER
 from tests.claims import Row, claim
 

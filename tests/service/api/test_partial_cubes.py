@@ -17,8 +17,8 @@ from service.api.partial_cubes import MOST_FILES, PartialCubes
 from service.records.jobs import Lease, Result
 from studies.cubes import cube
 from studies.reports.publish import outcome_from_json
-from studies.results import Measured, RunResult
 from studies.sweeps.sweep import Sweep
+from studies.values.results import Measured, RunResult
 from tests.service.support.api import FILES, SWEEP, Api, open_api
 
 FRESH = itertools.count(4000)  # m/s, speeds that no run has yet

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from studies import measurements, scenarios
 from studies.cubes import cube, variables
 from studies.cubes.variables import LONGEST_LABEL, STATES, Quantity, Variable
-from studies.results import MESH_DETERMINED
 from studies.values.parameters import declared
+from studies.values.results import MESH_DETERMINED
 from tests.studies.cubes.reading import checks
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import Axis, Sweep

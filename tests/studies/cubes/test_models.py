@@ -9,9 +9,9 @@ import pytest
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.cubes.models import STORED
-from studies.results import RunResult
 from studies.sweeps.screening import EOS, FAILURE, STRONGER, WEAKER
 from studies.sweeps.sweep import Sweep
+from studies.values.results import RunResult
 from tests.studies.sweeps.test_screening import DOCUMENT
 
 HOLE = 20e-3

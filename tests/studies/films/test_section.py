@@ -10,10 +10,10 @@ from solver.simulation import start
 from solver.state import records
 from studies.films import section
 from studies.films.section import END, SectionOptions, SectionRecorder, Sections, read_sections
-from studies.results import RunControl
 from studies.runs.execution import execute, observer_of
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run
+from studies.values.results import RunControl
 from tests.studies.runs.solved import asked, solved
 
 QUANTISED = 1.0 / section.STEPS  # of the box of all positions

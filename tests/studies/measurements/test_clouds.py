@@ -21,8 +21,8 @@ from studies.measurements._cloud import (
 )
 from studies.measurements._distributions import DISTRIBUTIONS
 from studies.measurements._distributions import SPEEDS as SPEEDS_OF_BINS
-from studies.results import DEFINITION
 from studies.runs.run import materials_of
+from studies.values.results import DEFINITION
 from tests.contracts.test_scenarios import asked
 from tests.studies.measurements.states import (
     BALLS,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from studies.measurements import History
-from studies.results import DEFINITION
+from studies.values.results import DEFINITION
 from tests.studies.measurements.states import (
     BAR_DIAMETER,
     BAR_LENGTH,

@@ -22,7 +22,7 @@ from studies.reports.compare import (
     sentence,
     statistics,
 )
-from studies.results import NOT_COMPARED
+from studies.values.results import NOT_COMPARED
 from tests.studies.support import fakes
 
 MAIDEN = "maiden_al"  # its stated range is 2.5 to 5.5 km/s

@@ -9,9 +9,9 @@ import xarray as xr
 
 from studies.reports import compare, page, report
 from studies.reports.publish import publish, publish_sweep
-from studies.results import Measured, RunResult
 from studies.sweeps.sweep import Sweep
 from studies.values.files import SWEEP_FILES
+from studies.values.results import Measured, RunResult
 from tests.studies.support import fakes
 
 HOLES = {

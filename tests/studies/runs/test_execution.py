@@ -14,10 +14,10 @@ from solver.errors import Interrupted
 from solver.simulation import start
 from studies import scenarios
 from studies.measurements import Reading
-from studies.results import DEFINITION, Progress, RunControl, RunResult
 from studies.runs.execution import execute, molten_fraction, observer_of
 from studies.runs.observer import Observer
 from studies.runs.run import materials_of
+from studies.values.results import DEFINITION, Progress, RunControl, RunResult
 from tests.solver.bodies import MELT, real_copper
 from tests.studies.runs.solved import BROKEN_OFF_AFTER, RUNS, after, asked, solved
 

@@ -10,10 +10,10 @@ import pytest
 from solver import simulation
 from studies import measurements
 from studies.measurements import Measurement, Reading
-from studies.results import TOO_COARSE, RunResult
 from studies.runs import execution
 from studies.runs.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
 from studies.runs.run import Run
+from studies.values.results import TOO_COARSE, RunResult
 from tests.studies.runs.solved import RUNS, asked, solved
 
 Patch = Callable[..., None]

@@ -15,7 +15,6 @@ from studies import materials, measurements, scenarios
 from studies.materials import Material
 from studies.materials.schema import MEASURED_WITH, NOT_SIMULATED
 from studies.measurements._impact import view
-from studies.results import Progress, RunControl, RunResult
 from studies.runs import run
 from studies.runs.execution import execute
 from studies.runs.run import PHYSICS_VERSION, Run, estimate, materials_of, resolve
@@ -24,6 +23,7 @@ from studies.scenarios._settling import WINDOW_PER_DIAMETER
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, declared
 from studies.values.recipes import RECIPES
+from studies.values.results import Progress, RunControl, RunResult
 
 COPPER = materials.load("copper-ofhc")
 PARAMETERS: dict[str, Any] = {

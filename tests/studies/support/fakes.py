@@ -12,9 +12,9 @@ from studies.cubes.catalogue import Catalogue, Observed
 from studies.cubes.cells import MissingResult
 from studies.cubes.variables import Quantity
 from studies.laws import LawValue
-from studies.results import DEFINITION, Measured, RunResult
 from studies.sweeps.axes import Axis
 from studies.values.parameters import Parameter
+from studies.values.results import DEFINITION, Measured, RunResult
 
 DIAMETER = 0.008
 CELLS = (16.0, 32.0, 64.0)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from studies import validation, verification
-from studies.results import Measured, RunResult
 from studies.sweeps.sweep import Sweep
 from studies.validation import LEVELS, Line, Picture, Validation
 from studies.validation._compare import Reading, against, compared
 from studies.validation._pages import draw, write_case, write_index
+from studies.values.results import Measured, RunResult
 from studies.verification import Row, Verified, reported
 
 CELLS = (5.0, 10.0, 20.0)
