@@ -10,7 +10,7 @@ import pytest
 from studies import validation, verification
 from studies.sweeps.sweep import Sweep
 from studies.validation import LEVELS, Line, Picture, Validation
-from studies.validation._compare import Reading, against, compared
+from studies.validation._compare import ComparedReading, against, compared
 from studies.validation._pages import draw, write_case, write_index
 from studies.values.results import Measured, RunResult
 from studies.verification import Row, Verified, reported
@@ -66,7 +66,7 @@ def rows_of(cube: Any, speed: float) -> list[Row]:
         for each in validation.of_observations("craters-thesis", "thick_plate", "MPM3D")
         if each.shot.parameters["speed"] == speed
     ]
-    quantity = Reading(cube, "crater_depth", {"speed": speed})
+    quantity = ComparedReading(cube, "crater_depth", {"speed": speed})
     return list(compared("there", quantity, numbers, "MPM3D", mesh=(5.0, "1 mm"), within=0.5))
 
 
@@ -87,7 +87,7 @@ def test_rows__without_a_value_fail(cube: Any) -> None:
 
 def test_rows__of_a_place_that_the_cube_lacks_are_refused(cube: Any) -> None:
     with pytest.raises(KeyError, match="speed"):
-        Reading(cube, "crater_depth", {"speed": 5.1e3}).on(5.0)
+        ComparedReading(cube, "crater_depth", {"speed": 5.1e3}).on(5.0)
 
 
 def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:
