@@ -52,6 +52,7 @@ TESTS = {
     "store": [f"tests/service/{room}" for room in ("execution", "queue", "store", "workers")],
     "api": [f"tests/service/{room}" for room in ("api", "cli", "client", "files", "records")],
     "acceptance": ["tests/acceptance", "tests/docs"],
+    "solver": ["tests/contracts", "tests/solver"],
 }
 # In the order in which they begin, long ones first.
 STAGES = (
@@ -60,10 +61,11 @@ STAGES = (
     Stage("crashes", 300, [*PYTEST, *TESTS["crashes"]]),
     Stage(
         "other tests",
-        300,
+        200,
         [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths)],
     ),
     Stage("store", 300, [*PYTEST, *TESTS["store"]]),
+    Stage("solver", 200, [*PYTEST, *TESTS["solver"]]),
     Stage("api", 200, [*PYTEST, *TESTS["api"]]),
     Stage(
         "acceptance",
