@@ -139,7 +139,6 @@ class Traction(NamedTuple):
     body: int  # its index
     axis: int  # across which the surface lies
     side: int  # of the body: 0 lower, 1 upper
-    place: float  # m, at the start
     time: np.ndarray  # (k,) s, ascending
     pressure: np.ndarray  # (k,) Pa, on the surface; linear in between, none outside the table
 

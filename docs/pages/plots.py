@@ -5,27 +5,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-GREY = "#7f7f7f"
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f")
-MARKS = "osD^vP*"
-DASHES = ("-", "--")  # of the labels with the first colours, and with the same again
-LEGEND_LETTERS = 140  # in a row of a legend, the space of each line and gap taken as 8
-STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",
-    "svg.hashsalt": "whipple",
-    "font.family": "sans-serif",
-    "font.size": 10,
-    "text.color": GREY,
-    "axes.edgecolor": GREY,
-    "axes.labelcolor": GREY,
-    "axes.grid": True,
-    "grid.color": GREY,
-    "grid.alpha": 0.25,
-    "xtick.color": GREY,
-    "ytick.color": GREY,
-    "figure.constrained_layout.use": True,
-}
+from studies.validation._pages import COLOURS, GREY, MARKS, STYLE
 
+# Dashes of lines: the first with each colour, then the second with each again.
+DASHES = ("-", "--")
+LEGEND_LETTERS = 140  # in a row of a legend, the space of each line and gap taken as 8
 LEGEND: dict[str, Any] = {"frameon": False, "labelcolor": GREY, "fontsize": 9}
 
 Points = Sequence[tuple[float, float]]

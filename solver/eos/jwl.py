@@ -58,9 +58,9 @@ class JonesWilkinsLee(NamedTuple):
     omega: Dimensionless
     E0: Pascal  # chemical energy per initial volume, J/m3
     detonation_velocity: MetrePerSecond  # D
-    temperature: RoomTemperature  # of the explosive
+    temperature: RoomTemperature  # temperature of the unburnt explosive
     heat_capacity: HeatCapacity = math.inf  # cv of the products; inf: the temperature stays
-    width: Dimensionless = BURN_WIDTH  # of the burn, cells
+    width: Dimensionless = BURN_WIDTH  # width of the burning zone, cells
     burnt: Dimensionless = 0.0  # F
 
 

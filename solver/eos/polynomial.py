@@ -45,7 +45,7 @@ class Polynomial(NamedTuple):
         Dimensionless, Described("coefficient of energy times squared compression", -100.0, 100.0)
     ]
     heat_capacity: HeatCapacity  # cv
-    temperature: RoomTemperature  # of the reference state
+    temperature: RoomTemperature  # temperature of the reference state
     E0: Pascal = 0.0  # energy of the reference state per its volume, J/m3; with it the body begins
 
 

@@ -41,7 +41,6 @@ def _pulse(recipe: Recipe) -> Iterator[Row]:
         0,
         axis=0,
         side=0,
-        place=begin,
         time=np.array([0.0, RISE, PULSE, PULSE + RISE]),
         pressure=PRESSURE * np.array([0.0, 1.0, 1.0, 0.0]),
     )

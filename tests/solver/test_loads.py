@@ -10,7 +10,7 @@ from solver.loads import mean_pressure
 from solver.problem import Traction
 from tests.solver.bodies import two_blocks
 
-RAMP = Traction(0, 0, 1, 0.0, np.array([1.0, 2.0, 4.0]), np.array([0.0, 6.0, 6.0]))
+RAMP = Traction(0, 0, 1, np.array([1.0, 2.0, 4.0]), np.array([0.0, 6.0, 6.0]))
 
 
 @pytest.mark.parametrize(
