@@ -47,16 +47,18 @@ def numerical_bars(points: xr.Dataset, quantity: str) -> xr.DataArray:
     """Error bars of a quantity where the run succeeded and they include the mesh error; NaN elsewhere."""
     mesh = cubes.MESH_PART
     bars = simulated(points, quantity, cubes.UNCERTAINTY)
-    return bars.where(
-        mesh.of(points, quantity).notnull() if mesh.is_in(points, quantity) else False
-    )
+    if not mesh.is_in(points, quantity):
+        return xr.full_like(bars, np.nan)
+    has_mesh = np.isfinite(cubes.by_run(points, mesh.of(points, quantity)))
+    return bars.copy(data=np.where(has_mesh, bars.values, np.nan))
 
 
 def _stored(points: xr.Dataset, name: str) -> np.ndarray:
     """A part that the cube holds, where the run succeeded; NaN where it does not hold it."""
     if name not in points:
         return np.full(points.run_state.size, np.nan)
-    return points[name].where(points.run_state == SUCCEEDED).values.ravel()
+    succeeded = cubes.by_run(points, points.run_state) == SUCCEEDED
+    return np.where(succeeded, cubes.by_run(points, points[name]), np.nan).ravel()
 
 
 def _scatter(points: xr.Dataset, quantity: str, law: str) -> np.ndarray:
