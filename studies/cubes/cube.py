@@ -37,6 +37,7 @@ from studies.cubes.cells import Cell, Layout, converge_cells, definition_part, l
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variables import Quantity, Variable, variable_name
 from studies.laws import FITTED
+from studies.sweeps.screening import CONTRIBUTIONS
 from studies.values.files import write_atomically
 from studies.values.parameters import Parameter
 from studies.values.results import numerical_parts
@@ -219,9 +220,14 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
 
 
 def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[Column]:
-    """The model part of a quantity, with its contributions or the reason why it has none."""
+    """The model part of a quantity, with the contributions that are assessed, or the reason why there is none."""
     parts = _each(layout.cells, lambda cell: assess(cell, quantity.name))
-    for variable in (declared.MODEL_PART, declared.MODEL_REASON):
+    assessed = [
+        declared.model_contribution(name)
+        for name in CONTRIBUTIONS
+        if any(name in part.shares for part in parts.flat)
+    ]
+    for variable in (declared.MODEL_PART, declared.MODEL_REASON, *assessed):
         yield _column(variable.filled(quantity), parts)
 
 

@@ -464,6 +464,19 @@ MODEL_REASON = Variable(
     label="{words}, model text",
 )
 
+
+def model_contribution(contribution: str) -> Variable:
+    """The variable of one contribution to the model part: strength, failure, equation of state."""
+    return Variable(
+        f"{{quantity}}_model_part_{contribution.replace(' ', '_')}",
+        f"relative standard uncertainty of {{quantity}} due to {contribution}; NaN: not assessed",
+        lambda assessed: assessed.shares.get(contribution),
+        RUNS,
+        "1",
+        label=f"{{words}}, {contribution}",
+    )
+
+
 # Over the points: it converges with nothing. A record is the number itself (``cells.definition_part``).
 DEFINITION_PART = Variable(
     "{quantity}_definition_part",

@@ -39,13 +39,15 @@ from studies.cubes.variables import STATES
 from studies.reports.compare import Comparison
 from studies.reports.figures import figures
 from studies.reports.pictures import pictures_of
+from studies.sweeps.screening import CONTRIBUTIONS
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 
 # 2: converged values and their error bars, a sentence about each law
 # 3: an error bar without the mesh's part judges nothing
 # 4: figures of residuals have the error bar as a band
 # 5: the verdict; no mean of residuals that change sign or vary by more than a factor of two
-REPORT_VERSION = 5
+# 6: what the verdict rests on and what error bars hold, once for all quantities; numbers of the model part
+REPORT_VERSION = 6
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -345,13 +347,28 @@ def _scatter(dataset: xr.Dataset, quantity: str, row: int) -> float | None:
 
 
 def _model_part(dataset: xr.Dataset) -> Iterator[Document]:
-    """Each statement of what the models leave open of a quantity, with the number of runs that it is about."""
+    """Each statement of what the models leave open of a quantity, in numbers too, with the runs that it is about."""
     for quantity in cubes.quantities_of(dataset):
         if cubes.MODEL_REASON.is_in(dataset, quantity):
-            texts = cubes.MODEL_REASON.of(dataset, quantity).broadcast_like(dataset.run_state)
-            for text, count in Counter(map(str, texts.values.ravel())).items():
-                if text:
-                    yield {"quantity": quantity, "statement": text, "runs": count}
+            shares = {name: _shares(dataset, quantity, name) for name in CONTRIBUTIONS}
+            texts = list(map(str, by_run(dataset, cubes.MODEL_REASON.named(quantity))))
+            for text, count in Counter(filter(None, texts)).items():
+                run = texts.index(text)
+                yield {
+                    "quantity": quantity,
+                    "statement": text,
+                    "contributions": {name: _finite(share[run]) for name, share in shares.items()},
+                    "runs": count,
+                }
+
+
+def _shares(dataset: xr.Dataset, quantity: str, contribution: str) -> list[float]:
+    """A contribution to the model part of each run, relative; NaN where it is not assessed."""
+    variable = cubes.model_contribution(contribution)
+    if not variable.is_in(dataset, quantity):
+        return [math.nan] * dataset.run_state.size
+    shares: list[float] = by_run(dataset, variable.named(quantity)).tolist()
+    return shares
 
 
 LAW_TEXTS = {

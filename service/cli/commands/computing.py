@@ -225,7 +225,7 @@ def compute(
 
 
 def _verdict(folder: Path) -> Sequence[str]:
-    """The verdict of a report in two lines; none where an earlier version made the report."""
+    """The first sentences of the verdict of a report; none where an earlier version made the report."""
     report = json.loads((folder / "report.json").read_text("utf-8"))
     lines: Sequence[str] = report.get("verdict", {}).get("summary", ())
     return lines

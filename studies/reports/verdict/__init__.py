@@ -1,7 +1,8 @@
 """The verdict: for each law, in which bands of the axes it may be used, how wrong it is elsewhere, how sure that is.
 
 A pure function of the ``evidence``, which is read from a cube of points: the same numbers give the same words.
-``bands`` groups the points, ``trends`` fits what an average would hide, ``texts`` has every word and its definition.
+``bands`` groups the points, ``trends`` fits what an average would hide, ``texts`` has every word with its definition,
+``summary`` the few sentences that come first.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +13,7 @@ import numpy as np
 
 from studies.cubes.points import Place
 from studies.laws import OTHER_MATERIAL
-from studies.reports.verdict import texts
+from studies.reports.verdict import summary, texts
 from studies.reports.verdict.bands import Band, Value, bands_of
 from studies.reports.verdict.evidence import (
     AxisOfSweep,
@@ -81,15 +82,14 @@ class QuantityVerdict:
     """The verdict on all laws of one quantity."""
 
     quantity: str
-    recommendation: str
+    recommendation: str  # empty where no point judges anything
+    reason: str  # why no law is recommended; empty where one is
     laws: tuple[
         LawVerdict, ...
     ]  # against observations first, and those that are trusted at most points
     unjudged: tuple[str, ...]  # sentences on the laws that no point can judge
     drawn: tuple[str, ...]  # sentences on the laws that enter no verdict
     flags: tuple[str, ...]  # sentences
-    bars: str  # what the error bars hold
-    rests: str  # what the judgement rests on
 
 
 @dataclass(frozen=True)
@@ -97,9 +97,11 @@ class Verdict:
     """The verdict on a sweep."""
 
     reason: str  # why there is none; empty where there is one
-    summary: tuple[str, ...]  # two lines, or the reason alone
-    quantities: tuple[QuantityVerdict, ...] = ()  # those with a law or an observation
-    without_law: str = ""  # a sentence about the others
+    summary: tuple[str, ...]  # the sentences that come first, or the reason alone
+    quantities: tuple[QuantityVerdict, ...] = ()  # with a law or an observation; judged ones first
+    without_recommendation: str = ""  # a sentence on all quantities without a law to recommend
+    rests: str = ""  # what the judgement rests on
+    bars: str = ""  # what the error bars hold
     terms: tuple[tuple[str, str], ...] = ()  # each word with its definition
 
     def as_json(self) -> dict[str, Any]:
@@ -126,13 +128,20 @@ def verdict(
     ]:
         reason = " ".join(["No verdict.", *mixed_mains])
         return Verdict(reason, (reason,))
-    quantities = tuple(_of_quantity(each, axes) for each in evidence if each.subjects)
-    without_law = texts.without_law([each.quantity for each in evidence if not each.subjects])
-    lines = (
-        " ".join(filter(None, [*(each.recommendation for each in quantities), without_law])),
-        " ".join(each.rests for each in quantities),
+    every = [_of_quantity(each, axes) for each in evidence]
+    quantities = sorted(
+        (verdict for verdict, each in zip(every, evidence, strict=True) if each.subjects),
+        key=lambda verdict: bool(verdict.reason),
     )
-    return Verdict("", tuple(filter(None, lines)), quantities, without_law, texts.terms())
+    without = summary.without_recommendation(
+        {each.quantity: each.reason for each in every if each.reason}
+    )
+    compared = [each for each in evidence if each.subjects]
+    rests, bars = summary.rests_text(compared), summary.bars_text(compared)
+    lines = (*(each.recommendation for each in quantities), without, rests)
+    return Verdict(
+        "", tuple(filter(None, lines)), tuple(quantities), without, rests, bars, texts.terms()
+    )
 
 
 def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep]) -> QuantityVerdict:
@@ -143,13 +152,12 @@ def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep]) -> QuantityVer
     )
     return QuantityVerdict(
         evidence.quantity,
-        texts.recommendation(evidence, laws),
+        summary.recommendation(evidence.quantity, laws),
+        summary.why_no_law(evidence, laws),
         tuple(sorted(laws, key=lambda law: (law.reference, not law.judged, *_rank(law)))),
         texts.outside_texts([law for law in laws if not law.judged]),
         texts.drawn_texts(evidence.subjects),
-        texts.flag_sentences(evidence),
-        texts.bars_text(evidence),
-        texts.rests_text(evidence),
+        summary.flag_sentences(evidence),
     )
 
 

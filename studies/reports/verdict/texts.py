@@ -1,4 +1,4 @@
-"""The verdict in words: bands, recommendations, what the error bars hold, and the definitions of the words."""
+"""The verdict on a law in words: its bands, what an average would hide, and the definitions of the words."""
 
 import math
 import re
@@ -10,12 +10,8 @@ from studies.cubes.points import Place
 from studies.fits.least_squares import CONFIDENCE
 from studies.reports.verdict.bands import Band
 from studies.reports.verdict.evidence import (
-    DEFINITION,
-    MODEL,
-    SCATTER,
     TRUST,
     AxisOfSweep,
-    Evidence,
     Reference,
     Subject,
 )
@@ -23,11 +19,10 @@ from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
 from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
 
 if TYPE_CHECKING:
-    from studies.reports.verdict import LawVerdict, StatedBand
+    from studies.reports.verdict import LawVerdict
 
 MOST_SLICES = 3  # combinations of other axes that a band lists
 MOST_REASONS = 3
-MOST_NAMED = 6  # quantities without a law
 SIMPLE = 1e-6  # an exponent this close to a fraction of small numbers is that fraction
 LARGEST_DENOMINATOR = 6
 SAME = 5e-4  # a difference that rounds to 0.0 %
@@ -39,13 +34,6 @@ UNTESTED = {
     ("observation", True): "an error of simulation or shot is unknown",
 }
 NUMERICS_ONLY = "rests on numerics only: the model part is not assessed"
-HOW_PARTS_READ = {
-    DEFINITION: "definition of the measure",
-    MODEL: "material and model",
-    SCATTER: "published scatter of the laws",
-}
-# Shown as not assessed where no point has them.
-EXPECTED = ("mesh error", DEFINITION, MODEL)
 
 
 # ---- bands ---------------------------------------------------------------------------------------
@@ -94,10 +82,10 @@ def where(band: Band, axes: Sequence[AxisOfSweep]) -> str:
 
 
 def _along(band: Band, axis: AxisOfSweep) -> str:
-    name = "" if axis.name == "speed" else f"{_words(axis.name)} "
+    name = "" if axis.name == "speed" else f"{words(axis.name)} "
     values = [value for value in band.values if value is not None]
     if not values:
-        return f"without a {_words(axis.name)}"
+        return f"without a {words(axis.name)}"
     if axis.unit is None:
         return f"for {name}{' and '.join(map(str, values))}"
     low, high = (_number(value, axis.unit) for value in (values[0], values[-1]))
@@ -114,14 +102,14 @@ def _places(slices: Sequence[Place], units: Mapping[str, str | None]) -> str:
     names = {name for place in slices for name in place}
     if len(names) == 1:
         (name,) = names
-        values = _joined([_number(place[name], units[name]) for place in slices if name in place])
-        return f"{_words(name)} {values}{_unit(units[name])}"
+        values = joined([_number(place[name], units[name]) for place in slices if name in place])
+        return f"{words(name)} {values}{_unit(units[name])}"
     return " and ".join(_place(place, units) for place in slices)
 
 
 def _place(place: Place, units: Mapping[str, str | None]) -> str:
     return ", ".join(
-        f"{_words(name)} {value if isinstance(value, str) else _number(value, units[name]) + _unit(units[name])}"
+        f"{words(name)} {value if isinstance(value, str) else _number(value, units[name]) + _unit(units[name])}"
         for name, value in place.items()
     )
 
@@ -170,12 +158,12 @@ def _trend(trend: Trend | None) -> str:
     lost = [slope for slope in trend.slopes if slope not in clear]
     texts = [
         f"{signed(100.0 * slope.value, 1)} ± {decimals(100.0 * slope.interval, 1)} percentage points per "
-        f"{_per(slope.unit)}of {_words(slope.axis)}"
+        f"{_per(slope.unit)}of {words(slope.axis)}"
         for slope in clear
     ]
     if lost:
         texts.append(
-            f"none beyond its interval along {_joined([_words(slope.axis) for slope in lost])}"
+            f"none beyond its interval along {joined([words(slope.axis) for slope in lost])}"
         )
     share = f"{100.0 * CONFIDENCE:.0f}{NARROW_SPACE}%"
     return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share} interval)"
@@ -191,7 +179,7 @@ def exponents_text(law: "LawVerdict") -> str:
     for axis in dict.fromkeys(each.axis for each in law.exponents):
         mine = [each for each in law.exponents if each.axis == axis]
         texts.append(
-            f"of {_words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law"
+            f"of {words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law"
         )
     return f"Exponents fitted to the same points: {'; '.join(texts)}." if texts else ""
 
@@ -271,169 +259,7 @@ def agreement_text(law: "LawVerdict", has_model: bool) -> str:
     return f"{text}; this {NUMERICS_ONLY}, so a difference outside of it does not refute the law."
 
 
-# ---- quantities ----------------------------------------------------------------------------------
-
-
-def recommendation(evidence: Evidence, laws: Sequence["LawVerdict"]) -> str:
-    """Which law to use where, and what it does elsewhere: against observations, then against the simulation."""
-    simulation = [law for law in laws if law.subject == "simulation" and law.judged]
-    laws = [law for law in laws if law.subject != "simulation"]
-    by_shots, by_simulation = (
-        [law for law in laws if law.reference == reference]
-        for reference in ("observation", "simulation")
-    )
-    texts = [] if laws else [_without_judged_law(evidence)]
-    if any(law.judged for law in by_shots):
-        texts.append(_which(by_shots))
-    texts += [_of_simulation(law) for law in simulation]
-    if by_simulation:
-        texts.append(_which(by_simulation, recommended=not any(law.judged for law in by_shots)))
-    first, *others = texts
-    return (
-        ". ".join([f"{_words(evidence.quantity).capitalize()}: {first}", *map(_capital, others)])
-        + "."
-    )
-
-
-def _without_judged_law(evidence: Evidence) -> str:
-    """Why there is no law to recommend."""
-    drawn = any(subject.drawn_only for subject in evidence.subjects)
-    return "no recommendation, because its laws are drawn only" if drawn else "no law predicts it"
-
-
-def _of_simulation(law: "LawVerdict") -> str:
-    """What the simulation gives beside observed shots."""
-    assert law.smallest is not None
-    assert law.largest is not None
-    gives = difference([law.smallest, law.largest])
-    than = "from" if gives == NONE_AT_ALL else "than"
-    points = _plural(law.judged, "judged point")
-    return f"the simulation gives {gives} {than} {OF['observation']} ({points})"
-
-
-def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
-    """Which of some laws to use where, against one reference; beside shots the simulation recommends none."""
-    judged = [law for law in laws if law.judged]
-    if not judged:
-        return f"no recommendation, because {_why_none(laws)}"
-    best = max(judged, key=_merit)
-    if best.trusted:
-        clauses = [_use(best, recommended), _doing(best, "it ", ("agrees", "under", "over"))]
-        second = _second(best, judged)
-        clauses.append("" if second is None else _use(second, recommended))
-        return "; ".join(filter(None, clauses))
-    nearest = f"{title(best)}, {_doing(best, '', ('agrees', 'under', 'over'))}"
-    return (
-        f"no law is trusted to {at_most(TRUST)} against {OF[best.reference]} at any judged point; the nearest, "
-        f"{nearest}"
-    )
-
-
-def _merit(law: "LawVerdict") -> tuple[int, float, int, float]:
-    """Trusted points first, and the smaller limit of these; then points that agree, and the smaller difference."""
-    limit = max((band.limit for band in law.bands if band.word == "close"), default=1.0)
-    agreeing = sum(band.judged for band in law.bands if band.word == "agrees")
-    return law.trusted, -limit, agreeing, -max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
-
-
-def _use(law: "LawVerdict", recommended: bool) -> str:
-    close = [band for band in law.bands if band.word == "close"]
-    places = _joined([band.where for band in close])
-    limit = at_most(max(band.limit for band in close))
-    judged, unknown = sum(band.judged for band in close), sum(band.untested for band in close)
-    notes = [untested(unknown, judged, law.reference, is_simulation=False)] if unknown else []
-    notes += ["a single point"] if law.trusted == 1 else []
-    note = f" ({', '.join(notes)})" if notes else ""
-    use = f"use {title(law)}:" if recommended else f"{title(law)} is"
-    return f"{places} {use} within {limit} of {OF[law.reference]}{note}"
-
-
-def _doing(law: "LawVerdict", it: str, words: Sequence[str]) -> str:
-    """What a law does in its bands of some words, in their order: "up to 4 km/s it under-predicts by 16 to 25 %"."""
-    return _joined([f"{band.where} {it}{_verb(band)}" for band in law.bands if band.word in words])
-
-
-def _verb(band: "StatedBand") -> str:
-    """The words of a band after a subject: "is trusted to 5 %", "under-predicts by 20 %"."""
-    return band.says if band.says.startswith(("under", "over", "agrees")) else f"is {band.says}"
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
-
-
-def _second(best: "LawVerdict", laws: Sequence["LawVerdict"]) -> "LawVerdict | None":
-    """The law that is trusted at most points at which the best is not; None where no other is."""
-    done = best.trusted_points
-    others = [law for law in laws if law is not best and law.trusted_points - done]
-    if not others:
-        return None
-    return max(others, key=lambda law: (len(law.trusted_points - done), _merit(law)))
-
-
-def _why_none(laws: Sequence["LawVerdict"]) -> str:
-    """Why no law is judged anywhere."""
-    inside = [law for law in laws if any(band.word == "unjudged" for band in law.bands)]
-    if not inside:
-        return "no point lies inside the range of any law"
-    reasons = dict.fromkeys(
-        reason for law in inside for band in law.bands for reason in band.unjudged
-    )
-    return f"no point inside a law's range can be judged: {'; '.join(list(reasons)[:MOST_REASONS])}"
-
-
-def flag_sentences(evidence: Evidence) -> tuple[str, ...]:
-    """The flags that take points out of the judgement."""
-    return tuple(
-        f"{_words(flag).capitalize()}: {count} of {_plural(evidence.all_points, 'point')} "
-        f"{'is' if count == 1 else 'are'} drawn open and not judged"
-        for flag, count in sorted(evidence.flags.items(), key=lambda item: -item[1])
-    )
-
-
-def bars_text(evidence: Evidence) -> str:
-    """What the error bars hold, and what is not assessed."""
-    if not evidence.points:
-        return "No point has a value, so there is no error bar."
-    held = [
-        f"{HOW_PARTS_READ.get(part, part)}"
-        + ("" if count == evidence.points else f" (at {count} of {evidence.points} points)")
-        for part, count in evidence.parts.items()
-        if count
-    ]
-    missing = [HOW_PARTS_READ.get(part, part) for part in EXPECTED if not evidence.parts.get(part)]
-    if not evidence.has_scatter:
-        missing.append(HOW_PARTS_READ[SCATTER])
-    text = f"Error bars hold: {', '.join(held) or 'nothing'}."
-    return f"{text} Not assessed: {', '.join(missing)}." if missing else text
-
-
-def without_law(quantities: Sequence[str]) -> str:
-    """The quantities that no law predicts."""
-    names = [f"the {_words(name)}" for name in quantities]
-    if len(names) > MOST_NAMED:
-        return f"No law predicts {len(names)} of the quantities, {names[0]} among them."
-    return f"No law predicts {_joined(names)}." if names else ""
-
-
-def rests_text(evidence: Evidence) -> str:
-    """What the judgement of a quantity rests on, and how many points are left out."""
-    if not evidence.points:
-        return f"{_words(evidence.quantity).capitalize()}: no point has a value."
-    basis = (
-        "numerics and model"
-        if evidence.has_model
-        else "numerics only, the model part is not assessed"
-    )
-    mesh = "" if evidence.parts.get("mesh error") else "; one mesh, whose error is unknown"
-    flagged = sum(bool(flags) for flags in evidence.flagged)
-    left = (
-        f"; {flagged} of {_plural(evidence.all_points, 'point')} flagged and not judged"
-        if flagged
-        else ""
-    )
-    quantity = _words(evidence.quantity).capitalize()
-    return f"{quantity}: rests on {basis}{mesh}{left}."
+# ---- definitions ---------------------------------------------------------------------------------
 
 
 def terms() -> tuple[tuple[str, str], ...]:
@@ -532,15 +358,19 @@ def _unit(unit: str | None) -> str:
     return f" {name}" if name else ""
 
 
-def _words(name: str) -> str:
+def words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _plural(count: int, noun: str) -> str:
+def plural(count: int, noun: str) -> str:
     return f"{count} {noun}" + ("" if count == 1 else "s")
 
 
-def _joined(parts: Sequence[str]) -> str:
+def capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def joined(parts: Sequence[str]) -> str:
     """ "a", "a and b", "a, b and c"."""
     if len(parts) < 2:
         return "".join(parts)

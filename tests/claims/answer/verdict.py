@@ -34,6 +34,15 @@ TILTED = fakes.Law(
 )
 
 
+# A law of the second quantity of craters.
+HALF = fakes.Law(
+    "half",
+    "crater_diameter",
+    lambda shot, _: 2.0 * (shot.speed / 5e3) ** (2.0 / 3.0),
+    title="half",
+)
+
+
 # ---- sentences -----------------------------------------------------------------------------------
 
 
@@ -43,25 +52,90 @@ TILTED = fakes.Law(
     quick=True,
 )
 def verdict_sentences() -> Iterator[Row]:
-    sweeps = {"holes": fakes.holes(), "refined": fakes.refined_holes(), "craters": fakes.craters()}
+    sweeps = {
+        "holes": fakes.holes(),
+        "refined": fakes.refined_holes(),
+        "craters": fakes.craters(),
+        "unlike": fakes.craters(),
+    }
     with tempfile.TemporaryDirectory() as folder:
         for name, sweep in sweeps.items():
             file = Path(folder) / f"{name}.nc"
-            results = fakes.results(sweep) if name == "craters" else fakes.with_trouble(sweep)
+            craters = name in ("craters", "unlike")
+            results = fakes.results(sweep) if craters else fakes.with_trouble(sweep)
             catalogue = fakes.catalogue(sweep.scenario)
             if name == "holes":
                 catalogue = replace(catalogue, laws=(*catalogue.laws, TILTED))
+            if name == "unlike":
+                drawn = [replace(law, confidence="indicative") for law in catalogue.laws]
+                catalogue = replace(catalogue, laws=(*drawn, HALF))
+                results = _with_flag(results, sweep.runs()[0].run.id, "crater_depth")
             cube.write(cube.build(sweep, results, catalogue), file)
             with xr.open_dataset(file) as dataset:
                 verdict = compare(dataset).as_json()["verdict"]
             yield from recomputed(file, verdict)
 
 
+def _with_flag(results: Mapping[str, Any], run: str, name: str) -> dict[str, Any]:
+    """The results with a flag on one quantity of one run."""
+    measured = results[run].measurements
+    flagged = {**measured, name: replace(measured[name], flags=("near_rim",))}
+    return {**results, run: replace(results[run], measurements=flagged)}
+
+
 def recomputed(file: Path, verdict: Mapping[str, Any]) -> Iterator[Row]:
     """Rows about each sentence of a verdict, a part of ``report.json``, on laws against the simulation."""
-    for stated in verdict["quantities"]:
-        with xr.open_dataset(file) as dataset:
+    with xr.open_dataset(file) as dataset:
+        for stated in verdict["quantities"]:
             yield from _recomputed(dataset, file.stem, stated)
+        yield from _first_sentences(dataset, file.stem, verdict)
+
+
+def _first_sentences(dataset: xr.Dataset, case: str, verdict: Mapping[str, Any]) -> Iterator[Row]:
+    """The sentences before those on laws: the quantities without a recommendation, what the rest rests on."""
+    names = str(dataset.attrs["quantities"]).split()
+    mains = [n for n in names if not any(n.startswith(f"{m}_") for m in names if m != n)]
+    lacking = {name for name in mains if not _has_judge(dataset, name)}
+    text = verdict["without_recommendation"]
+    listed = {name for name in mains if name.replace("_", " ") in text}
+    yield Row(f"{case}: without a recommendation", sorted(lacking), text, listed == lacking)
+    order = [stated["quantity"] in lacking for stated in verdict["quantities"]]
+    yield Row(f"{case}: judged quantities come first", sorted(order), order, order == sorted(order))
+    compared = {stated["quantity"] for stated in verdict["quantities"]}
+    for key, expected in (("rests", _rests), ("bars", _bars)):
+        groups: dict[str, list[str]] = {}
+        for name in filter(compared.__contains__, mains):
+            groups.setdefault(expected(dataset, name), []).append(name.replace("_", " "))
+        groups.pop("", None)
+        sentences = [f"{' and '.join(names)}: {text}." for text, names in groups.items()]
+        if len(groups) == 1:
+            sentences = [f"{text}." for text in groups]
+        said = " ".join(sentences) == verdict[key].lower()
+        yield Row(f"{case}: {key}, each once", sentences, verdict[key], said)
+
+
+def _has_judge(dataset: xr.Dataset, name: str) -> bool:
+    """Whether a point judges any law of a quantity that is not drawn only."""
+    if f"{name}_by_law" not in dataset:
+        return False
+    points = _points(dataset, name)
+    unsure = [str(each).endswith(("memory", "indicative")) for each in points.confidence.values]
+    judged = (points.inside & points.usable).transpose(..., f"{name}_law").values
+    return bool(judged[..., ~np.array(unsure)].any())
+
+
+def _rests(dataset: xr.Dataset, name: str) -> str:
+    """What the judgement of a quantity rests on, in lower case; empty without a value."""
+    points = _points(dataset, name).isel({f"{name}_law": 0}, drop=True)
+    valued, part = points.value.notnull(), points.model.notnull()
+    if not valued.any():
+        return ""
+    model = "and model" if (part | ~valued).all() else "only, the model part is not assessed"
+    mesh = "" if (points.tests & valued).any() else "; one mesh, whose error is unknown"
+    count, size = int(points.flagged.sum()), points.flagged.size
+    noun = "point" if size == 1 else "points"
+    left = f"; {count} of {size} {noun} flagged and not judged" if count else ""
+    return f"rests on numerics {model}{mesh}{left}"
 
 
 def _recomputed(dataset: xr.Dataset, case: str, stated: Mapping[str, Any]) -> Iterator[Row]:
@@ -73,10 +147,51 @@ def _recomputed(dataset: xr.Dataset, case: str, stated: Mapping[str, Any]) -> It
             frame = points.sel({f"{name}_law": law["subject"]})
             yield from _bands(where, law["bands"], frame)
             yield from _details(where, law["details"], frame)
+    if not stated["laws"]:
+        return
     best = max(stated["laws"], key=lambda law: law["trusted"])
     clauses = [band["where"] for band in best["bands"] if band["word"] == "close"]
     said = all(clause in stated["recommendation"] for clause in clauses)
     yield Row(f"{case}: recommendation names the bands", clauses, stated["recommendation"], said)
+
+
+# Parts of an error bar as people call them, with the variable of each in the cube.
+PARTS = {
+    "mesh error": "converged_uncertainty_mesh",
+    "scatter over offsets": "converged_uncertainty_offsets",
+    "position on the grid": "uncertainty_resolution",
+    "scatter around the edge": "uncertainty_azimuth",
+    "growth at the end of the run": "uncertainty_growth",
+    "number of particles in a cell": "uncertainty_particles",
+    "definition of the measure": "definition_part",
+    "material and model": "model_part",
+}
+ZERO_IS_A_PART = ("mesh error", "definition of the measure", "material and model")
+
+
+def _bars(dataset: xr.Dataset, name: str) -> str:
+    """What the error bars of a quantity hold, in lower case; empty without a value."""
+    valued = _points(dataset, name).value.notnull()
+    if not valued.any():
+        return ""
+    held, missing, total = [], [], int(valued.sum())
+    for text, suffix in PARTS.items():
+        part = dataset.get(f"{name}_{suffix}", np.nan * valued)
+        part = part.isel(FINEST, missing_dims="ignore").broadcast_like(valued)
+        has = part.notnull() if text in ZERO_IS_A_PART else part > 0.0
+        count = int((has & valued).sum())
+        if count:
+            held.append(text if count == total else f"{text} (at {count} of {total} points)")
+        elif text in ZERO_IS_A_PART:
+            missing.append(text)
+    if f"{name}_law_scatter" not in dataset or not dataset[f"{name}_law_scatter"].notnull().any():
+        missing.append("published scatter of the laws")
+    lacks = f"; not assessed: {', '.join(missing)}" if missing else ""
+    return f"error bars hold {', '.join(held)}{lacks}"
+
+
+# The run of a point that its numbers without a converged value are of.
+FINEST = {"cells_per_diameter": -1, "offset": 0}
 
 
 def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
@@ -90,10 +205,7 @@ def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
         flags = flags.isel({dim: -1}) if dim == "cells_per_diameter" else flags.any(dim)
     for part in ("definition", "model"):
         if f"{name}_{part}_part" in dataset:
-            # Of the finest run without offset.
-            known = dataset[f"{name}_{part}_part"].isel(
-                {"cells_per_diameter": -1, "offset": 0}, missing_dims="ignore"
-            )
+            known = dataset[f"{name}_{part}_part"].isel(FINEST, missing_dims="ignore")
             bar = (bar**2 + known.fillna(0.0) ** 2) ** 0.5
     mesh = dataset[f"{name}_converged_uncertainty_mesh"] if refined else value * np.nan
     inside = (dataset[f"{name}_by_law_in_range"] == 1) & dataset[f"{name}_by_law"].notnull()
@@ -104,6 +216,9 @@ def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
             "tests": mesh.notnull(),
             "inside": inside,
             "usable": value.notnull() & ~flags,
+            "flagged": flags,
+            "model": dataset[f"{name}_model_part"].isel(FINEST, missing_dims="ignore"),
+            "confidence": dataset[f"{name}_law_confidence"],
             "value": value,
             "law": dataset[f"{name}_by_law"],
         }
@@ -331,16 +446,20 @@ def verdict_words() -> Iterator[Row]:
         "At the one judged point no difference",
         " ".join(quantity["laws"][0]["details"]),
     )
-    (band,), quantity, _ = _synthetic(
+    (band,), _, document = _synthetic(
         exact, change=lambda result: replace(result, state="failed", reason="no")
     )
     yield _says("all failed", "from 2 to 7 km/s: not judged because of failed", band)
-    yield _has("all failed", "no recommendation", quantity["recommendation"])
-    (band,), quantity, _ = _synthetic(
+    yield _is("all failed", "No recommendation for hole diameter (not judged: failed).", document)
+    (band,), quantity, document = _synthetic(
         exact, change=lambda result: replace(result, flags=("under_resolved",))
     )
     yield _says("all flagged", "from 2 to 7 km/s: not judged because of under resolved", band)
-    yield _has("all flagged", "no recommendation", quantity["recommendation"])
+    yield _is(
+        "all flagged",
+        "No recommendation for hole diameter (not judged: under resolved).",
+        document,
+    )
     yield _has("all flagged", "Under resolved: 6 of 6 points", " ".join(quantity["flags"]))
     (band,), quantity, document = _synthetic(lambda v: 1.0 + (v - 4500.0) / 5e4)
     law = quantity["laws"][0]
@@ -421,6 +540,12 @@ def _with_version(result: RunResult, version: int) -> RunResult:
 
 def _says(case: str, expected: str, band: Mapping[str, Any]) -> Row:
     got = f"{band['where']}: {band['says']}"
+    return Row(case, expected, got, got == expected)
+
+
+def _is(case: str, expected: str, document: Mapping[str, Any]) -> Row:
+    """Without a law to recommend the summary begins with the sentence that says so."""
+    got = document["verdict"]["summary"][0]
     return Row(case, expected, got, got == expected)
 
 

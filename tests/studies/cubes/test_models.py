@@ -5,15 +5,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.cubes.models import STORED
-from studies.sweeps.screening import EOS, FAILURE, STRONGER, WEAKER
+from studies.reports import report
+from studies.reports.compare import compare
+from studies.sweeps.screening import CONTRIBUTIONS, EOS, FAILURE, STRONGER, WEAKER
 from studies.sweeps.sweep import Sweep
 from studies.values.results import RunResult
 from tests.studies.sweeps.test_screening import DOCUMENT
 
+STRENGTH = CONTRIBUTIONS[0]
 HOLE = 20e-3
 ANSWERS = {STRONGER: 19.8e-3, WEAKER: 20.2e-3, FAILURE: 20.3e-3, EOS: 19.6e-3}
 # 1 %, and 1.5 % and 2 % over the root of 3.
@@ -42,6 +46,15 @@ def built(model_part: str, screens: dict[str, float] | None = None, **changes: A
     return cube.build(sweep, results_of(sweep, ANSWERS if screens is None else screens))
 
 
+def contributions_in(dataset: xr.Dataset) -> dict[str, float | None]:
+    """The contributions to the model part of the hole, as report.json has them."""
+    rows = report.document(dataset, compare(dataset))["model_part"]
+    (row,) = [row for row in rows if row["quantity"] == "hole_diameter"]
+    assert row["runs"] == dataset.run_state.size
+    contributions: dict[str, float | None] = row["contributions"]
+    return contributions
+
+
 def test_screened__is_the_share_of_each_value_and_no_point_of_the_cube() -> None:
     dataset = built("screen")
     assert dict(dataset.hole_diameter.sizes) == {"speed": 3, "cells_per_diameter": 2}
@@ -49,6 +62,8 @@ def test_screened__is_the_share_of_each_value_and_no_point_of_the_cube() -> None
     assert dataset.hole_diameter_model_part.attrs["units"] == "m"
     reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
     assert "strength 1 %, failure 0.87 %, equation of state 1.2 % (screening runs" in reason
+    expected = {STRENGTH: 0.01, FAILURE: 0.015 / np.sqrt(3.0), EOS: 0.02 / np.sqrt(3.0)}
+    assert contributions_in(dataset) == pytest.approx(expected)
 
 
 def test_screened__without_a_screening_run_names_it() -> None:
@@ -57,6 +72,7 @@ def test_screened__without_a_screening_run_names_it() -> None:
     reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
     assert "failure not assessed, equation of state not assessed" in reason
     assert "failure: its screening run has no value" in reason
+    assert contributions_in(dataset) == {STRENGTH: pytest.approx(0.01), FAILURE: None, EOS: None}
 
 
 @pytest.mark.parametrize(
@@ -75,6 +91,7 @@ def test_not_assessed__is_nan_with_the_reason(
 ) -> None:
     dataset = built(model_part, screens)
     assert np.isnan(dataset.hole_diameter_model_part).all()
+    assert set(contributions_in(dataset).values()) == {None}
     assert str(dataset.hole_diameter_model_part_reason.values.flat[0]).startswith(reason)
 
 
@@ -82,6 +99,7 @@ def test_stored__is_that_of_scenario_and_family() -> None:
     classes = {(each["scenario"], each["family"]): each for each in json.loads(STORED.read_text())}
     shares = classes["thin_plate", "copper"]["quantities"]["hole_diameter"]
     dataset = built("stored")
+    assert contributions_in(dataset) == shares
     expected = HOLE * np.linalg.norm(list(shares.values()))
     np.testing.assert_allclose(dataset.hole_diameter_model_part, expected)
     assert "python -m docs.model_part" in str(

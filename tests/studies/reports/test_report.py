@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -51,6 +52,14 @@ def cube_of(case: str) -> xr.Dataset:
 def document_of(dataset: xr.Dataset) -> dict:
     """The document as a program reads it."""
     return json.loads(report.as_json(report.document(dataset, compare(dataset))))
+
+
+def test_document__has_each_of_its_keys_described() -> None:
+    rows = (Path(__file__).parents[3] / "docs" / "report.md").read_text("utf-8")
+    _, _, table = rows.partition("## report.json")
+    first_cells = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    described = re.findall("`(.+?)`", " ".join(first_cells))
+    assert sorted(described) == sorted(document_of(cube_of("one run")))
 
 
 @pytest.fixture(scope="module", params=SWEEPS)

@@ -1,0 +1,213 @@
+"""The verdict in a few sentences: which law to use where, which quantities have none, and what that rests on."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from studies.reports.verdict.evidence import (
+    DEFINITION,
+    MODEL,
+    SCATTER,
+    TRUST,
+    Evidence,
+)
+from studies.reports.verdict.texts import (
+    MOST_REASONS,
+    NONE_AT_ALL,
+    OF,
+    at_most,
+    capital,
+    difference,
+    joined,
+    plural,
+    title,
+    untested,
+    words,
+)
+
+if TYPE_CHECKING:
+    from studies.reports.verdict import LawVerdict, StatedBand
+
+MOST_NAMED = 6  # quantities without a law that have the same reason
+NO_LAW = "no law"
+HOW_PARTS_READ = {
+    DEFINITION: "definition of the measure",
+    MODEL: "material and model",
+    SCATTER: "published scatter of the laws",
+}
+# Shown as not assessed where no point has them.
+EXPECTED = ("mesh error", DEFINITION, MODEL)
+
+
+# ---- laws to use ---------------------------------------------------------------------------------
+
+
+def recommendation(quantity: str, laws: Sequence["LawVerdict"]) -> str:
+    """Which law to use where, and what it does elsewhere: against observations, then against the simulation.
+
+    Empty where no point judges anything. Beside shots the simulation speaks of laws where it judges more points.
+    """
+    judged = [law for law in laws if law.judged]
+    by_shots, by_simulation = (
+        [law for law in judged if law.reference == reference and law.subject != "simulation"]
+        for reference in ("observation", "simulation")
+    )
+    texts = [_which(by_shots)] if by_shots else []
+    texts += [_of_simulation(law) for law in judged if law.subject == "simulation"]
+    if _most_judged(by_simulation) > _most_judged(by_shots):
+        texts.append(_which(by_simulation, recommended=not by_shots))
+    if not texts:
+        return ""
+    return f"{capital(words(quantity))}: {'. '.join([texts[0], *map(capital, texts[1:])])}."
+
+
+def _most_judged(laws: Sequence["LawVerdict"]) -> int:
+    return max((law.judged for law in laws), default=0)
+
+
+def why_no_law(evidence: Evidence, laws: Sequence["LawVerdict"]) -> str:
+    """Why no law of a quantity is judged anywhere; empty where one is."""
+    laws = [law for law in laws if law.subject != "simulation"]
+    if any(law.judged for law in laws):
+        return ""
+    if not laws:
+        drawn = any(subject.drawn_only for subject in evidence.subjects)
+        return "its laws are drawn only" if drawn else NO_LAW
+    inside = [band for law in laws for band in law.bands if band.word == "unjudged"]
+    if not inside:
+        return "no point inside the range of a law"
+    # Without the number of points behind it.
+    reasons = dict.fromkeys(
+        reason.rpartition(" (")[0] for band in inside for reason in band.unjudged
+    )
+    return f"not judged: {'; '.join(list(reasons)[:MOST_REASONS])}"
+
+
+def without_recommendation(reasons: Mapping[str, str]) -> str:
+    """The quantities for which no law is recommended, each group of them with its reason."""
+    groups: dict[str, list[str]] = {}
+    for name, reason in sorted(reasons.items(), key=lambda item: item[1] == NO_LAW):
+        groups.setdefault(reason, []).append(words(name))
+    texts = [f"{joined(_first(names))} ({reason})" for reason, names in groups.items()]
+    return f"No recommendation for {', '.join(texts)}." if texts else ""
+
+
+def _first(names: Sequence[str]) -> list[str]:
+    more = len(names) - MOST_NAMED + 1
+    return [*names[: MOST_NAMED - 1], f"{more} others"] if more > 1 else list(names)
+
+
+def _of_simulation(law: "LawVerdict") -> str:
+    """What the simulation gives beside observed shots."""
+    assert law.smallest is not None
+    assert law.largest is not None
+    gives = difference([law.smallest, law.largest])
+    than = "from" if gives == NONE_AT_ALL else "than"
+    points = plural(law.judged, "judged point")
+    return f"the simulation gives {gives} {than} {OF['observation']} ({points})"
+
+
+def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
+    """Which of some judged laws to use where, against one reference; beside shots the simulation recommends none."""
+    best = max(laws, key=_merit)
+    if best.trusted:
+        clauses = [_use(best, recommended), _doing(best, "it ", ("agrees", "under", "over"))]
+        second = _second(best, laws)
+        clauses.append("" if second is None else _use(second, recommended))
+        return "; ".join(filter(None, clauses))
+    nearest = f"{title(best)}, {_doing(best, '', ('agrees', 'under', 'over'))}"
+    return (
+        f"no law is trusted to {at_most(TRUST)} against {OF[best.reference]} at any judged point; the nearest, "
+        f"{nearest}"
+    )
+
+
+def _merit(law: "LawVerdict") -> tuple[int, float, int, float]:
+    """Trusted points first, and the smaller limit of these; then points that agree, and the smaller difference."""
+    limit = max((band.limit for band in law.bands if band.word == "close"), default=1.0)
+    agreeing = sum(band.judged for band in law.bands if band.word == "agrees")
+    return law.trusted, -limit, agreeing, -max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
+
+
+def _use(law: "LawVerdict", recommended: bool) -> str:
+    close = [band for band in law.bands if band.word == "close"]
+    places = joined([band.where for band in close])
+    limit = at_most(max(band.limit for band in close))
+    judged, unknown = sum(band.judged for band in close), sum(band.untested for band in close)
+    notes = [untested(unknown, judged, law.reference, is_simulation=False)] if unknown else []
+    notes += ["a single point"] if law.trusted == 1 else []
+    note = f" ({', '.join(notes)})" if notes else ""
+    use = f"use {title(law)}:" if recommended else f"{title(law)} is"
+    return f"{places} {use} within {limit} of {OF[law.reference]}{note}"
+
+
+def _doing(law: "LawVerdict", it: str, words: Sequence[str]) -> str:
+    """What a law does in its bands of some words, in their order: "up to 4 km/s it under-predicts by 16 to 25 %"."""
+    return joined([f"{band.where} {it}{_verb(band)}" for band in law.bands if band.word in words])
+
+
+def _verb(band: "StatedBand") -> str:
+    """The words of a band after a subject: "is trusted to 5 %", "under-predicts by 20 %"."""
+    return band.says if band.says.startswith(("under", "over", "agrees")) else f"is {band.says}"
+
+
+def _second(best: "LawVerdict", laws: Sequence["LawVerdict"]) -> "LawVerdict | None":
+    """The law that is trusted at most points at which the best is not; None where no other is."""
+    done = best.trusted_points
+    others = [law for law in laws if law is not best and law.trusted_points - done]
+    if not others:
+        return None
+    return max(others, key=lambda law: (len(law.trusted_points - done), _merit(law)))
+
+
+# ---- what it rests on ----------------------------------------------------------------------------
+
+
+def flag_sentences(evidence: Evidence) -> tuple[str, ...]:
+    """The flags that take points out of the judgement."""
+    return tuple(
+        f"{words(flag).capitalize()}: {count} of {plural(evidence.all_points, 'point')} "
+        f"{'is' if count == 1 else 'are'} drawn open and not judged"
+        for flag, count in sorted(evidence.flags.items(), key=lambda item: -item[1])
+    )
+
+
+def rests_text(every: Sequence[Evidence]) -> str:
+    """What the judgement rests on, and how many points are left out: the same of several quantities once."""
+    return _each_once({each.quantity: _rests(each) for each in every if each.points})
+
+
+def bars_text(every: Sequence[Evidence]) -> str:
+    """What the error bars hold, and what is not assessed: the same of several quantities once."""
+    return _each_once({each.quantity: _bars(each) for each in every if each.points})
+
+
+def _each_once(texts: Mapping[str, str]) -> str:
+    """What is said of each quantity, as sentences: those that differ begin with the quantities that they are about."""
+    groups: dict[str, list[str]] = {}
+    for name, text in texts.items():
+        groups.setdefault(text, []).append(words(name))
+    if len(groups) == 1:
+        return f"{capital(next(iter(groups)))}."
+    return " ".join(f"{capital(joined(names))}: {text}." for text, names in groups.items())
+
+
+def _rests(evidence: Evidence) -> str:
+    model = "and model" if evidence.has_model else "only, the model part is not assessed"
+    mesh = "" if evidence.parts.get("mesh error") else "; one mesh, whose error is unknown"
+    flagged = sum(map(bool, evidence.flagged))
+    left = f"; {flagged} of {plural(evidence.all_points, 'point')} flagged and not judged"
+    return f"rests on numerics {model}{mesh}{left if flagged else ''}"
+
+
+def _bars(evidence: Evidence) -> str:
+    held = [
+        f"{HOW_PARTS_READ.get(part, part)}"
+        + ("" if count == evidence.points else f" (at {count} of {evidence.points} points)")
+        for part, count in evidence.parts.items()
+        if count
+    ]
+    missing = [HOW_PARTS_READ.get(part, part) for part in EXPECTED if not evidence.parts.get(part)]
+    if not evidence.has_scatter:
+        missing.append(HOW_PARTS_READ[SCATTER])
+    text = f"error bars hold {', '.join(held) or 'nothing'}"
+    return f"{text}; not assessed: {', '.join(missing)}" if missing else text
