@@ -1,8 +1,8 @@
-"""HTML pages for people: the list of sweeps, and the documentation of the API; both work offline."""
+"""HTML pages for people: the list of sweeps, a sweep, and the documentation of the API; they work offline."""
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
@@ -11,9 +11,12 @@ from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup, escape
 
 from service.api.errors import INTERNAL_ERROR, PROBLEMS
-from service.api.routes.dependencies import AppStore
+from service.api.routes.dependencies import AppArtifacts, AppStore, SweepId
 from service.api.schemas import SweepModel
+from service.files.artifacts import Artifacts
+from service.records.jobs import Stored
 from service.records.version import version
+from studies.values.files import REPORT_JSON
 from studies.values.formats import duration
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -35,6 +38,27 @@ def show_sweeps(store: AppStore, cursor: Annotated[str | None, Query()] = None) 
         queue=front,
         refresh=None if all(row.is_terminal for row in page.items) else REFRESH_SECONDS,
     )
+
+
+@router.get("/sweeps/{id}")
+def show_sweep(id: SweepId, store: AppStore, artifacts: AppArtifacts) -> str:
+    """A sweep with the first sentences of its report's verdict."""
+    row, names = store.sweep_and_files(id)
+    _, report = store.sweep_and_file(id, REPORT_JSON)
+    return _rendered(
+        "sweep.html",
+        sweep=SweepModel.of(row, names),
+        verdict=_verdict(artifacts, report),
+        refresh=None if row.is_terminal else REFRESH_SECONDS,
+    )
+
+
+def _verdict(artifacts: Artifacts, report: Stored | None) -> Sequence[str]:
+    """The first sentences of a report; none without a report, or in one of an early version."""
+    if report is None or not artifacts.is_there(report):
+        return ()
+    sentences: Sequence[str] = artifacts.read_json(report).get("verdict", {}).get("summary", ())
+    return sentences
 
 
 @docs_router.get("/docs")

@@ -25,7 +25,7 @@ with open_api(Path(sys.argv[1])) as api:
     id = api.submit()
     api.compute()
     run = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"][0]["run"]["id"]
-    paths = set(api.http.app.openapi()["paths"]) | {"/", "/docs", "/static/style.css"}
+    paths = set(api.http.app.openapi()["paths"]) | {"/", "/docs", "/sweeps/{id}", "/static/style.css"}
     paths -= {"/v1/queue/events"}  # it does not end
     for path in sorted(paths):
         there = path.replace("{id}", run if "/runs/{id}" in path else id)

@@ -59,7 +59,7 @@ def test_every_operation__needs_a_key_elsewhere(api: Api) -> None:
                 assert response.status_code in (200, 503), path
             else:
                 assert is_refused(response, 401, ""), (method, path, response.text)
-    for path in ("/", "/metrics"):
+    for path in ("/", f"/sweeps/{'0' * 32}", "/metrics"):
         assert api.http.get(path).status_code == 401
 
 

@@ -34,10 +34,10 @@ def api(tmp_path: Path) -> Iterator[Api]:
         yield opened
 
 
-@pytest.mark.parametrize("path", ["/", "/docs"])
+@pytest.mark.parametrize("path", ["/", "/docs", "/sweeps/{id}"])
 def test_page__needs_no_other_machine_and_runs_no_script(api: Api, path: str) -> None:
-    api.submit()
-    response = api.http.get(path)
+    id = api.submit()
+    response = api.http.get(path.format(id=id))
     assert response.headers["Content-Type"].startswith("text/html")
     assert response.headers["Content-Security-Policy"].startswith("default-src 'none'")
     assert "<script" not in response.text
@@ -45,11 +45,11 @@ def test_page__needs_no_other_machine_and_runs_no_script(api: Api, path: str) ->
         assert re.match(r"/(?!/)|#|data:,$", address), address
 
 
-@pytest.mark.parametrize("path", ["/", "/docs"])
+@pytest.mark.parametrize("path", ["/", "/docs", "/sweeps/{id}"])
 def test_page__has_no_dead_link(api: Api, path: str) -> None:
-    api.submit()
+    id = api.submit()
     api.compute()
-    links = Links(api.http.get(path).text)
+    links = Links(api.http.get(path.format(id=id)).text)
     for address in links.addresses:
         page, _, id = address.partition("#")
         if page.startswith("/"):
@@ -73,6 +73,35 @@ def test_sweeps__show_state_progress_and_results(api: Api) -> None:
     assert 'http-equiv="refresh"' not in done
 
 
+def test_sweep__shows_the_first_sentences_of_the_verdict_with_the_report(api: Api) -> None:
+    page = f"/sweeps/{api.submit()}"
+    waiting = api.http.get(page).text
+    assert "queued" in waiting
+    assert "Use the law." not in waiting
+    api.compute()
+    done = api.http.get(page).text
+    assert "<p>Use the law.</p>" in done
+    assert "<p>Rests on numerics.</p>" in done
+
+
+@pytest.mark.parametrize("content", [b'{"report_version": 1}', None])
+def test_sweep__without_a_verdict_shows_the_rest(api: Api, content: bytes | None) -> None:
+    page = f"/sweeps/{api.submit()}"
+    api.compute()
+    (report,) = api.settings.data.rglob("report.json")
+    size = report.stat().st_size
+    report.unlink()
+    if content is not None:
+        report.write_bytes(content.ljust(size))
+    done = api.http.get(page).text
+    assert "report.html" in done
+    assert "Use the law." not in done
+
+
+def test_sweep__that_is_unknown_is_not_found(api: Api) -> None:
+    assert api.http.get(f"/sweeps/{'0' * 32}").status_code == 404
+
+
 def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     api.submit()
     assert "no run starts" not in api.http.get("/").text.lower()
@@ -84,10 +113,11 @@ def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
 
 
 def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
-    api.submit(title="<script>alert(1)</script>")
-    page = api.http.get("/").text
-    assert "<script" not in page
-    assert "&lt;script&gt;" in page
+    id = api.submit(title="<script>alert(1)</script>")
+    for path in ("/", f"/sweeps/{id}"):
+        page = api.http.get(path).text
+        assert "<script" not in page
+        assert "&lt;script&gt;" in page
 
 
 def test_sweeps__page_back_to_the_oldest(api: Api) -> None:
