@@ -5,6 +5,7 @@ import pandas as pd
 import xarray as xr
 
 from studies.cubes import variables as declared
+from studies.cubes.long_texts import short_texts
 
 RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.FLAGS_OF_RUN)
 GROUPS: tuple[declared.Group, ...] = ("parameter", "result", "detail", "run", "audit")
@@ -14,7 +15,7 @@ def runs_csv(dataset: xr.Dataset) -> str:
     """The table as CSV: run, axes, results, their uncertainties and flags, the other parameters, audit.
 
     Numbers have every digit; an empty cell has no value. States and flags are words, several separated by spaces. Laws
-    and converged values belong to points, not to runs: they are in the cube alone.
+    and converged values belong to points, not to runs: they are in the cube alone, and so is the full text of a deck.
     """
     columns = {_heading(dataset, name): _column(dataset, name) for name in _names(dataset)}
     return pd.DataFrame(columns).to_csv(index=False, lineterminator="\n")
@@ -41,6 +42,9 @@ def _column(dataset: xr.Dataset, name: str) -> np.ndarray:
     """The values of a variable for each run, (runs,); flags in words."""
     array = dataset[name]
     values = declared.by_run(dataset, array).ravel()
+    if array.dtype.kind in "OUT":
+        short = short_texts(dataset[[name]])
+        return np.array([short.get(text, text) for text in values], object)
     if "flag_masks" in array.attrs:
         return np.array([" ".join(each) for each in declared.flag_words(array)], object)
     if "flag_meanings" in array.attrs:

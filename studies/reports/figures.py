@@ -28,7 +28,16 @@ from studies.cubes.points import (
 from studies.reports import captions
 from studies.reports.compare import Comparison
 from studies.reports.matched import MatchedObservation
-from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, spread, title_of, views_of
+from studies.reports.view import (
+    MOST_PANELS,
+    FigureView,
+    Scale,
+    Slice,
+    judged_window,
+    spread,
+    title_of,
+    views_of,
+)
 from studies.sweeps.sweep import RESOLUTION
 from studies.values.quantities import readable
 
@@ -80,6 +89,7 @@ class Series:
         str, ...
     ] = ()  # of a simulation: the flags of each point in words, "" without any
     notes: tuple[str, ...] = ()  # words for a point
+    window: Numbers = ()  # of a history: begin and end of the time in which growth is judged
     connected: bool = True  # whether a line through the points means anything
 
 
@@ -229,7 +239,11 @@ def growth(view: FigureView, name: str) -> Figure:
             # A run without a history too, so that labels keep their order.
             tuple(
                 Series(
-                    "history", _value_of(view, cell), numbers(times[cell]), numbers(values[cell])
+                    "history",
+                    _value_of(view, cell),
+                    numbers(times[cell]),
+                    numbers(values[cell]),
+                    window=_window(view, cell, times[cell]),
                 )
                 for cell in spread(piece.cells.tolist(), MOST_HISTORIES)
             ),
@@ -240,11 +254,20 @@ def growth(view: FigureView, name: str) -> Figure:
     return Figure(
         name=f"{name}_growth",
         title=f"Growth of {_words(name)} during the runs",
-        caption=f"A run ends when growth has stopped, or at a cap: a line that still rises was cut off.{finest}",
+        caption="A run ends when growth has stopped, or at a cap: a line that still rises was cut off. Shaded: the "
+        f"last part of a line, in which growth is judged.{finest}",
         x=Scale("time", "time", "s"),
         y=view.scale_of(name),
         panels=tuple(panels),
     )
+
+
+def _window(view: FigureView, cell: int, times: np.ndarray) -> Numbers:
+    """The time in which growth of a run is judged: begin and end."""
+    known = np.isfinite(times)
+    if not known.any():
+        return ()
+    return judged_window(view.dataset, cell, float(times[known].max())) or ()
 
 
 def _simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:

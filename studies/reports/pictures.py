@@ -20,8 +20,8 @@ from studies.cubes.points import axes_of, by_run, places_of, refinements_of, sim
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.reports.raster import Frame
-from studies.reports.setup import setup_of, upward, values_of
-from studies.reports.view import spread, title_of
+from studies.reports.setup import setup_of, upward
+from studies.reports.view import judged_window, spread, title_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.formats import digits, display_of, printed, printed_in
 
@@ -49,7 +49,6 @@ THUMBNAIL_FIELDS = {"debris": "speed", "end": "plastic_strain"}
 ACROSS = ("hole_diameter", "crater_diameter", "mushroom_diameter")
 ALONG = ("crater_depth", "final_length")
 
-WINDOW = "settled_window"  # the parameter: time over which growth is judged
 
 # Shares of the moved matter below (and above) which colours end: single particles do not set the scale.
 OUTLIERS = 0.05
@@ -302,18 +301,15 @@ def _growth(dataset: xr.Dataset, run: Shown) -> Document | None:
     lines = [each for each in lines if len(each["time"]) > 1]
     if not lines:
         return None
-    end = max(each["time"][-1] for each in lines)
-    lengths = values_of(dataset, WINDOW)
-    window = float(by_run(dataset, WINDOW)[run.number]) if lengths else math.nan
-    shown = [max(0.0, end - window), end] if math.isfinite(window) else None
+    shown = judged_window(dataset, run.number, max(each["time"][-1] for each in lines))
     labels = " and ".join(each["label"] for each in lines)
     alt = f"Growth of {labels} during the run"
     if shown:
         alt += (
-            f"; shaded: the last {printed_in(window, 's')} {display_of('s').unit}, "
+            f"; shaded: the last {printed_in(shown[1] - shown[0], 's')} {display_of('s').unit}, "
             "in which growth decides whether they have settled"
         )
-    return {"lines": lines, "window": shown, "alt": f"{alt}."}
+    return {"lines": lines, "window": shown and list(shown), "alt": f"{alt}."}
 
 
 # ---- frames and colours --------------------------------------------------------------------------

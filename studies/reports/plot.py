@@ -8,6 +8,7 @@ has a mark of its own as well, so that a page printed in grey still reads.
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from textwrap import wrap
 from typing import Any
 
@@ -55,6 +56,8 @@ MOST_TICKS = 7  # of an axis in per cent
 FLAGGED = "flagged: see the label at the mark"
 OUTSIDE = "law outside its range: open marks, dotted"
 NO_MESH_ERROR = "simulation without a mesh error: open marks"
+WINDOW = "window in which growth is judged"
+SHADE = 13  # px, breadth of the pale line over the window
 MOST_LABELS = 4  # flagged points of a panel that are labelled; beyond, they are ringed alone
 
 
@@ -82,6 +85,7 @@ STYLES = {
     FLAGGED: Style(CRIMSON, "circle-open", 3),
     NO_MESH_ERROR: Style(INK, "circle-open", 2),
     OUTSIDE: Style(GREY, "square-open", 900),
+    WINDOW: Style(GREY, "circle", 900),
 }
 
 
@@ -239,10 +243,33 @@ def _traces(series: Series, style: Style, figure: Figure, has_range: bool) -> It
     if look.stroke:
         dash = {"dash": "dot"} if series.kind == "trend" else {}
         trace["line"] = {"color": style.colour, "width": look.stroke, **dash}
+    if series.window:
+        yield from _shade(x, y, scaled(series.window, figure.x), style)
     yield trace
     doubted = [place for place, flags in enumerate(series.doubts) if flags and y[place] is not None]
     if doubted:
         yield _rings(series, x, y, doubted)
+
+
+def _shade(
+    x: Sequence[Any], y: Sequence[Any], window: Sequence[float], style: Style
+) -> Iterator[Trace]:
+    """The part of a line inside a window of the abscissa, broad and pale, with an entry of the legend."""
+    ends = list(zip(x, y, strict=True))
+    pieces = [(a, b) for a, b in pairwise(ends) if None not in (*a, *b) and b[0] > window[0]]
+    if not pieces:
+        return
+    (x0, y0), (x1, y1) = pieces[0]
+    begin = max(x0, window[0])
+    points = [(begin, y0 + (y1 - y0) * (begin - x0) / (x1 - x0)), *(end for _, end in pieces)]
+    shade = {"mode": "lines", "opacity": 0.3, "hoverinfo": "skip"}
+    yield shade | {
+        "x": [at for at, _ in points],
+        "y": [value for _, value in points],
+        "line": {"color": style.colour, "width": SHADE},
+    }
+    grey = {"color": STYLES[WINDOW].colour, "width": SHADE}
+    yield shade | {"label": WINDOW, "named": True, "x": [None], "y": [None], "line": grey}
 
 
 def _is_drawn_outside(series: Series, values: Sequence[Any]) -> bool:

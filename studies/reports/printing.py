@@ -187,6 +187,7 @@ def _line(line: Mapping[str, Any]) -> dict[str, Any]:
         "color": line.get("color"),
         "linewidth": line.get("width", 1.0) * POINT,
         "linestyle": DASHES.get(line.get("dash", "solid"), "-"),
+        "solid_capstyle": "butt",
     }
 
 
@@ -251,7 +252,7 @@ def _legend(canvas: Any, specification: Mapping[str, Any]) -> None:
             symbol = marker.get("symbol", "circle")
             look = _mark(marker, symbol if isinstance(symbol, str) else symbol[0])
         if "lines" in trace.get("mode", ""):
-            look |= _line(trace.get("line", {}))
+            look |= {**_line(trace.get("line", {})), "alpha": trace.get("opacity")}
         handles.append(Line2D([], [], label=label, **look))
     if handles:
         _, bottom = _at(layout, 0.0, layout.get("legend", {}).get("y", 0.0))

@@ -24,6 +24,7 @@ from studies.convergence.richardson import (
     VERDICTS,
 )
 from studies.cubes import variables as cubes
+from studies.cubes.long_texts import short_texts, with_short_texts
 from studies.cubes.points import (
     Refined,
     axes_of,
@@ -79,9 +80,12 @@ Document = dict[str, Any]
 def document(
     dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str, Path] | None = None
 ) -> Document:
-    """Everything that the report says, as plain objects in SI; ``sections`` are files by run id."""
+    """Everything that the report says, as plain objects in SI; ``sections`` are files by run id.
+
+    A text of several lines, a deck, stands by its first line and digest: the cube has it in full.
+    """
     runs, points, compared = list(_runs(dataset)), points_of(dataset), comparison.as_json()
-    return {
+    report = {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
         "scenario": {"name": dataset.attrs["scenario"], "title": dataset.attrs["scenario_title"]},
@@ -105,6 +109,8 @@ def document(
         "materials": _materials(dataset),
         "provenance": _provenance(dataset),
     }
+    shortened: Document = with_short_texts(report, short_texts(dataset))
+    return shortened
 
 
 def as_json(report: Document) -> str:

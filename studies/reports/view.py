@@ -1,5 +1,6 @@
 """A cube as figures look at it: points in a row, an abscissa, and panels."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypeVar
@@ -16,6 +17,7 @@ from studies.values.quantities import readable
 
 MOST_LAWS = 6  # in one figure
 MOST_PANELS = 12  # panels of a figure; further panels are in the cube
+WINDOW = "settled_window"  # the parameter: time over which growth is judged
 PREFERRED = "speed"  # the abscissa where the sweep varies it
 
 Item = TypeVar("Item")
@@ -190,6 +192,14 @@ def _slices(dataset: xr.Dataset, places: Sequence[Place], abscissa: str) -> list
         ordered = sorted(cells, key=lambda cell: places[cell][abscissa]) if numeric else cells
         slices.append(Slice(title_of(dataset, at), at, np.array(ordered), connected and numeric))
     return slices
+
+
+def judged_window(dataset: xr.Dataset, number: int, end: float) -> tuple[float, float] | None:
+    """The time (s) before the end of a run in which growth is judged; None where the cube states none."""
+    if WINDOW not in dataset:
+        return None
+    length = float(by_run(dataset, WINDOW)[number])
+    return (max(0.0, end - length), end) if math.isfinite(length) else None
 
 
 def title_of(dataset: xr.Dataset, at: Place) -> str:

@@ -14,6 +14,7 @@ from PIL import Image
 from studies.films.section import END, Section, Sections, read_sections
 from studies.reports import page
 from studies.reports.pictures import MOST_FULL, MOST_RUNS
+from studies.reports.plot import SHADE, WINDOW
 from studies.reports.publish import publish_sweep
 from studies.reports.raster import VIRIDIS, Frame, nearest, png, ramp
 from studies.reports.setup import upward
@@ -197,10 +198,8 @@ def test_growth__shades_the_window_in_which_it_is_judged(tmp_path: Path) -> None
     file = solved("thin_plate") / "sections.npz"
     sections = {point.run.id: file for point in sweep.runs()}
     files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue, sections)
-    [growth, _] = [
-        run["growth"]
-        for run in json.loads(Path(files["report.json"]).read_text())["pictures"]["runs"]
-    ]
+    report = json.loads(Path(files["report.json"]).read_text())
+    [growth, _] = [run["growth"] for run in report["pictures"]["runs"]]
     assert growth["window"] == pytest.approx([35e-6, 40e-6])
     html = Path(files["report.html"]).read_text()
     shaded = re.search(r'<rect class="window" x="([\d.]+)" y="\d+" width="([\d.]+)"', html)
@@ -211,6 +210,23 @@ def test_growth__shades_the_window_in_which_it_is_judged(tmp_path: Path) -> None
     scale = (at[40] - at[0]) / 40.0
     assert left == pytest.approx(at[0] + 35 * scale, abs=0.3)
     assert width == pytest.approx(5 * scale, abs=0.3)
+    # The figure of all runs has the same window, over each line.
+    (figure,) = [each for each in report["figures"] if each["name"] == "hole_diameter_growth"]
+    histories = figure["panels"][0]["series"]
+    assert [each["window"] for each in histories] == [growth["window"]] * 2
+    place = report["figures"].index(figure)
+    drawing = re.search(rf'data-drawing="{place}">(.*?)</script>', html)
+    assert drawing
+    shades = [trace for trace in json.loads(drawing[1])["data"] if trace["line"]["width"] == SHADE]
+    for shade, line in zip(
+        [each for each in shades if None not in each["x"]], histories, strict=True
+    ):
+        assert shade["x"][0] == pytest.approx(35.0)
+        assert shade["x"][-1] == pytest.approx(40.0)
+        assert shade["y"][-1] == line["y"][-1]
+        at_begin = np.interp(35e-6, line["x"], line["y"])
+        assert shade["y"][0] == pytest.approx(at_begin)
+    assert [trace["name"] for trace in shades if trace["showlegend"]] == [WINDOW]
 
 
 def test_upward__is_where_a_body_flies_against_its_coordinate() -> None:
