@@ -12,8 +12,8 @@ from typing import Any
 from docs.pages import DOCS, MADE, RESULTS, keep, table
 from solver import PHYSICS_VERSION
 from studies import validation
-from studies.validation._pages import shown
-from studies.values.formats import NONE, digits
+from studies.validation._pages import HEADERS, cells
+from studies.verification import Row
 
 STORED = RESULTS / "validation.json"
 COMMAND = "python -m docs.pages compute validation"
@@ -87,7 +87,7 @@ def page() -> str:
             f"{case.says[0].upper()}{case.says[1:]}. Source: {case.source}.\n",
             *(f"![{_title(file)}](drawings/{file})\n" for file in kept["pictures"]),
             table(
-                ["compared", "expected", "others", "ours", "error", "tolerance", "verdict"],
+                list(HEADERS),
                 [_row(row) for row in kept["rows"]],
             ),
         ]
@@ -104,15 +104,5 @@ def drawings() -> dict[str, str]:
 
 
 def _row(row: dict[str, Any]) -> list[str]:
-    bar = f" ± {digits(row['bar'], 2)}" if row["bar"] else ""
-    others = ", ".join(f"{name} {shown(value)}" for name, value in row["others"].items())
-    cells = [
-        row["claim"],
-        shown(row["expected"]),
-        others or NONE,
-        shown(row["got"]) + bar,
-        shown(row["error"]),
-        shown(row["tolerance"]),
-        row["verdict"].lower(),
-    ]
-    return [cell.replace("|", "\\|") for cell in cells]
+    kept = {name: value for name, value in row.items() if name != "verdict"}
+    return [cell.replace("|", "\\|") for cell in cells(Row(**kept))]

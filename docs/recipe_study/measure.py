@@ -11,13 +11,14 @@ from typing import Any
 from solver.errors import WhippleError
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
+from studies.validation.taylor_bar import HALVED, MATERIAL, MEASURED, REFERENCES
 from studies.values.recipes import Recipe
 from studies.values.results import RunResult
 from studies.verification._hugoniot import Solid
+from studies.verification._runs import executed, value
 from studies.verification.bar_contact import contact_and_rebound
 from studies.verification.noh import gated_errors
 from studies.verification.plate_impact import PAIRS, impact, states
-from studies.verification.taylor_bar import HALVED, MEASURED, lengths
 
 SPEEDS = (2e3, 6e3)  # m/s
 HOLE_CELLS = (16, 32)  # across the diameter: 4 and 8 through the plate
@@ -100,7 +101,7 @@ def taylor(recipe: Recipe) -> Figures:
     Both are Eq. 2-42: of a grid against the next finer one, and against the experiment.
     """
     try:
-        bars = [lengths(recipe, cells) for cells in HALVED]
+        bars = [_taylor_bar(recipe, cells) for cells in HALVED]
     except WhippleError as failure:
         return {"state": "failed", "reason": str(failure)}
     changes = [
@@ -113,6 +114,13 @@ def taylor(recipe: Recipe) -> Figures:
         "mean_error": bars[0]["taylor_error"],
         "finest_error": bars[-1]["taylor_error"],
     }
+
+
+def _taylor_bar(recipe: Recipe, cells: float) -> dict[str, float]:
+    """The three lengths of the body of revolution, m, and their mean error against the experiment (Eq. 2-42)."""
+    parameters = {"cells_per_diameter": cells, **REFERENCES}
+    result = executed("taylor_bar", recipe, parameters, {"bar": MATERIAL})
+    return {name: value(result, name) for name in (*MEASURED, "taylor_error")}
 
 
 def noh(recipe: Recipe) -> Figures:

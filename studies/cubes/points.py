@@ -74,7 +74,9 @@ def simulated(dataset: xr.Dataset, name: str, variable: Variable = cubes.VALUE) 
     values = np.where(
         cubes.by_run(dataset, dataset.run_state) == SUCCEEDED, cubes.by_run(dataset, array), np.nan
     )
-    return dataset.run_state.copy(data=values).rename(array.name).assign_attrs(array.attrs)
+    return (
+        dataset.run_state.copy(deep=False, data=values).rename(array.name).assign_attrs(array.attrs)
+    )
 
 
 def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
@@ -87,7 +89,9 @@ def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
         return xr.full_like(simulated(dataset, name), np.nan)
     flags = cubes.FLAGS.of(dataset, name)
     against = sum(mask for mask, word in cubes.flag_meanings(flags) if word in NOT_COMPARED)
-    return simulated(dataset, name).where(flags & against == 0)
+    values = simulated(dataset, name)
+    usable = cubes.by_run(dataset, flags) & against == 0
+    return values.copy(deep=False, data=np.where(usable, values.values, np.nan))
 
 
 def main_quantities(dataset: xr.Dataset) -> list[str]:

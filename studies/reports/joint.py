@@ -50,7 +50,7 @@ def numerical_bars(points: xr.Dataset, quantity: str) -> xr.DataArray:
     if not mesh.is_in(points, quantity):
         return xr.full_like(bars, np.nan)
     has_mesh = np.isfinite(cubes.by_run(points, mesh.of(points, quantity)))
-    return bars.copy(data=np.where(has_mesh, bars.values, np.nan))
+    return bars.copy(deep=False, data=np.where(has_mesh, bars.values, np.nan))
 
 
 def _stored(points: xr.Dataset, name: str) -> np.ndarray:

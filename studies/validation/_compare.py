@@ -1,7 +1,7 @@
 """Rows and pictures of a case: values of a cube on one grid and converged, beside published numbers."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,7 +13,7 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import simulated
 from studies.sweeps.sweep import RESOLUTION
 from studies.validation import Line, Picture, PublishedNumber
-from studies.values.formats import display_of, with_unit
+from studies.values.formats import NONE, digits, display_of, with_unit
 from studies.verification import Row, absolute, relative
 
 EXACT = 1e-9  # relative: the place in a cube of a number that was written in a document
@@ -77,21 +77,33 @@ class ComparedReading:
         """The converged value with its bar, or the only one."""
         return self.converged[:2] if self.is_refined else self.on()
 
+    @property
+    def text(self) -> str:
+        """The best value with its error bar; a dash without a value."""
+        value, bar = self.best
+        if math.isnan(value):
+            return NONE
+        return digits(value, 4) + ("" if math.isnan(bar) else f" ± {digits(bar, 2)}")
+
 
 def _pick(array: xr.DataArray, at: Place) -> xr.DataArray:
-    """The value at a place; raises KeyError where the sweep has no such point."""
+    """The value at a place, of crossed or zipped axes; raises KeyError where the sweep has no such point."""
+    places: dict[Hashable, np.ndarray] = {}
     for axis, value in at.items():
-        if axis not in array.dims:
+        if axis not in array.coords or array[axis].ndim == 0:
             continue
+        (along,) = array[axis].dims
         column = array[axis].values
         matches = (
             column == value
             if isinstance(value, str)
             else np.isclose(column.astype(float), value, rtol=EXACT, atol=0.0)
         )
+        places[along] = places.get(along, True) & matches
+    for along, matches in places.items():
         if matches.sum() != 1:
-            raise KeyError(f"{array.name} has no {axis} = {value}")
-        array = array.isel({axis: int(matches.argmax())})
+            raise KeyError(f"{array.name} has no point at {dict(at)}")
+        array = array.isel({along: int(matches.argmax())})
     return array.squeeze()
 
 

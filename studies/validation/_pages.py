@@ -1,5 +1,6 @@
 """Pages of cases: claim, expected, others, ours with its error bar and verdict, with pictures; and an index."""
 
+import base64
 import io
 import math
 from collections import Counter
@@ -20,7 +21,9 @@ from studies.verification import Case, Row, Verified
 INDEX = "index.html"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f")
 MARKS = "osD^vP*"
+LINE_STYLES = ("-", "--", ":")  # after every colour once
 GREY = "#7f7f7f"
+MOST_INSIDE = 5  # lines whose legend leaves room in the figure
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "whipple",
@@ -39,6 +42,7 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 9,
     "figure.constrained_layout.use": True,
 }
+NO_BREAK = "\N{NO-BREAK SPACE}"
 NO_DRAWINGS = "Figures need Matplotlib: pip install 'whipple[plot]'."
 
 AnyCase = Case | Validation
@@ -56,7 +60,9 @@ def write_case(case: AnyCase, rows: Sequence[Verified], cubes: Cubes, out: Path)
             write_text(folder / f"{picture.name}.svg", svg)
     page = _template("case.html").render(
         case=case,
-        rows=[cells(each.row) for each in rows],
+        rows=[list(zip(HEADERS, cells(each.row), strict=True)) for each in rows],
+        headers=HEADERS,
+        none=NONE,
         counts=_counts(rows),
         drawn=[(each.title, Markup(svg)) for each, svg in drawn],
         note=NO_DRAWINGS if any(not svg for _, svg in drawn) else "",
@@ -73,22 +79,30 @@ def write_index(done: Done, level: Level, out: Path) -> Path:
             "kind": "published" if isinstance(case, Validation) else "exact answer",
             "counts": _counts(rows),
             "failed": any(each.row.passed is False for each in rows),
-            "pictures": sorted(
-                f"{case.name}/{file.name}" for file in (out / case.name).glob("*.svg")
-            ),
+            "picture": _first_picture(out / case.name),
         }
         for case, rows in done
     ]
     return write_text(out / INDEX, _template("index.html").render(entries=entries, level=level))
 
 
+def _first_picture(folder: Path) -> str:
+    """The first picture of a folder as a URL; empty without any."""
+    for file in sorted(folder.glob("*.svg")):
+        return f"data:image/svg+xml;base64,{base64.b64encode(file.read_bytes()).decode()}"
+    return ""
+
+
+HEADERS = ("compared", "expected", "others", "ours", "error", "verdict")
+
+
 def cells(row: Row) -> list[str]:
-    """A row as the texts of a table: compared, expected, others, ours, error, tolerance, verdict."""
-    ours = shown(row.got) + ("" if row.bar is None else f" ± {digits(row.bar, 2)}")
+    """A row as the texts of a table under ``HEADERS``; the error of a gated row stands beside its tolerance."""
+    bar = "" if row.bar is None else f"{NO_BREAK}±{NO_BREAK}{digits(row.bar, 2)}"
     others = ", ".join(f"{name} {shown(value)}" for name, value in row.others.items())
-    error = shown(row.error) if row.error == row.error else NONE
-    tolerance = shown(row.tolerance)
-    return [row.claim, shown(row.expected), others, ours, error, tolerance, row.verdict.lower()]
+    error = f"{shown(row.error)} of {shown(row.tolerance)}" if row.tolerance else NONE
+    ours = shown(row.got) + bar
+    return [row.claim, shown(row.expected), others or NONE, ours, error, row.verdict.lower()]
 
 
 def shown(value: Any) -> str:
@@ -115,7 +129,10 @@ def draw(picture: Picture) -> str:
             if line.points:
                 _draw_line(axes, line, number)
         axes.set(title=picture.title, xlabel=picture.x, ylabel=picture.y)
-        axes.legend()
+        if len(picture.lines) > MOST_INSIDE:
+            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        else:
+            axes.legend()
         figure.savefig(buffer, format="svg", transparent=True, metadata={"Date": None})
     return buffer.getvalue()
 
@@ -124,7 +141,8 @@ def _draw_line(axes: Any, line: Line, number: int) -> None:
     colour = COLOURS[number % len(COLOURS)]
     x, y, bars = zip(*line.points, strict=True)
     if line.joined:
-        axes.plot(x, y, color=colour, lw=1.5, label=line.label)
+        style = LINE_STYLES[number // len(COLOURS) % len(LINE_STYLES)]
+        axes.plot(x, y, style, color=colour, lw=1.5, label=line.label)
         return
     mark = MARKS[number % len(MARKS)]
     shown_bars = bars if any(bars) else None

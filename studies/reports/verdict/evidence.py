@@ -121,7 +121,9 @@ class Evidence:
 
     quantity: str
     subjects: tuple[Subject, ...]  # against observations first
-    parts: Mapping[str, int]  # parts of the error bars, each with the points that have it
+    parts: Mapping[
+        str, int
+    ]  # parts of the error bars, each with the points that have it; none without a subject
     points: int  # points with a value
     flagged: tuple[tuple[str, ...], ...]  # the flags of each point and of its run
     has_scatter: bool  # whether the published scatter of any law is known
@@ -148,10 +150,12 @@ def evidence_of(
     for name in main_quantities(points):
         quantity = _Quantity(points, name)
         shots = [shot for shot in observations if shot.quantity == name]
+        subjects = (*quantity.against_shots(shots), *quantity.against_simulation())
         yield Evidence(
             quantity=name,
-            subjects=(*quantity.against_shots(shots), *quantity.against_simulation()),
-            parts=quantity.parts(),
+            subjects=subjects,
+            # Nobody reads the parts where there is nothing to judge: a fifth of the time of a report of clouds.
+            parts=quantity.parts() if subjects else {},
             points=int(np.isfinite(quantity.values).sum()),
             flagged=tuple(quantity.flags),
             has_scatter=any(map(math.isfinite, quantity.scatter().values())),

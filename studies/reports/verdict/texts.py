@@ -58,9 +58,9 @@ def word_of(band: Band, reference: Reference, is_simulation: bool) -> str:
             )
         return f"agrees within the joint uncertainty of up to ±{bar} ({gives})"
     if band.word == "unjudged":
-        return f"not judged because of {_listed(band.unjudged)}"
+        return f"not judged because of {listed(band.unjudged)}"
     gives = f" (it gives {difference(band.residuals)})" if band.residuals else ""
-    return f"outside its range: {_listed(band.outside)}{gives}"
+    return f"outside its range: {listed(band.outside)}{gives}"
 
 
 def untested(count: int, judged: int, reference: Reference, is_simulation: bool) -> str:
@@ -114,7 +114,7 @@ def _place(place: Place, units: Mapping[str, str | None]) -> str:
     )
 
 
-def _listed(reasons: Sequence[tuple[str, int]]) -> str:
+def listed(reasons: Sequence[tuple[str, int]]) -> str:
     """Reasons, those of the same kind once: "t/d = 0.25 is below 0.55" is "t/d below 0.55"."""
     kinds = list(
         dict.fromkeys(

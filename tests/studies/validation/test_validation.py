@@ -1,6 +1,7 @@
 """Validation cases: sweeps of each level, published numbers, rows and pages."""
 
 import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -8,8 +9,10 @@ import numpy as np
 import pytest
 
 from studies import validation, verification
+from studies.laws.maiden_c import hole_ratio
+from studies.materials import load
 from studies.sweeps.sweep import Sweep
-from studies.validation import LEVELS, Line, Picture, Validation
+from studies.validation import LEVELS, Line, Picture, Validation, shape_coefficient
 from studies.validation._compare import ComparedReading, against, compared
 from studies.validation._pages import draw, write_case, write_index
 from studies.values.results import Measured, RunResult
@@ -47,17 +50,8 @@ def depth_of(cells: float) -> float:
 @pytest.fixture(scope="module")
 def cube() -> Any:
     """Craters of Table 3.4 on three grids with made-up depths."""
-    from studies.cubes import cube as cubes
-
-    sweep = Sweep.parse(validation.load("table-3-4").documents("fine")["craters"])
-    results = {}
-    for point in sweep.runs():
-        depth = depth_of(point.coordinates["cells_per_diameter"])  # type: ignore[arg-type]
-        measured = Measured(depth, 1e-6, {"resolution": 1e-6}, (), {"time": [], "value": []}, 1)
-        results[point.run.id] = RunResult(
-            point.run.id, "succeeded", measurements={"crater_depth": measured}
-        )
-    return cubes.build(sweep, results)
+    document = validation.load("table-3-4").documents("fine")["craters"]
+    return cube_of(document, {"crater_depth": lambda at: depth_of(at["cells_per_diameter"])})
 
 
 def rows_of(cube: Any, speed: float) -> list[Row]:
@@ -90,6 +84,59 @@ def test_rows__of_a_place_that_the_cube_lacks_are_refused(cube: Any) -> None:
         ComparedReading(cube, "crater_depth", {"speed": 5.1e3}).on(5.0)
 
 
+def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], float]]) -> Any:
+    """The cube of a sweep with made-up values by quantity, as functions of the coordinates."""
+    from studies.cubes import cube as cubes
+
+    sweep = Sweep.parse(document)
+    results = {}
+    for point in sweep.runs():
+        measurements = {
+            name: Measured(
+                of(point.coordinates), 1e-6, {"resolution": 1e-6}, (), {"time": [], "value": []}, 1
+            )
+            for name, of in values.items()
+        }
+        results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measurements)
+    return cubes.build(sweep, results)
+
+
+def test_readings__of_zipped_axes_are_those_of_their_point() -> None:
+    document = validation.load("shape-coefficient").documents("quick")["craters"]
+    shapes = {"steel-4340": 0.9, "copper-ofhc": 0.6, "al-6061-t6": 0.3}
+    cube = cube_of(document, {"crater_depth_over_diameter": lambda at: shapes[at["projectile"]]})
+    name, pair = "crater_depth_over_diameter", {"projectile": "al-6061-t6", "target": "steel-4340"}
+    assert ComparedReading(cube, name, {**pair, "speed": 6e3}).on()[0] == 0.3
+    with pytest.raises(KeyError, match="no point"):
+        ComparedReading(cube, name, {**pair, "target": "copper-ofhc", "speed": 6e3}).on()
+    verdicts = [row.verdict for row in shape_coefficient.CASE.rows("quick", {"craters": cube})]
+    assert verdicts == ["PASS", "PASS", "PASS"]
+    shapes["copper-ofhc"] = 0.2
+    cube = cube_of(document, {"crater_depth_over_diameter": lambda at: shapes[at["projectile"]]})
+    verdicts = [row.verdict for row in shape_coefficient.CASE.rows("quick", {"craters": cube})]
+    assert verdicts == ["PASS", "FAIL", "PASS"]
+
+
+def test_verdict_on_a_law__has_its_mean_and_its_trend() -> None:
+    """Holes from which Maiden's law differs by 2 % for each km/s."""
+
+    def hole(at: Mapping[str, Any]) -> float:
+        law = 8e-3 * float(hole_ratio(at["speed"], 0.2, load("copper-ofhc").sound_speed))
+        return law / (1.0 + 0.02 * at["speed"] / 1e3)
+
+    document = validation.load("hole-laws").documents("quick")["copper-0.2"]
+    cubes = {"copper-0.2": cube_of(document, {"hole_diameter": hole})}
+    rows = list(validation.load("hole-laws").rows("quick", cubes))
+    assert [row.verdict for row in rows[:2]] == ["PASS", "PASS"]
+    (maiden,) = (row for row in rows if "Maiden (sound speed)" in row.claim)
+    assert maiden.got == pytest.approx(2.0 * (2.0 + 4.5 + 7.0) / 3.0)
+    assert maiden.others["n"] == "3 of 3"
+    assert maiden.others["per km/s"] == "+2.0 ± 0.0 %"
+    (printed,) = (row for row in rows if "Maiden (aluminium)" in row.claim)
+    assert printed.got == "no judged point"
+    assert "calibrated on aluminium" in printed.others["outside: 3"]
+
+
 def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:
     numbers = validation.of_observations("craters-thesis", "thick_plate", "MPM3D")
     picture = against("p", "Depth", cube, "crater_depth", "speed", numbers)
@@ -117,11 +164,18 @@ def test_pages__show_every_figure_and_escape_texts(tmp_path: Path) -> None:
     row = Row("depth (mm)", 14.0, 14.5, False, 0.5, 0.4, bar=0.25, others={"SPH": 17.3})
     rows = [Verified("made-up", row, 0.1), Verified("made-up", reported("more", 3.0), 0.1)]
     page = write_case(case, rows, {}, tmp_path).read_text()
-    for text in ("14.5 ± 0.25", "SPH 17.3", ">fail<", "A &lt; b", "<svg"):
+    for text in (
+        "14.5\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}0.25",
+        "0.5 of 0.4",
+        "SPH 17.3",
+        ">fail<",
+        "A &lt; b",
+        "<svg",
+    ):
         assert text in page, text
     index = write_index([(case, rows)], "fine", tmp_path).read_text()
     assert "0 passed, 1 failed, 1 reported" in index
-    assert 'src="made-up/depth.svg"' in index
+    assert 'src="data:image/svg+xml;base64,' in index
 
 
 def test_drawing__has_no_clock(tmp_path: Path) -> None:
