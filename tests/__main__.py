@@ -58,22 +58,22 @@ TESTS = {
 STAGES = (
     Stage("rules", 10, ["ruff", "check", "--quiet"]),
     Stage("format", 10, ["ruff", "format", "--check", "--quiet"]),
-    Stage("crashes", 300, [*PYTEST, *TESTS["crashes"]]),
+    Stage("solver", 300, [*PYTEST, *TESTS["solver"]]),
+    Stage("store", 300, [*PYTEST, *TESTS["store"]]),
     Stage(
         "other tests",
-        200,
+        250,
         [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths)],
     ),
-    Stage("store", 300, [*PYTEST, *TESTS["store"]]),
-    Stage("solver", 200, [*PYTEST, *TESTS["solver"]]),
-    Stage("api", 200, [*PYTEST, *TESTS["api"]]),
+    Stage("api", 250, [*PYTEST, *TESTS["api"]]),
+    Stage("crashes", 250, [*PYTEST, *TESTS["crashes"]]),
     Stage(
         "acceptance",
-        200,
+        150,
         [*PYTEST, *TESTS["acceptance"], *(f"--ignore={path}" for path in TESTS["crashes"])],
     ),
-    Stage("quick claims", 200, ["python", "-m", "tests.claims", "--quick"]),
-    Stage("types", 120, ["mypy"]),
+    Stage("quick claims", 100, ["python", "-m", "tests.claims", "--quick"]),
+    Stage("types", 80, ["mypy"]),
     Stage("imports", 30, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
 )
 

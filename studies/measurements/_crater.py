@@ -14,7 +14,8 @@ from studies.measurements._impact import ImpactView, edge_from_inside, overlap, 
 COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: the floor of a crater is flat there
 
 # Particles of a wall are drawn apart by up to a cell (the numerical fracture of the method), so a gap of one cell is no
-# end of it: layers are two cells high, and matter is looked for in windows two cells wide.
+# end of it: layers are two cells high, and matter is looked for in windows two cells wide. So it is above the floor,
+# where in a window of one cell two particles of debris near the edge of a column of 1.5 cells are half of the matter.
 LAYER = 2.0  # cells
 CENTRES = np.array([1.0, 2.0, 3.0])  # of the layers below the original surface, in cells
 # Of the crater's depth, where the lowest layer ends at the latest: the floor is no wall.
@@ -62,7 +63,7 @@ def _floor(view: ImpactView, radius: np.ndarray, among: np.ndarray, column: floa
         view.depth[inside],
         view.mass[inside] / view.sectors,
         width=view.axial_width,
-        window=view.cell,
+        window=LAYER * view.cell,
         start=view.thickness - view.cell,
         stop=-view.projectile_diameter,
         nominal=lambda low, high: 0.5 * column**2 * view.density * (high - low),

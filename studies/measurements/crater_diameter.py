@@ -35,6 +35,6 @@ MEASUREMENT = Measurement(
     "from the middle of the mouth), in three layers of two cells, one cell apart below the surface, continued to it by "
     "the straight line through its squares; in a crater of less than eight cells the layers are thinner, so that they "
     "end above half of its depth",
-    version=3,
+    version=4,
     read=_read,
 )

@@ -25,7 +25,7 @@ MEASUREMENT = Measurement(
     unit="1",
     meaning="share of its largest depth by which a crater has become shallower at the end, over all observations; "
     "before maximum where it is deepest at the end",
-    version=1,
+    version=2,
     read=_read,
     follows=(DEPTH,),
 )

@@ -93,7 +93,7 @@ def _axis(opening: str, axis: str) -> Measurement:
         unit="m",
         meaning=f"{meaning} {where}, through its middle: the sums of the radii of opposite sectors, one over their "
         "square as a constant and two cosines of the azimuth; of a body of revolution its diameter",
-        version=1,
+        version=2 if opening == "crater" else 1,
         read=read,
     )
 
