@@ -27,8 +27,8 @@ MEASUREMENT = Measurement(
     name="crater_depth",
     title="Crater depth",
     unit="m",
-    meaning="depth below the original surface at which matter connected to the target, by its undisturbed volume, first "
-    "fills half of a window of two cells in a column of a quarter projectile diameter about the axis (of an "
+    meaning="depth below the original surface at which matter connected to the target, by its undisturbed volume, "
+    "first fills half of a window of two cells in a column of a quarter projectile diameter about the axis (of an "
     "oblique shot, in the column along its trace where it is deepest) on the way down; near back where the block "
     "is thinner than three of these depths and its back reflects waves",
     version=5,
