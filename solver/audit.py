@@ -82,13 +82,15 @@ class Audit:
     time: float  # s
     mass_error: float  # of the initial mass
     momentum_error: float  # largest over conserved axes, of the initial sum of |m v|
-    energy_drift: float  # (E - E0) / E0
+    energy_drift: float  # (E - E0) / (E0 + |work of loads|)
     kinetic: float  # J, on the grid
     internal: float  # J, on the grid
     outflow_mass: float  # of the initial mass
-    removed_energy: float  # by damping, contact, absorbers and walls, of the initial energy
+    removed_energy: (
+        float  # by damping, contact, absorbers and walls, of the initial energy and |work|
+    )
     contact_energy: float  # the part of it that contact took
-    outflow_energy: float  # of the initial energy
+    outflow_energy: float  # likewise
     hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass
     largest_speed: float  # m/s
     exchanged: Exchanged
@@ -149,9 +151,9 @@ def audit(
         kinetic=now.kinetic,
         internal=now.internal,
         outflow_mass=ledger.mass / start.mass,
-        removed_energy=removed / start_energy if start_energy else 0.0,
-        contact_energy=removed_by_contact / start_energy if start_energy else 0.0,
-        outflow_energy=(ledger.kinetic + ledger.internal) / start_energy if start_energy else 0.0,
+        removed_energy=removed / scale if scale else 0.0,
+        contact_energy=removed_by_contact / scale if scale else 0.0,
+        outflow_energy=(ledger.kinetic + ledger.internal) / scale if scale else 0.0,
         hottest_energy_share=_hottest_share(particles, living, now.internal),
         largest_speed=_largest_speed(particles, living),
         exchanged=Exchanged(

@@ -273,25 +273,35 @@ AUDIT = (
     AuditNumber("particle_steps", "1", "particles times the steps that each was moved"),
     AuditNumber("end_time", "s", "simulated time at the end"),
     AuditNumber("smallest_step", "s", "smallest time step"),
-    _drift("energy_drift", meaning="energy unaccounted for at the end, over the initial energy"),
+    _drift(
+        "energy_drift",
+        meaning="energy unaccounted for at the end, over the initial energy and the loads' work",
+    ),
     _drift("largest_energy_drift", meaning="largest energy drift at any time of the run"),
     _share("momentum_error", meaning="momentum unaccounted for, over the initial momentum"),
     _share("mass_error", meaning="mass unaccounted for, over the initial mass"),
     _share("hottest_energy_share", meaning="share of internal energy in the hottest particles"),
     _share(
         "removed_energy_fraction",
-        meaning="energy removed by walls, absorbing surfaces, contact and damping, over the initial",
+        meaning="energy removed by walls, absorbing surfaces, contact, damping, over the initial and the loads' work",
     ),
     _share(
         "contact_energy_fraction",
-        meaning="energy removed by contact of bodies alone, over the initial",
+        meaning="energy removed by contact of bodies alone, over the initial and the loads' work",
     ),
     _share(
         "outflow_mass_fraction", meaning="mass that left the grid or was retired, over the initial"
     ),
     _share(
         "outflow_energy_fraction",
-        meaning="energy that left the grid or was retired, over the initial",
+        meaning="energy that left the grid or was retired, over the initial and the loads' work",
+    ),
+    # Zero in every scenario but those of bars.
+    AuditNumber(
+        "load_work",
+        "J",
+        "work of pressures and gravity up to the end, on whole bodies",
+        shown=False,
     ),
     _share(
         "separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"
@@ -345,8 +355,8 @@ class RunHistory:
 BODY = "body"
 BODY_NAME = Variable(BODY, "body of the problem", str, (BODY,), kind="text")
 
-# Their sum over kinds and bodies is the initial energy and what the audit calls drift; that of the momenta, without the
-# impulse, is the initial momentum. Models of a sector count for the whole.
+# The sum of the energies over kinds and bodies, less the work of loads, is the initial energy and what the audit calls
+# drift; that of the momenta, less the impulse, is the initial momentum. Models of a sector count for the whole.
 HISTORIES = (
     RunHistory("kinetic_energy", "J", "kinetic energy of the particles of a body on the grid"),
     RunHistory("internal_energy", "J", "internal energy of the particles of a body on the grid"),
@@ -366,10 +376,11 @@ HISTORIES = (
         "energy that damping, walls and absorbing surfaces removed",
         by_body=False,
     ),
+    RunHistory("load_work", "J", "work of pressures and gravity", by_body=False),
     RunHistory(
         "axial_impulse",
         "N s",
-        "impulse that faces and absorbing surfaces gave along the line of flight",
+        "impulse that faces, absorbing surfaces and loads gave along the line of flight",
         by_body=False,
     ),
 )

@@ -32,6 +32,7 @@ class BarView:
     length: float  # initial, m
     diameter: float  # initial, m
     speed: float  # initial, towards the wall, m/s
+    is_loaded: bool  # whether more than the wall acts on it
     references: tuple[float | None, float | None, float | None]  # length, diameter, width; m
 
     @property
@@ -65,6 +66,7 @@ def view(setting: Any, snapshot: Any) -> BarView:
         length=setting.length,
         diameter=setting.diameter,
         speed=setting.speed,
+        is_loaded=bool(setting.problem.tractions) or any(setting.problem.gravity),
         references=setting.references,
     )
 
@@ -139,6 +141,8 @@ def _row_ends(view: BarView, direction: int) -> np.ndarray:
 # ---- readings ------------------------------------------------------------------------------------
 
 LOST = Reading(math.nan, flags=("lost_particles",))
+# Of what is measured against the initial motion of a bar on which its wall alone acts.
+LOADED = Reading(math.nan, flags=("loaded",))
 
 
 def length_of(view: BarView) -> Reading:
@@ -170,6 +174,19 @@ def width_of(view: BarView, part: float) -> Reading:
     share = (level - heights[first]) / (heights[first + 1] - heights[first])
     radius = radii[first] + share * (radii[first + 1] - radii[first])
     return Reading(2.0 * float(radius), {"resolution": view.resolution})
+
+
+def rear_velocity_of(view: BarView) -> Reading:
+    """Axial velocity of the last layer of particles; uncertain by what it differs from the layer before."""
+    layer = view.place[:, 2]
+    if np.bincount(layer)[-1] < np.bincount(layer).max():
+        return LOST
+    velocities = [
+        float(np.average(view.velocity[at, 2], weights=view.mass[at]))
+        for at in (layer == layer.max(), layer >= layer.max() - 1)
+    ]
+    # The mean over both layers lies half of their difference off.
+    return Reading(velocities[0], {"resolution": 2.0 * abs(velocities[0] - velocities[1])})
 
 
 @dataclass(frozen=True)

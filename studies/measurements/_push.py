@@ -19,9 +19,11 @@ class Push:
     at: np.ndarray  # (n,) times of the observations, s
 
 
-def push_of(history: History) -> Push:
-    """The push between each two observations; empty before the second."""
+def push_of(history: History) -> Push | None:
+    """The push between each two observations, empty before the second; None of a loaded bar, which has no momentum."""
     momentum, at = history.values[MOMENTUM], history.times
+    if np.isnan(momentum).any():
+        return None
     return Push(
         times=0.5 * (at[1:] + at[:-1]),
         rates=np.diff(momentum) / np.diff(at),

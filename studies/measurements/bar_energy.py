@@ -3,12 +3,12 @@
 from collections.abc import Callable
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._bar import BarView, Energies, energies
+from studies.measurements._bar import LOADED, BarView, Energies, energies
 
 
 def _share(name: str, title: str, meaning: str, of: Callable[[Energies], float]) -> Measurement:
     def read(view: BarView) -> Reading:
-        return Reading(of(energies(view)), {"resolution": view.share})
+        return LOADED if view.is_loaded else Reading(of(energies(view)), {"resolution": view.share})
 
     return Measurement(name=name, title=title, unit="1", meaning=meaning, version=1, read=read)
 

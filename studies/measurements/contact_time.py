@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from studies.measurements import History, Measurement, Reading
+from studies.measurements._bar import LOADED
 from studies.measurements._push import MOMENTUM, push_of
 
 WHOLE = 0.99  # of the impulse: the time over which the mean push is taken
@@ -14,6 +15,8 @@ END = 0.5  # of the mean push: a front that the grid smears evenly does not move
 def _read(history: History) -> Reading:
     """When the push falls below half of its mean for the last time, interpolated between observations."""
     push = push_of(history)
+    if push is None:
+        return LOADED
     if push.rates.size < 2 or push.impulse.max() <= 0.0:
         return Reading(math.nan, flags=("in_contact",))
     whole = int(np.argmax(push.impulse >= WHOLE * push.impulse[-1]))

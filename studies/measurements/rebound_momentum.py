@@ -1,10 +1,12 @@
 """The momentum of a bar away from the wall, over its initial momentum."""
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._bar import BarView
+from studies.measurements._bar import LOADED, BarView
 
 
 def _read(view: BarView) -> Reading:
+    if view.is_loaded:
+        return LOADED
     momentum = float((view.mass * view.velocity[:, 2]).sum())
     initial = float(view.mass.sum()) * view.speed
     return Reading(momentum / initial, {"resolution": view.share})

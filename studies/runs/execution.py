@@ -247,6 +247,7 @@ def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:
         "departed_axial_momentum": of_bodies(lambda body: body.departed_momentum),
         "contact_energy": of_run(lambda given: given.removed_by_contact),
         "otherwise_removed_energy": of_run(lambda given: given.removed - given.removed_by_contact),
+        "load_work": of_run(lambda given: given.worked),
         "axial_impulse": of_run(lambda given: given.impulse),
     }
 
@@ -269,6 +270,7 @@ def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
         "contact_energy_fraction": audit.contact_energy,
         "outflow_mass_fraction": audit.outflow_mass,
         "outflow_energy_fraction": audit.outflow_energy,
+        "load_work": 2.0 * math.pi / observer.setting.sector * audit.exchanged.worked,
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
         "molten_mass_fraction": molten_fraction(observer.setting.problem.bodies, outcome.snapshot),

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from solver.units import Described
 from studies.scenarios import Dimension, Outline, Setting, Shape, Size
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
+from studies.scenarios._loading import Loading, added_speed, check_loading, loads
 from studies.scenarios._numerics import (
     Numerics,
     filled_numerics,
@@ -34,8 +35,15 @@ class AtWall:
 
     geometry: Annotated[
         Literal["axisymmetric", "quarter"],
-        Described("body of revolution, or a quarter of a round bar in three dimensions"),
+        Described("body of revolution, or a quarter of a bar in three dimensions"),
     ] = "axisymmetric"
+    section: Annotated[
+        Literal["round", "square"],
+        Described(
+            "section of the bar; a square one, whose side is bar_diameter, in three dimensions",
+            neutral=True,
+        ),
+    ] = "round"
     wall: Annotated[
         Literal["unilateral", "symmetric"],
         Described(
@@ -45,7 +53,7 @@ class AtWall:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Bar(Numerics, AtWall):
+class Bar(Numerics, Loading, AtWall):
     """Parameters of every bar that hits a wall."""
 
 
@@ -56,6 +64,7 @@ class Extent:
     length: float  # m
     diameter: float  # m
     speed: float  # m/s
+    fastest: float  # of matter, with its loads, m/s
     cell: float  # m
     height: float  # of the grid, m
     radius: float  # of the grid, m
@@ -92,6 +101,11 @@ def assemble(
             bodies=(made,),
             faces=faces,
             end_time=extent.end_time,
+            **loads(
+                parameters,
+                axis=1 if parameters.geometry == "axisymmetric" else 2,
+                end_time=extent.end_time,
+            ),
             **numerics(parameters),
         ),
         sector=SECTORS[parameters.geometry],
@@ -110,18 +124,37 @@ def size(parameters: Bar, extent: Extent, sound_speed: float) -> Size:
     if parameters.geometry == "axisymmetric":
         particles = 0.5 * extent.diameter * extent.length / step**2
     else:
-        particles = math.pi / 16.0 * extent.diameter**2 * extent.length / step**3
-    dt = mean_step(parameters, extent.cell, sound=sound_speed, speed=extent.speed)
+        particles = _section(parameters, extent) * extent.length / step**3
+    dt = mean_step(parameters, extent.cell, sound=sound_speed, speed=extent.fastest)
     return Size(particles=round(particles), steps=math.ceil(extent.end_time / dt))
 
 
-def check_extent(length: float, cell: float) -> list[Finding]:
-    """The bar is as long as a cell at least; its diameter has two by its own bounds."""
-    if length >= cell:
-        return []
-    limit = f"at least a cell, {cell:g} m"
-    cure = "raise the resolution (cells per diameter)"
-    return [Finding("bar_length", f"{length:g} m", limit, cure)]
+def check_bar(parameters: Bar, extent: Extent, *, density: float, sound: float) -> list[Finding]:
+    """The bar is as long as a cell at least, square in three dimensions alone, and bears its loads.
+
+    Its diameter has two cells by its own bounds.
+    """
+    findings = check_loading(
+        parameters,
+        density=density,
+        sound=sound,
+        time=extent.end_time,
+        length=(extent.length, extent.cell),
+    )
+    if extent.length < extent.cell:
+        limit = f"at least a cell, {extent.cell:g} m"
+        cure = "raise the resolution (cells per diameter)"
+        findings.append(Finding("bar_length", f"{extent.length:g} m", limit, cure))
+    if parameters.section == "square" and parameters.geometry == "axisymmetric":
+        limit = "round in a body of revolution"
+        findings.append(Finding("section", "square", limit, "set geometry to quarter"))
+    return findings
+
+
+def fastest(parameters: Any, *, impedance: float, time: float) -> float:
+    """Speed that matter may have within a time (s), with its loads, m/s; ``impedance`` is rho c, Pa s/m."""
+    own: float = parameters.speed
+    return own + added_speed(parameters, impedance=impedance, time=time)
 
 
 def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
@@ -167,6 +200,14 @@ def _grid(parameters: Bar, extent: Extent) -> tuple[Any, tuple[tuple["Face", "Fa
     )
 
 
+def _section(parameters: Bar, extent: Extent) -> float:
+    """Area of the section that the model has, m2 (m2 per radian)."""
+    radius = 0.5 * extent.diameter
+    if parameters.geometry == "axisymmetric":
+        return 0.5 * radius**2
+    return (1.0 if parameters.section == "square" else 0.25 * math.pi) * radius**2
+
+
 def _bar(
     parameters: Bar, extent: Extent, matter: "Matter", density: float, geometry: Any
 ) -> tuple["Body", "np.ndarray"]:
@@ -180,9 +221,10 @@ def _bar(
     flat = parameters.geometry == "axisymmetric"
     columns = (across, np.zeros(1), along) if flat else (across, across, along)
     where = points(*columns)
-    inside = np.hypot(where[:, 0], where[:, 1]) < radius
-    place = points(*(np.arange(column.size) for column in columns))[inside]
-    where = where[inside]
+    place = points(*(np.arange(column.size) for column in columns))
+    if parameters.section == "round":
+        inside = np.hypot(where[:, 0], where[:, 1]) < radius
+        where, place = where[inside], place[inside]
     velocity = np.zeros(3)
     velocity[1 if flat else 2] = -extent.speed
     made = body(
@@ -193,6 +235,6 @@ def _bar(
         spacing=(wide, high, 0.0) if flat else (wide, wide, high),
         velocity=velocity,
         density=density,
-        volume=(0.5 if flat else 0.25 * math.pi) * radius**2 * extent.length,
+        volume=_section(parameters, extent) * extent.length,
     )
     return made, place

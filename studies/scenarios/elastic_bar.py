@@ -20,6 +20,7 @@ from solver.units import (
 from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
+from studies.scenarios._loading import FASTEST, filled_loading
 from studies.scenarios._numerics import check_numerics, filled_numerics
 from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
@@ -36,11 +37,16 @@ ROOM = 2.0  # cells of grid beside and behind the bar, besides its flight
 class _ElasticBarShot(AtWall):
     """The bar and its flight."""
 
-    speed: Annotated[MetrePerSecond, Described("impact speed, normal to the wall", 1e-3, 1e3)] = (
-        300.0
-    )
+    speed: Annotated[
+        MetrePerSecond,
+        Described(
+            "impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3
+        ),
+    ] = 300.0
     bar_length: Annotated[Metre, Described("length of the bar", 1e-5, 1.0)] = 10e-3
-    bar_diameter: Annotated[Metre, Described("diameter of the bar", 1e-5, 1.0)] = 4e-3
+    bar_diameter: Annotated[
+        Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)
+    ] = 4e-3
     young_modulus: Annotated[Pascal, Described("Young's modulus of the bar", 1e5, 1e13)] = 100e9
     poisson_ratio: Annotated[Dimensionless, Described("Poisson's ratio of the bar", 0.0, 0.49)] = (
         0.3
@@ -66,7 +72,7 @@ class ElasticBar(Bar, _ElasticBarShot):
 
 def transit(parameters: ElasticBar) -> float:
     """Contact time of a slender bar, 2 L / c with c = sqrt(E / rho), s."""
-    return 2.0 * parameters.bar_length / math.sqrt(parameters.young_modulus / parameters.density)
+    return 2.0 * parameters.bar_length / _wave_speed(parameters)
 
 
 def _end_time(parameters: ElasticBar) -> float:
@@ -85,32 +91,45 @@ def _bulk(parameters: ElasticBar) -> float:
     return parameters.young_modulus / (3.0 * (1.0 - 2.0 * parameters.poisson_ratio))
 
 
+def _wave_speed(parameters: ElasticBar) -> float:
+    """Speed of a wave in a slender bar, m/s."""
+    return math.sqrt(parameters.young_modulus / parameters.density)
+
+
 def _extent(parameters: ElasticBar) -> Extent:
-    room = ROOM * _cell(parameters)
+    room, sound, end_time = (
+        ROOM * _cell(parameters),
+        _wave_speed(parameters),
+        _end_time(parameters),
+    )
+    fastest = bars.fastest(parameters, impedance=parameters.density * sound, time=end_time)
     # A bar that is stopped at once widens by the strain v / c at most.
-    strain = parameters.speed / math.sqrt(parameters.young_modulus / parameters.density)
+    strain = fastest / sound
     return Extent(
         length=parameters.bar_length,
         diameter=parameters.bar_diameter,
         speed=parameters.speed,
+        fastest=fastest,
         cell=_cell(parameters),
-        height=parameters.bar_length + parameters.speed * _end_time(parameters) + room,
+        height=parameters.bar_length + fastest * end_time + room,
         radius=0.5 * parameters.bar_diameter * (1.0 + strain) + room,
-        end_time=_end_time(parameters),
+        end_time=end_time,
     )
 
 
 def _fill(parameters: ElasticBar) -> ElasticBar:
-    return replace(filled_numerics(parameters), end_time=round_quantity(_end_time(parameters)))
+    filled = filled_loading(filled_numerics(parameters))
+    return replace(filled, end_time=round_quantity(_end_time(parameters)))
 
 
 def _check(parameters: ElasticBar, materials: Materials) -> list[Finding]:
-    findings = check_numerics(parameters) + bars.check_extent(
-        parameters.bar_length, _cell(parameters)
+    sound = _wave_speed(parameters)
+    findings = check_numerics(parameters) + bars.check_bar(
+        parameters, _extent(parameters), density=parameters.density, sound=sound
     )
-    fastest = 0.3 * math.sqrt(parameters.young_modulus / parameters.density)
+    fastest = FASTEST * sound
     if parameters.speed > fastest:
-        limit = f"at most {fastest:g} m/s, 0.3 of the wave speed"
+        limit = f"at most {fastest:g} m/s, {FASTEST:g} of the wave speed"
         cure = "choose a lower speed: linear elasticity holds only far below this limit"
         findings.append(Finding("speed", f"{parameters.speed:g} m/s", limit, cure))
     return findings
@@ -155,8 +174,8 @@ def _rate(parameters: Any, setting: Setting) -> ObservationRate:
 SCENARIO = Scenario(
     name="elastic_bar",
     title="Elastic bar on a wall",
-    description="An elastic round bar hits a rigid frictionless wall end-on and rebounds; contact, momentum and energy "
-    "are measured.",
+    description="An elastic bar hits a rigid frictionless wall end-on and rebounds, or is pressed on it by loads; "
+    "contact, momentum, energy and the velocity of its free end are measured.",
     parameters=ElasticBar,
     materials=(),
     measurements=(
@@ -167,6 +186,7 @@ SCENARIO = Scenario(
         "vibration_energy",
         "strain_energy",
         "lost_energy",
+        "rear_face_velocity",
     ),
     settles=(),
     fill=_fill,

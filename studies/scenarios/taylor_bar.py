@@ -2,17 +2,21 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
+from studies.scenarios._loading import filled_loading
 from studies.scenarios._matter import check_boiling, check_constants, matter
 from studies.scenarios._numerics import check_numerics, filled_numerics, recipe_of
 from studies.values.errors import Finding
 from studies.values.parameters import MaterialName
 from studies.values.quantities import round_quantity
+
+if TYPE_CHECKING:
+    from studies.materials import Material
 
 # Ma (2005), section 2.3.2: until the kinetic energy no longer changes, 72 us for 25.4 mm.
 END_PER_LENGTH = 72e-6 / 25.4e-3  # s/m
@@ -26,11 +30,16 @@ class _TaylorBarShot(AtWall):
     """The bar and its flight."""
 
     bar: Annotated[MaterialName, Described("material of the bar")] = "copper-thesis-taylor"
-    speed: Annotated[MetrePerSecond, Described("impact speed, normal to the wall", 1.0, 1e3)] = (
-        190.0
-    )
+    speed: Annotated[
+        MetrePerSecond,
+        Described(
+            "impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3
+        ),
+    ] = 190.0
     bar_length: Annotated[Metre, Described("length of the bar", 1e-5, 1.0)] = 25.4e-3
-    bar_diameter: Annotated[Metre, Described("diameter of the bar", 1e-5, 1.0)] = 7.6e-3
+    bar_diameter: Annotated[
+        Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)
+    ] = 7.6e-3
     cells_per_diameter: Annotated[
         Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)
     ] = 10.0
@@ -80,20 +89,31 @@ def _cell(parameters: TaylorBar) -> float:
     return parameters.bar_diameter / parameters.cells_per_diameter
 
 
-def _extent(parameters: TaylorBar) -> Extent:
+def _extent(parameters: TaylorBar, material: "Material") -> Extent:
+    end_time = _end_time(parameters)
+    impedance = material.density * _sound_speed(material)
+    fastest = bars.fastest(parameters, impedance=impedance, time=end_time)
+    flight = (fastest - parameters.speed) * end_time
     return Extent(
         length=parameters.bar_length,
         diameter=parameters.bar_diameter,
         speed=parameters.speed,
+        fastest=fastest,
         cell=_cell(parameters),
-        height=parameters.bar_length + 2.0 * _cell(parameters),
+        height=parameters.bar_length + flight + 2.0 * _cell(parameters),
         radius=0.5 * SPREAD * parameters.bar_diameter,
-        end_time=_end_time(parameters),
+        end_time=end_time,
     )
 
 
+def _sound_speed(material: "Material") -> float:
+    elastic = material.elastic
+    return bars.longitudinal_speed(elastic.bulk_modulus, elastic.shear_modulus, material.density)
+
+
 def _fill(parameters: TaylorBar) -> TaylorBar:
-    return replace(filled_numerics(parameters), end_time=round_quantity(_end_time(parameters)))
+    filled = filled_loading(filled_numerics(parameters))
+    return replace(filled, end_time=round_quantity(_end_time(parameters)))
 
 
 def _check(parameters: TaylorBar, materials: Materials) -> list[Finding]:
@@ -102,7 +122,13 @@ def _check(parameters: TaylorBar, materials: Materials) -> list[Finding]:
         + check_constants(materials)
         + check_boiling(parameters, materials)
     )
-    return findings + bars.check_extent(parameters.bar_length, _cell(parameters))
+    material = materials["bar"]
+    return findings + bars.check_bar(
+        parameters,
+        _extent(parameters, material),
+        density=material.density,
+        sound=_sound_speed(material),
+    )
 
 
 def _build(parameters: TaylorBar, materials: Materials) -> Setting:
@@ -114,13 +140,13 @@ def _build(parameters: TaylorBar, materials: Materials) -> Setting:
         parameters.reference_diameter,
         parameters.reference_width,
     )
-    return bars.assemble(parameters, _extent(parameters), made, material.density, references)
+    extent = _extent(parameters, material)
+    return bars.assemble(parameters, extent, made, material.density, references)
 
 
 def _size(parameters: TaylorBar, materials: Materials) -> Size:
-    elastic, density = materials["bar"].elastic, materials["bar"].density
-    sound = bars.longitudinal_speed(elastic.bulk_modulus, elastic.shear_modulus, density)
-    return bars.size(parameters, _extent(parameters), sound)
+    material = materials["bar"]
+    return bars.size(parameters, _extent(parameters, material), _sound_speed(material))
 
 
 def _cells(parameters: TaylorBar) -> dict[str, float]:
@@ -134,7 +160,8 @@ def _rate(parameters: Any, setting: Setting) -> ObservationRate:
 SCENARIO = Scenario(
     name="taylor_bar",
     title="Taylor bar",
-    description="A round bar hits a rigid frictionless wall end-on and flattens; its final shape is measured.",
+    description="A bar hits a rigid frictionless wall end-on, or is pressed on it by loads, and flattens; its final "
+    "shape is measured.",
     parameters=TaylorBar,
     materials=("bar",),
     measurements=("final_length", "mushroom_diameter", "width_at_fifth", "taylor_error"),

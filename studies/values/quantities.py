@@ -64,6 +64,7 @@ _DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "N s": ("momentum", ("N s",)),
     "s-1": ("rate", ("1/s",)),
     "m s-1": ("speed", ("km/s", "m/s")),
+    "m s-2": ("acceleration", ("m/s2",)),
     "kg m-3": ("density", ("g/cm3", "kg/m3")),
     "J kg-1": ("specific energy", ("kJ/kg", "J/kg")),
     "J kg-1 K-1": ("heat capacity", ("J/(kg K)",)),
