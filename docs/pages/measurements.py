@@ -192,6 +192,8 @@ def _elastic_bar() -> Sketch:
     sketch.text(618, 192, "time", "end")
     sketch.across(60, 306, 170, "contact_time")
     sketch.along(324, 200, 222, "wall_pull, over the largest push")
+    for row, text in enumerate(("rear_face_place, rear_face_velocity:", "end away from the wall")):
+        sketch.text(640, 60 + 16 * row, text, "end", "#0072b2")
     rebound = "rebound_momentum: momentum away from the wall, over the initial one towards it"
     sketch.text(60, 268, rebound, "start", "#0072b2")
     x = 60.0

@@ -176,17 +176,14 @@ def width_of(view: BarView, part: float) -> Reading:
     return Reading(2.0 * float(radius), {"resolution": view.resolution})
 
 
-def rear_velocity_of(view: BarView) -> Reading:
-    """Axial velocity of the last layer of particles; uncertain by what it differs from the layer before."""
+def rear_of(view: BarView) -> Reading:
+    """The mean place of the last layer of particles."""
     layer = view.place[:, 2]
-    if np.bincount(layer)[-1] < np.bincount(layer).max():
+    last = layer == layer.max()
+    if last.sum() < np.bincount(layer).max():
         return LOST
-    velocities = [
-        float(np.average(view.velocity[at, 2], weights=view.mass[at]))
-        for at in (layer == layer.max(), layer >= layer.max() - 1)
-    ]
-    # The mean over both layers lies half of their difference off.
-    return Reading(velocities[0], {"resolution": 2.0 * abs(velocities[0] - velocities[1])})
+    place = float(np.average(view.position[last, 2], weights=view.mass[last]))
+    return Reading(place, {"resolution": view.resolution})
 
 
 @dataclass(frozen=True)

@@ -175,7 +175,7 @@ SCENARIO = Scenario(
     name="elastic_bar",
     title="Elastic bar on a wall",
     description="An elastic bar hits a rigid frictionless wall end-on and rebounds, or is pressed on it by loads; "
-    "contact, momentum, energy and the velocity of its free end are measured.",
+    "contact, momentum, energy and the motion of its free end are measured.",
     parameters=ElasticBar,
     materials=(),
     measurements=(
@@ -186,6 +186,7 @@ SCENARIO = Scenario(
         "vibration_energy",
         "strain_energy",
         "lost_energy",
+        "rear_face_place",
         "rear_face_velocity",
     ),
     settles=(),

@@ -102,6 +102,16 @@ OF_BARS: tuple[Changes, ...] = (
     {"cells_per_diameter": 2.0, "particles_per_cell": 1, "geometry": "quarter"},
     {"cells_per_diameter": 32.0},
     {"bar_length": 100e-3, "bar_diameter": 2e-3},
+    {"section": "square", "geometry": "quarter"},
+    {"speed": 0.0, "gravity": -9.81},
+    {
+        "speed": 0.0,
+        "bar_length": 20e-3,
+        "pressure": -1e8,
+        "pulse": "0 us 1, 1 us 0",
+        "section": "square",
+        "geometry": "quarter",
+    },
     {"speed": 1.0},
 )
 OF_DECKS: tuple[Changes, ...] = (

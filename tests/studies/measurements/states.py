@@ -16,6 +16,7 @@ from studies.measurements._impact import ImpactView
 from studies.measurements._plates import FLYER, TARGET, PlateView
 from studies.measurements._push import MOMENTUM
 from studies.measurements._whole import WholeView
+from studies.measurements.rear_face import PLACE
 from studies.scenarios import Melting
 
 DENSITY = 8930.0
@@ -228,6 +229,7 @@ def bar(
             "length": BAR_LENGTH,
             "diameter": BAR_DIAMETER,
             "speed": BAR_SPEED,
+            "is_loaded": False,
             "references": (BAR_LENGTH, BAR_DIAMETER, BAR_DIAMETER),
             **changes,
         }
@@ -432,6 +434,7 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "round": lambda: bar(flared, round_model=True),
         "short of rows": short_bar,
         "without references": lambda: bar(references=(None, None, None)),
+        "loaded": lambda: bar(is_loaded=True),
     },
     WholeView: {"at rest": lambda: whole(0.0), "in flight": lambda: whole(300.0)},
     CloudView: {
@@ -462,7 +465,7 @@ def joined(push: History, front: History) -> History:
     """Everything that any measurement follows, cut to the shorter of two histories."""
     size = min(push.times.size, front.times.size)
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
-    values = {**push.values, **front.values, "crater_depth": rise}
+    values = {**push.values, **front.values, "crater_depth": rise, PLACE: BAR_LENGTH - rise}
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
 
 

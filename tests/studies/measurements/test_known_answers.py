@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from studies.measurements import History
+from studies.measurements.rear_face import PLACE
 from studies.values.results import DEFINITION
 from tests.studies.measurements.states import (
     BAR_DIAMETER,
@@ -61,6 +62,14 @@ from tests.studies.measurements.states import (
 )
 
 TENTH = 0.1 * CELL
+LAST_LAYER = BAR_LENGTH - 0.5 * PARTICLE
+OF_THE_WALL_ALONE = (
+    "rigid_energy",
+    "vibration_energy",
+    "strain_energy",
+    "lost_energy",
+    "rebound_momentum",
+)
 AXES = ("largest", "smallest", "mean_root")
 Build = Callable[[], Any]
 
@@ -115,6 +124,10 @@ def walled_crater(height: float) -> Any:
 
 def depths(*depth: float) -> History:
     return History(np.arange(len(depth)) * 1e-6, {"crater_depth": np.array(depth)})
+
+
+def rear_faces(*place: float) -> History:
+    return History(np.arange(len(place)) * 1e-6, {PLACE: np.array(place)})
 
 
 def torn(skin: float, below: float) -> Any:
@@ -321,6 +334,12 @@ KNOWN: list[tuple[str, Build, float, float]] = [
     ("strain_energy", strained_bar, 0.2, ROUND_OFF),
     ("lost_energy", strained_bar, 1.0 - 0.25 - 0.2, 1e-9),
     ("rebound_momentum", strained_bar, 0.5, ROUND_OFF),
+    *(("rear_face_place", state, LAST_LAYER, 1e-14) for state in bars(straight)),
+    *(
+        ("rear_face_place", state, 2.0 / 3.0 * LAST_LAYER + TENTH, 1e-14)
+        for state in bars(stretched)
+    ),
+    ("rear_face_velocity", lambda: rear_faces(0.02, 0.020, 0.0195), -500.0, 1e-8),
     # Half of the time between observations.
     *(("contact_time", lambda t=t: pushed(rectangle(t)), t, 0.5e-8) for t in (0.5e-6, 1.234e-6)),
     ("contact_time", lambda: pushed(smeared(rectangle(1.2e-6))), 1.2e-6, 1e-8),
@@ -409,6 +428,14 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("mushroom_diameter", bar_without_corner, "lost_particles"),
     ("width_at_fifth", bar_without_corner, "lost_particles"),
     ("taylor_error", lambda: bar(references=(BAR_LENGTH, None, BAR_DIAMETER)), "no_reference"),
+    ("rear_face_place", bar_without_corner, "lost_particles"),
+    ("rear_face_velocity", lambda: rear_faces(0.02, math.nan), "lost_particles"),
+    ("rear_face_velocity", lambda: rear_faces(0.02), "one_observation"),
+    *((name, lambda: bar(is_loaded=True), "loaded") for name in OF_THE_WALL_ALONE),
+    *(
+        (name, lambda: pushed(np.full(9, math.nan)), "loaded")
+        for name in ("contact_time", "wall_pull")
+    ),
     ("contact_time", lambda: pushed(rectangle(1.2e-6, 0.6e-6)), "in_contact"),
     ("contact_time", lambda: pushed(rectangle(1.2e-6, 1.1e-6)), "in_contact"),
     ("plateau_pressure", lambda: plates(0.0), "no_shock"),

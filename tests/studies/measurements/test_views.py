@@ -322,7 +322,10 @@ def bar_of_arrays(kind: str) -> tuple[Any, Particles]:
     cells = (10, 50, 0) if flat else (10, 10, 50)
     setting = SimpleNamespace(
         problem=SimpleNamespace(
-            geometry=grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL), bodies=(body,)
+            geometry=grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL),
+            bodies=(body,),
+            tractions=(),
+            gravity=(0.0, 0.0, 0.0),
         ),
         length=BAR_LENGTH,
         diameter=BAR_DIAMETER,
@@ -342,6 +345,14 @@ def test_view_of_a_bar__knows_each_particle_by_its_number(kind: str) -> None:
     assert math.isclose(value("final_length", state), BAR_LENGTH, rel_tol=ROUND_OFF)
     assert math.isclose(value("mushroom_diameter", state), BAR_DIAMETER, rel_tol=ROUND_OFF)
     assert math.isclose(value("rebound_momentum", state), -1.0, rel_tol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("load", [{"tractions": (None,)}, {"gravity": (0.0, 0.0, 9.81)}])
+def test_view_of_a_bar__knows_its_loads(load: dict[str, Any]) -> None:
+    setting, particles = bar_of_arrays("quarter")
+    assert not view_of_bar(setting, snapshot_of(particles)).is_loaded
+    vars(setting.problem).update(load)
+    assert view_of_bar(setting, snapshot_of(particles)).is_loaded
 
 
 @pytest.mark.parametrize("kind", ["round", "quarter"])
