@@ -115,6 +115,17 @@ def test_audit__of_matter_at_rest_and_cold_divides_by_nothing() -> None:
     assert result.hottest_energy_share == 0.0
 
 
+def test_audit__shares_are_of_the_initial_energy_and_the_work_of_loads() -> None:
+    """1 kg, at rest before, was given 8 J: of them it has 5, 2 were removed, and 1 is missing."""
+    particles = views(empty_table(1))
+    particles.mass[:] = 1.0
+    start = totals(particles)
+    particles.energy[:] = 5.0
+    result = balance(particles, start, removed=2.0, removed_by_contact=0.5, worked=8.0)
+    assert (result.removed_energy, result.contact_energy) == (0.25, 0.0625)
+    assert result.energy_drift == -0.125
+
+
 def test_audit__computes_no_term_from_the_balance() -> None:
     """Energy that the viscosity takes and does not give back stays missing."""
     whole, short = (
