@@ -10,8 +10,13 @@ The impulse is a force of the step like any other, equal and opposite on the two
 kinetic energy of their relative motion that no stress has taken: minus the impulse times the mean of the relative
 velocities before and after, accumulated as removed energy. That is why the approach is judged before the forces too:
 where these alone would make bodies approach that draw apart, the impulse would do work on them. Without this, slow
-elastic bars gained up to 44 % of their energy at the contact; with it they lose a sixth to a third of it. Judged by the
-velocities before the forces alone, as in Ma (2005), Eqs. 2-27 and 2-28, they stick (2026-11).
+elastic bars gained up to 44 % of their energy at the contact; with it they lose a sixth to a third of it. Its price
+is that bodies under pressure, whose mapped velocities draw apart at some nodes, creep into each other there, and what
+ends that approach later is removed: see docs/theory.md.
+
+Ma (2005), Eqs. 2-27 and 2-28, print the same criterion and impulse with the velocities of the mapping, before the
+forces: ``Criterion.MAPPED``. Bodies then approach after a step by what its forces gave, and slow elastic bars stick
+(2026-11). Each body's own normal, as printed, would not keep the momentum: both criteria have the shared one.
 """
 
 import math
@@ -34,8 +39,10 @@ def empty_pair(nodes):
 
 
 @kernel
-def add_contact_forces(first, second, pair, friction, dt):
+def add_contact_forces(first, second, pair, friction, ahead, dt):
     """Contact forces between two fields whose mass, momentum, force and surface are complete.
+
+    The impulse ends the approach that the bodies would have ``ahead`` of now: after the step (dt), or at once (0).
 
     The normal is that of the difference of the two surfaces, so that both fields see the same one. That of the larger
     surface alone (Lemiale, Nairn and Hurmane 2010, CMES 70, 41) is better where a corner slides on a flat, and
@@ -51,7 +58,7 @@ def add_contact_forces(first, second, pair, friction, dt):
         for c in range(3):
             normal[c] = first.surface[i, c] - second.surface[i, c]
             size += normal[c] * normal[c]
-            relative[c] = _velocity(first, i, c, dt) - _velocity(second, i, c, dt)
+            relative[c] = _velocity(first, i, c, ahead) - _velocity(second, i, c, ahead)
             approach += relative[c] * normal[c]
             before += (_velocity(first, i, c, 0.0) - _velocity(second, i, c, 0.0)) * normal[c]
         if approach <= 0.0 or before <= 0.0:
@@ -76,9 +83,9 @@ def add_contact_forces(first, second, pair, friction, dt):
 
 
 @device
-def _velocity(nodes, i, c, dt):
-    """Velocity after a step without contact."""
-    return (nodes.momentum[i, c] + nodes.force[i, c] * dt) / nodes.mass[i]
+def _velocity(nodes, i, c, ahead):
+    """Velocity after a time without contact."""
+    return (nodes.momentum[i, c] + nodes.force[i, c] * ahead) / nodes.mass[i]
 
 
 @kernel

@@ -10,6 +10,7 @@ from solver.eos import burns
 from solver.errors import ProblemError
 from solver.failure.none import NoFailure
 from solver.shapes.linear import Linear
+from solver.tensor import Jaumann
 from solver.units import (
     Dimensionless,
     JoulePerKilogram,
@@ -110,10 +111,18 @@ class Damping(NamedTuple):
     order: int = 1
 
 
+class Criterion(IntEnum):
+    """The velocities by which bodies touch at a node, and whose approach the impulse ends: ``solver/contact.py``."""
+
+    STEP = 0  # those after the step, where the bodies approach before its forces too
+    MAPPED = 1  # those before the forces alone: Ma (2005), Eqs. 2-27 and 2-28
+
+
 class Contact(NamedTuple):
     """Bodies with velocity fields of their own that meet on the nodes: Ma (2005), section 2.2.3."""
 
     friction: Dimensionless = 0.0  # Coulomb
+    criterion: Criterion = Criterion.STEP
 
 
 class Retirement(NamedTuple):
@@ -159,6 +168,7 @@ class Problem:
     fixed_dt: Second | None = None
     scheme: Scheme = Scheme.MUSL
     damping: Damping = field(default_factory=Damping)
+    stress_rate: Any = field(default_factory=Jaumann)
     contact: Contact | None = None  # None: one velocity field for all bodies
     retirement: Retirement | None = None  # None: debris is followed to the edge of the grid
     clamp: Clamp = field(default_factory=clamp)

@@ -40,7 +40,7 @@ from solver.faces import (
 from solver.geometry import dimensions, node_count
 from solver.jit import Bound, kernel
 from solver.loads import Loads
-from solver.problem import Problem, Scheme
+from solver.problem import Criterion, Problem, Scheme
 from solver.state import (
     ACCELERATION,
     BEFORE,
@@ -322,7 +322,8 @@ class Stepper:
             self._scatter_surface(field, partition)
         for first, second, pair in self.pairs:
             nodes, others = self.fields[first].nodes, self.fields[second].nodes
-            add_contact_forces(nodes, others, pair, contact.friction, dt)
+            ahead = dt if contact.criterion == Criterion.STEP else 0.0
+            add_contact_forces(nodes, others, pair, contact.friction, ahead, dt)
 
     def _scatter_surface(self, field: Field, partition: Partition) -> None:
         areas = field.nodes.areas
@@ -410,6 +411,7 @@ class Stepper:
             problem.shape,
             self.packs[share],
             problem.bodies[body].matter,
+            problem.stress_rate,
             problem.viscosity,
             self.limits,
             partition.table,

@@ -55,14 +55,15 @@ from solver.state import (
 from solver.strength import hardening, melting, rate_and_heat, stiffness, under_pressure
 from solver.tension import pressure_floor
 from solver.tensor import (
+    Jaumann,
     added,
+    carried,
     contract,
     deviator,
     equivalent_strain,
     equivalent_stress,
     scaled,
     strain_increment,
-    turned,
     volume_ratio,
 )
 from solver.transfer import find_nodes
@@ -94,6 +95,8 @@ NEWTONS, NEWTON_BACK = (
 
 # Of c0, in the time step only: an expanded solid has no sound to speak of, and steps without bound would follow.
 SOUND_SPEED_FLOOR = 0.2
+
+JAUMANN = Jaumann()
 
 # Kinds of unphysical state; the text is what the error says.
 QUANTITIES = ("", "density", "specific internal energy", "pressure", "speed", "position")
@@ -178,6 +181,7 @@ def update_particles(
     shape,
     pack,
     matter,
+    stress_rate,
     viscosity,
     limits,
     table,
@@ -241,7 +245,9 @@ def update_particles(
                 matter.melt_temperature,
                 matter.failure,
             )
-            new, present, acts = advance(local, viscosity, geometry.spacing, dt, gradient, old)
+            new, present, acts = advance(
+                local, viscosity, geometry.spacing, dt, gradient, old, stress_rate
+            )
             store(table, DENSITY, p, new.density, lanes)
             energy = present if whole_work else new.energy
             store(table, ENERGY, p, energy, lanes)
@@ -296,7 +302,7 @@ def update_particles(
 
 
 @device
-def advance(matter, viscosity, spacing, dt, gradient, old):
+def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     """Points over one step with a velocity gradient (tensor.py): the new state, the energy at its time, and the Acts.
 
     Density and pressure live at the new time, and so does the energy to come; the Point's own energy lacks the half of
@@ -313,7 +319,8 @@ def advance(matter, viscosity, spacing, dt, gradient, old):
     shape_change = deviator(strain, trace)
     stiff = relative_stiffness(matter, density, old.pressure, old.temperature)
     modulus = matter.shear_modulus * stiff
-    trial = added(turned(gradient, old.deviator, dt), shape_change, 2.0 * modulus)
+    turned = carried(stress_rate, gradient, old.deviator, dt)
+    trial = added(turned, shape_change, 2.0 * modulus)
     rate = equivalent_strain(shape_change) * per_time
     strength = under_pressure(matter.strength, matter.eos, density, old.energy)
     factor = rate_and_heat(strength, rate, homologous, stiff)

@@ -132,6 +132,29 @@ def spin_increment(gradient, dt):
     )
 
 
+class Jaumann(NamedTuple):
+    """The stress rate of matter that turns: Ma (2005), Eq. 2-17."""
+
+
+class Unturned(NamedTuple):
+    """The rate of the stress components in space, as if matter did not turn: Ma (2005), Eq. 2-16."""
+
+
+@generic
+def carried(stress_rate, gradient, a, dt):
+    """A deviator after dt without straining, as a rate of stress has it."""
+
+
+@implements(carried, Jaumann)
+def _(stress_rate, gradient, a, dt):
+    return turned(gradient, a, dt)
+
+
+@implements(carried, Unturned)
+def _(stress_rate, gradient, a, dt):
+    return a
+
+
 @generic
 def turned(gradient, a, dt):
     """A tensor rotated by the spin of a velocity gradient over dt: see ``rotated``."""

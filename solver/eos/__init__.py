@@ -27,7 +27,8 @@ class EosEntry(NamedTuple):
     record: type  # parameter record; the device functions are chosen by it
     make: Callable[..., Any]  # the complete record, from its fields without default
     kind: str = ""  # name of another form whose materials this one can compute too
-    form: str = ""  # among those of one kind, as ``eos_form`` in a sweep names it
+    # As ``eos_form`` in a sweep names it: for materials of its kind, or of any where it needs no constant of its own.
+    form: str = ""
     boils: bool = False  # its vapour bears no tension: melting has to end tension before
 
 

@@ -1,11 +1,14 @@
-"""Linear elasticity of the volume, for verification: p = K (rho / rho0 - 1), whatever the heat.
+"""Linear elasticity of the volume, matter without an equation of state: p = K (rho / rho0 - 1), whatever the heat.
+
+Ma (2005), section 2.2.4, after Eq. 2-41, adds K times each volume change instead, K ln(rho / rho0): the same for small
+strain, and lower by (rho / rho0 - 1) / 2 of it in compression.
 
 What exceeds the energy of the isentrope, the integral of p drho / rho^2 = K / rho0 (ln x - 1 + 1 / x) with x = rho /
 rho0, is heat; on the isentrope the temperature stays what it was.
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from solver.eos import (
     Density,
@@ -18,7 +21,7 @@ from solver.eos import (
     temperature,
 )
 from solver.jit import implements
-from solver.units import Pascal
+from solver.units import FromMaterial, Pascal
 from solver.vectors import log
 
 
@@ -26,12 +29,12 @@ class LinearElastic(NamedTuple):
     """Parameters of the linear law."""
 
     density: Density  # rho0
-    bulk_modulus: Pascal  # K
+    bulk_modulus: Annotated[Pascal, FromMaterial("elastic.bulk_modulus")]  # K
     temperature: RoomTemperature  # of the reference state
     heat_capacity: HeatCapacity = math.inf  # cv; inf: the temperature stays what it is
 
 
-EOS = EosEntry("linear-elastic", LinearElastic, LinearElastic)
+EOS = EosEntry("linear-elastic", LinearElastic, LinearElastic, form="elastic")
 
 
 @implements(pressure_terms, LinearElastic)

@@ -186,14 +186,13 @@ class Material:
     def fill(self, section: str, record: type | None = None) -> dict[str, float | None]:
         """The fields without default of a section's model, or of another record that takes the same constants."""
         model: Model = getattr(self, section)
-        record = record or models(section)[model.kind].record
-        return {**self.taken(record), **model.constants}
+        own = models(section)[model.kind].record
+        constants = model.constants if declared(record or own) else {}
+        return {**self.taken(record or own), **constants}
 
     def taken(self, record: type) -> dict[str, float | None]:
         """The fields of a model's record that are ``FromMaterial``."""
-        return {
-            name: self.value_at(mark.path) for name, mark in marked(record, FromMaterial).items()
-        }
+        return {name: self._value(mark.path) for name, mark in marked(record, FromMaterial).items()}
 
     def parameters(self) -> dict[str, Parameter]:
         """Every constant that can be set, by dotted path."""
@@ -201,7 +200,8 @@ class Material:
         for section in SECTIONS:
             for name, parameter in declared(self._record(section)).items():
                 parameters[f"{section}.{name}"] = parameter
-        return {path: parameter for path, parameter in parameters.items() if path not in NOT_SET}
+        idle = _idle(self.eos.kind)
+        return {path: parameter for path, parameter in parameters.items() if path not in idle}
 
     def paths(self) -> dict[str, str]:
         """The SI unit of every constant that can be set, by dotted path."""
@@ -210,6 +210,9 @@ class Material:
     def value_at(self, path: str) -> float | None:
         """The constant at a dotted path; raises InvalidInput with the nearest path."""
         self._check(path)
+        return self._value(path)
+
+    def _value(self, path: str) -> float | None:
         section, _, name = path.rpartition(".")
         value: float | None = self._constants(section)[name] if section else getattr(self, name)
         return value
@@ -287,18 +290,35 @@ class Material:
         return part.constants if isinstance(part, Model) else vars(part)
 
 
-# Read by laws, reports and checks and by no simulation: runs that differ in these alone are the same. The bulk
-# modulus that acts is that of the equation of state; the stated one is there to be compared with it.
+# Read by laws, reports and checks and by no simulation: runs that differ in these alone are the same.
 NOT_SIMULATED = ("name", "title", "family", "yield_stresses", "brinell_hardness")
-NOT_SET = ("elastic.bulk_modulus",)
+# The bulk modulus that acts is that of the equation of state, and the stated one is there to be compared with it; it
+# acts where an equation of state takes it.
+STIFFNESS = "elastic.bulk_modulus"
 # Read by measurements of some scenarios alone.
 MEASURED_WITH = ("thermal.latent_heat_of_fusion",)
 
 
-def simulated(resolved: Mapping[str, Any], measured_with: Sequence[str] = ()) -> dict[str, Any]:
+def acting_eos(kind: str, form: str = "") -> Any:
+    """The entry of the equation of state of a material, in a form (``eos_form``); its own where it has no such form."""
+    own = models("eos")[kind]
+    forms = (eos for eos in entries("solver.eos", "EOS").values() if eos.form and eos.form == form)
+    return next((eos for eos in forms if eos.kind == kind or not declared(eos.record)), own)
+
+
+def _idle(kind: str, form: str = "") -> tuple[str, ...]:
+    """Constants of a material that its equation of state does not take."""
+    taken = {mark.path for mark in marked(acting_eos(kind, form).record, FromMaterial).values()}
+    return () if STIFFNESS in taken else (STIFFNESS,)
+
+
+def simulated(
+    resolved: Mapping[str, Any], measured_with: Sequence[str] = (), eos_form: str = ""
+) -> dict[str, Any]:
     """The part of a resolved material that decides the outcome of a simulation, and what it is measured with."""
     kept = {key: value for key, value in resolved.items() if key not in NOT_SIMULATED}
-    for path in (*NOT_SET, *(path for path in MEASURED_WITH if path not in measured_with)):
+    idle = _idle(resolved["eos"]["kind"], eos_form)
+    for path in (*idle, *(path for path in MEASURED_WITH if path not in measured_with)):
         section, _, name = path.partition(".")
         kept[section] = {key: value for key, value in kept[section].items() if key != name}
     return kept

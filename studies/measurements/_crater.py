@@ -91,13 +91,21 @@ def at_surface(walls: np.ndarray) -> np.ndarray:
 
 
 def wall(view: ImpactView, centre: float, height: float) -> np.ndarray:
-    """Radius of the wall (sectors,) in a layer about a depth; NaN where matter stands on the axis."""
+    """Radius of the wall (sectors,) in a layer about a depth; NaN where matter stands on the axis.
+
+    Full matter fills half of a window from the circle on that halves its area, which lies outside its middle: by w^2 /
+    8 R for a window of width w at a radius R.
+    """
+    window = LAYER * view.cell
     share = overlap(view.depth, view.axial_width, centre - 0.5 * height, centre + 0.5 * height)
-    return radii_by_sector(
+    middle = radii_by_sector(
         view,
         view.attached,
         view.mass * share,
         view.density * height,
         edge=edge_from_inside,
-        window=LAYER * view.cell,
+        window=window,
     )
+    inner, outer = np.maximum(middle - 0.5 * window, 0.0), middle + 0.5 * window
+    halving: np.ndarray = np.sqrt(0.5 * (inner**2 + outer**2))
+    return halving

@@ -31,10 +31,10 @@ MEASUREMENT = Measurement(
     title="Crater diameter",
     unit="m",
     meaning="equal-area diameter at the original surface: the radius at which matter connected to the target, by its "
-    "undisturbed volume, first fills half of a window of two cells on the way out from the axis (of an oblique shot, "
-    "from the middle of the mouth), in three layers of two cells, one cell apart below the surface, continued to it by "
-    "the straight line through its squares; in a crater of less than eight cells the layers are thinner, so that they "
-    "end above half of its depth",
-    version=4,
+    "undisturbed volume, first fills half of a window of two cells, halved by area, on the way out from the axis (of "
+    "an oblique shot, from the middle of the mouth), in three layers of two cells, one cell apart below the surface, "
+    "continued to it by the straight line through its squares; in a crater of less than eight cells the layers are "
+    "thinner, so that they end above half of its depth",
+    version=5,
     read=_read,
 )

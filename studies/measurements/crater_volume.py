@@ -42,7 +42,8 @@ MEASUREMENT = Measurement(
     unit="m3",
     meaning="volume between the original surface and the floor of a crater, of the whole crater also from a sector: "
     "the area inside the wall in layers a cell high, where the wall of a sector is the radius at which matter "
-    "connected to the target, by its undisturbed volume, first fills half of a window of two cells on the way out",
-    version=2,
+    "connected to the target, by its undisturbed volume, first fills half of a window of two cells, halved by area, on "
+    "the way out",
+    version=3,
     read=_read,
 )

@@ -62,8 +62,8 @@ def _of_crater(view: ImpactView) -> tuple[np.ndarray | None, tuple[str, ...]]:
 
 
 OPENINGS = {
-    "hole": ("hole", "of the hole by areal density (hole_diameter_areal)", _of_hole),
-    "crater": ("crater", "of the crater at the original surface (crater_diameter)", _of_crater),
+    "hole": ("hole", "of the hole by areal density (hole_diameter_areal)", _of_hole, 1),
+    "crater": ("crater", "of the crater at the original surface (crater_diameter)", _of_crater, 3),
 }
 AXES: dict[str, tuple[str, str, Callable[[np.ndarray], float]]] = {
     "largest": ("Largest diameter", "largest diameter", lambda d: float(d.max())),
@@ -77,7 +77,7 @@ AXES: dict[str, tuple[str, str, Callable[[np.ndarray], float]]] = {
 
 
 def _axis(opening: str, axis: str) -> Measurement:
-    noun, where, radii_of = OPENINGS[opening]
+    noun, where, radii_of, version = OPENINGS[opening]
     title, meaning, pick = AXES[axis]
 
     def read(view: ImpactView) -> Reading:
@@ -93,7 +93,7 @@ def _axis(opening: str, axis: str) -> Measurement:
         unit="m",
         meaning=f"{meaning} {where}, through its middle: the sums of the radii of opposite sectors, one over their "
         "square as a constant and two cosines of the azimuth; of a body of revolution its diameter",
-        version=2 if opening == "crater" else 1,
+        version=version,
         read=read,
     )
 

@@ -73,12 +73,13 @@ class Run:
             for name, mark in described.items()
             if mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]
         }
+        eos_form = str(self.parameters.get("eos_form", ""))
         return {
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,
             "parameters": {k: v for k, v in self.parameters.items() if k not in names},
             "materials": {
-                role: simulated(plain, chosen.measured_with)
+                role: simulated(plain, chosen.measured_with, eos_form)
                 for role, plain in self.materials.items()
             },
         }

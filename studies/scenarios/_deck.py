@@ -198,9 +198,6 @@ class _Reader(Words):
         if choice.key not in ("on", "off"):
             refuse_line(choice.line, repr(choice.text), "on or off", "write on or off")
         self.state.switches[word.key] = choice.key == "on"
-        if word.key == "jaum" and choice.key == "off":
-            cure = "write jaum on, or leave it out"
-            refuse_line(choice.line, "jaum off", "stress that turns with the matter", cure)
 
     def _shape(self, name: str) -> None:
         self.state.shape = name

@@ -135,6 +135,7 @@ def finished(state: DeckState, units: str, line: int) -> Deck:
         scheme=_scheme(state.switches),
         shape=state.shape,
         contact=state.switches.get("cont", False),
+        jaumann=state.switches.get("jaum", True),
         friction=state.friction,
         viscosity=(quadratic, linear),
         per_cell=counts.get("ppc", (None, 0))[0],

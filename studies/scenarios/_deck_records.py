@@ -81,6 +81,7 @@ class Deck:
     scheme: SchemeName
     shape: str
     contact: bool
+    jaumann: bool
     friction: float
     viscosity: tuple[float, float]  # quadratic, linear
     per_cell: int | None  # particles

@@ -110,8 +110,8 @@ class ImpactShot:
         str,
         Choice(eos_forms),
         Described(
-            "Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it; other equations of state "
-            "have a single form"
+            "Mie-Grueneisen about the exact Hugoniot, the thesis' cubic truncation of it, or linear elasticity without "
+            "an equation of state, by the stated bulk modulus; other equations of state have the first or the last"
         ),
     ] = "hugoniot"
     thermal_softening: Annotated[

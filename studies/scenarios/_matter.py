@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from solver.registry import entries
 from solver.units import Described, FromMaterial, Unit, marked
-from studies.materials.schema import models
+from studies.materials.schema import acting_eos, models
 from studies.scenarios import Materials
 from studies.scenarios._numerics import recipe_of, tensions
 from studies.values.errors import Finding
@@ -31,7 +31,7 @@ def failures() -> Mapping[str, Any]:
 
 
 def eos_forms() -> dict[str, Any]:
-    """The equations of state of a kind that has several forms, by form."""
+    """The equations of state that compute materials of another kind too, by form."""
     return {eos.form: eos for eos in entries("solver.eos", "EOS").values() if eos.form}
 
 
@@ -116,22 +116,15 @@ def _tension(material: "Material", name: str) -> Any:
 
 def eos_of(material: "Material", form: str = HUGONIOT) -> Any:
     """The solver's record of a material's equation of state, in one of the forms of its kind."""
-    eos = _form(material, form)
+    eos = acting_eos(material.eos.kind, form)
     return eos.make(**material.fill("eos", eos.record))
-
-
-def _form(material: "Material", form: str) -> Any:
-    """The entry of a form of a material's equation of state; the only one where there are no others."""
-    own = models("eos")[material.eos.kind]
-    other = eos_forms().get(form)
-    return other if other and other.kind == own.name else own
 
 
 def check_eos(form: str, materials: Materials) -> list[Finding]:
     """A form other than the default needs materials that can be written in it."""
     findings = []
     for material in materials.values():
-        entry = _form(material, form)
+        entry = acting_eos(material.eos.kind, form)
         if form == HUGONIOT:
             continue
         limits = []

@@ -6,7 +6,7 @@ A scenario's parameters inherit ``Numerics``; its ``fill`` passes through ``fill
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, PerSecond, Second
@@ -23,6 +23,10 @@ from studies.values.recipes import (
     StepRuleName,
 )
 
+if TYPE_CHECKING:
+    from solver.problem import Contact
+
+ContactName = Literal["none", "bardenhagen", "thesis"]
 BY_RECIPE = "by default that of the recipe"
 
 
@@ -108,10 +112,18 @@ class Numerics:
         Choice(tensions),
         Described(f"rule for the lowest pressure that matter sustains; {BY_RECIPE}"),
     ] = None
-    contact: Annotated[
-        Literal["none", "bardenhagen"],
+    jaumann: Annotated[
+        bool,
         Described(
-            "bodies share one velocity field, or have separate fields with contact on the nodes"
+            "whether stress turns with the matter (Jaumann's rate), or its components stay as they are in space",
+            neutral=True,
+        ),
+    ] = True
+    contact: Annotated[
+        ContactName,
+        Described(
+            "bodies share one velocity field, or have separate fields with contact on the nodes (bardenhagen), also "
+            "by the criterion printed in the thesis"
         ),
     ] = "none"
     friction: Annotated[
@@ -195,7 +207,8 @@ def mean_step(parameters: Numerics, cell: float, *, sound: float, speed: float) 
 
 def numerics(parameters: Numerics) -> dict[str, Any]:
     """The arguments of ``Problem`` besides geometry, bodies, faces and time."""
-    from solver.problem import ArtificialViscosity, Contact, Damping, Scheme, StepRule
+    from solver.problem import ArtificialViscosity, Damping, Scheme, StepRule
+    from solver.tensor import Jaumann, Unturned
 
     recipe = recipe_of(parameters)
     return {
@@ -206,6 +219,16 @@ def numerics(parameters: Numerics) -> dict[str, Any]:
         "step_rule": StepRule[recipe.step_rule.upper()],
         "travel": recipe.travel,
         "damping": Damping(recipe.damping_rate, recipe.damping_order),
-        "contact": None if parameters.contact == "none" else Contact(parameters.friction),
+        "stress_rate": Jaumann() if parameters.jaumann else Unturned(),
+        "contact": _contact(parameters),
         "fixed_dt": parameters.fixed_dt,
     }
+
+
+def _contact(parameters: Numerics) -> "Contact | None":
+    from solver.problem import Contact, Criterion
+
+    criteria = {"bardenhagen": Criterion.STEP, "thesis": Criterion.MAPPED}
+    if parameters.contact == "none":
+        return None
+    return Contact(parameters.friction, criteria[parameters.contact])

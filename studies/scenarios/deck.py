@@ -65,7 +65,7 @@ class DeckRun(Numerics, _DeckText):
         RecipeName, Described("preset for what neither the deck nor a parameter says", label=True)
     ] = "thesis"
     contact: Annotated[
-        Literal["deck", "none", "bardenhagen"],
+        Literal["deck", "none", "bardenhagen", "thesis"],
         Described("contact between components as the deck says, none, or on the nodes"),
     ] = "deck"  # type: ignore[assignment]
     friction: Annotated[
@@ -106,6 +106,7 @@ def _fill(parameters: DeckRun) -> DeckRun:
     return replace(
         filled_from(parameters, preset),
         contact=contact,
+        jaumann=parameters.jaumann and deck.jaumann,
         friction=friction,
         fixed_dt=step,
         end_time=round_quantity(_end_time(parameters)),

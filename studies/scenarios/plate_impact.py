@@ -74,7 +74,9 @@ class _PlateImpactShot:
     eos_form: Annotated[
         str,
         Choice(eos_forms),
-        Described("Mie-Grueneisen about the exact Hugoniot, or the thesis' cubic truncation of it"),
+        Described(
+            "Mie-Grueneisen about the exact Hugoniot, the thesis' cubic truncation of it, or linear elasticity"
+        ),
     ] = "hugoniot"
 
 

@@ -9,10 +9,17 @@ from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scena
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._loading import filled_loading
-from studies.scenarios._matter import check_boiling, check_constants, matter
+from studies.scenarios._matter import (
+    HUGONIOT,
+    check_boiling,
+    check_constants,
+    check_eos,
+    eos_forms,
+    matter,
+)
 from studies.scenarios._numerics import check_numerics, filled_numerics, recipe_of
 from studies.values.errors import Finding
-from studies.values.parameters import MaterialName
+from studies.values.parameters import Choice, MaterialName
 from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
@@ -62,6 +69,14 @@ class _TaylorBarShot(AtWall):
     thermal_softening: Annotated[
         bool, Described("whether temperature softens and melting takes all strength")
     ] = True
+    eos_form: Annotated[
+        str,
+        Choice(eos_forms),
+        Described(
+            "the material's own equation of state, the thesis' cubic form, or linear elasticity",
+            neutral=True,
+        ),
+    ] = HUGONIOT
     reference_length: Annotated[
         Metre | None, Described("final length to compare with", 1e-5, 1.0)
     ] = None
@@ -120,6 +135,7 @@ def _check(parameters: TaylorBar, materials: Materials) -> list[Finding]:
     findings = (
         check_numerics(parameters)
         + check_constants(materials)
+        + check_eos(parameters.eos_form, materials)
         + check_boiling(parameters, materials)
     )
     material = materials["bar"]
@@ -134,7 +150,12 @@ def _check(parameters: TaylorBar, materials: Materials) -> list[Finding]:
 def _build(parameters: TaylorBar, materials: Materials) -> Setting:
     material = materials["bar"]
     tension = recipe_of(parameters).tension
-    made = matter(material, thermal_softening=parameters.thermal_softening, tension=tension)
+    made = matter(
+        material,
+        eos_form=parameters.eos_form,
+        thermal_softening=parameters.thermal_softening,
+        tension=tension,
+    )
     references = (
         parameters.reference_length,
         parameters.reference_diameter,

@@ -1,7 +1,8 @@
-"""The crater of a copper sphere of 0.5 g at 6 km/s, with and without contact: Ma (2005), section 3.2.1, Table 3.3.
+"""The crater of a copper sphere of 0.5 g at 6 km/s, by criterion of contact: Ma (2005), section 3.2.1, Table 3.3.
 
 The thesis' contact raised the kinetic energy at the first touch (Fig. 3.7) and made the crater larger; energy that
-contact takes or gives is an error of the discretisation, and falls with the cell.
+contact takes or gives is an error of the discretisation, and falls with the cell. Its printed criterion stands beside
+ours.
 """
 
 import math
@@ -30,7 +31,11 @@ CELLS = round_quantity(DIAMETER / CELL)
 # known when this was written: 15 mm and 25 mm.
 SHARE = 0.15
 RISE = 1e-9  # of the kinetic energy, over the initial one: round-off of its sum
-CONTACTS = {"none": "no contact", "bardenhagen": "contact"}
+CONTACTS = {
+    "none": "no contact",
+    "bardenhagen": "contact",
+    "thesis": "contact by the printed criterion",
+}
 
 
 def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
@@ -53,11 +58,12 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
             where = f"{words}, {cells}"
             kinetic = kinetic_energy(run)[1]
             rise = float(np.max(kinetic) / kinetic[0] - 1.0)
-            yield at_most(
+            row = at_most(
                 f"{where}: rise of the kinetic energy above the initial one (Fig. 3.7)",
                 limit=RISE,
                 got=rise,
             )
+            yield row if contact != "thesis" else row.ungated(RISE)
             yield reported(
                 f"{where}: energy that contact removed (of the initial)",
                 float(run.audit_contact_energy_fraction),
@@ -83,7 +89,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
 CASE = Validation(
     name="table-3-3",
     says="the crater of a copper sphere of 0.5 g at 6 km/s: on cells of 1 mm within 15 % of the experiment, beside "
-    "five other codes; contact raises the kinetic energy at no time; the energy that it takes, by cell",
+    "five other codes; contact raises the kinetic energy at no time; the energy that it takes, by cell and criterion",
     source="Ma (2005), section 3.2.1, Table 3.3 and Fig. 3.7; experiment of Wingate et al. (1993)",
     sweeps=_sweeps,
     rows=_rows,

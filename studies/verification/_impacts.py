@@ -13,6 +13,7 @@ from solver.state import Particles
 from studies import scenarios
 from studies.materials import load
 from studies.scenarios import ImpactSetting
+from studies.values.parameters import declared
 from studies.values.recipes import Recipe
 
 # Round-off of 50 steps: each adds a few units in the last place (1e-16), a stress is a small difference of large
@@ -36,12 +37,17 @@ COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 
 def impact_setting(
-    recipe: Recipe, *, material: str = RATE_INDEPENDENT, **parameters: Any
+    recipe: Recipe,
+    *,
+    name: str = "thin_plate",
+    material: str = RATE_INDEPENDENT,
+    **parameters: Any,
 ) -> ImpactSetting:
-    """The thin plate of a recipe; parameters (SI) on top of the small one."""
-    scenario = scenarios.load("thin_plate")
+    """The plate, or block, of a recipe; parameters (SI) on top of the small one."""
+    scenario = scenarios.load(name)
     names = {"projectile": material, "target": material}
-    values = scenario.parameters(**{**SMALL, **asdict(recipe), **names, **parameters})
+    small = {key: value for key, value in SMALL.items() if key in declared(scenario.parameters)}
+    values = scenario.parameters(**{**small, **asdict(recipe), **names, **parameters})
     loaded = {role: load(name) for role, name in names.items()}
     setting: ImpactSetting = scenario.build(scenario.fill(values), loaded)  # type: ignore[assignment]
     return setting

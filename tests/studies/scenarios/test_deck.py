@@ -170,7 +170,15 @@ def test_macro__unknown_is_named_with_its_line_and_the_nearest() -> None:
     assert "tste" in message
 
 
-@pytest.mark.parametrize("macro", ["sgmp", "drda", "load", "damp 0.1", "jaum off"])
+def test_deck__without_the_rotation_terms_has_none() -> None:
+    for text, expected in (
+        (appendix_deck(), True),
+        (appendix_deck().replace("jaum on", "jaum off"), False),
+    ):
+        assert resolve("deck", {"deck": text}, {}).parameters["jaumann"] is expected
+
+
+@pytest.mark.parametrize("macro", ["sgmp", "drda", "load", "damp 0.1"])
 def test_macro__that_nothing_here_does_is_refused_with_its_line(macro: str) -> None:
     text = soil_deck().replace("musl on", macro)
     assert f"deck line {line_of(text, macro)}" in error(text)

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from solver.eos.linear_elastic import LinearElastic
 from solver.failure.none import NoFailure
 from solver.failure.plastic_strain import PlasticStrainLimit
 from solver.failure.spall import Spall
@@ -51,6 +52,32 @@ def test_eos__of_another_kind_has_one_form() -> None:
     [finding] = check_eos("cubic", roles)
     assert (finding.field, finding.value) == ("eos_form", "cubic")
     assert boiling.name in finding.limit
+
+
+@pytest.mark.parametrize("name", ["copper-ofhc", "copper-ofhc-tillotson"])
+def test_elastic__takes_the_stated_bulk_modulus_of_a_material_of_any_kind(name: str) -> None:
+    material = materials.load(name)
+    assert check_eos("elastic", {"target": material}) == []
+    eos = matter(material, eos_form="elastic").eos
+    assert (eos.bulk_modulus, eos.heat_capacity) == (material.elastic.bulk_modulus, 383.0)
+    assert matter(material).eos != eos
+
+
+def test_material__without_an_equation_of_state_is_elastic() -> None:
+    made = dataclasses.replace(COPPER, eos=materials.Model("linear-elastic", {}))
+    assert isinstance(matter(made).eos, LinearElastic)
+    assert made.sound_speed == math.sqrt(made.elastic.bulk_modulus / made.density)
+    assert made.with_value("elastic.bulk_modulus", 150e9).elastic.bulk_modulus == 150e9
+    assert materials.Material.from_resolved(made.resolved()) == made
+
+
+def test_bulk_modulus__is_part_of_a_run_where_it_acts() -> None:
+    stiff = dataclasses.replace(
+        COPPER, elastic=dataclasses.replace(COPPER.elastic, bulk_modulus=150e9)
+    )
+    for form, differs in (("hugoniot", False), ("cubic", False), ("elastic", True)):
+        soft, hard = (materials.simulated(one.resolved(), eos_form=form) for one in (COPPER, stiff))
+        assert (soft != hard) == differs
 
 
 def test_cubic__is_refused_where_its_curve_turns_down() -> None:

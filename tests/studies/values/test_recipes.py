@@ -7,11 +7,12 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from solver.problem import Contact, Damping, Problem, Retirement, Scheme
+from solver.problem import Contact, Criterion, Damping, Problem, Retirement, Scheme
 from solver.shapes.gimp import Gimp
 from solver.shapes.linear import Linear
 from solver.shapes.quadratic_bspline import QuadraticBSpline
 from solver.simulation import Simulation, start
+from solver.tensor import Jaumann, Unturned
 from studies import materials
 from studies.runs.execution import setting_of
 from studies.runs.run import Run, estimate, resolve
@@ -197,6 +198,9 @@ def test_identity__changes_with_each_numerical_parameter(change: dict[str, Any])
         ({"damping_rate": 2e4, "damping_order": 2}, "damping", Damping(2e4, 2)),
         ({}, "contact", None),
         ({"contact": "bardenhagen", "friction": 0.3}, "contact", Contact(0.3)),
+        ({"contact": "thesis"}, "contact", Contact(0.0, Criterion.MAPPED)),
+        ({}, "stress_rate", Jaumann()),
+        ({"jaumann": False}, "stress_rate", Unturned()),
         ({"fixed_dt": 1e-9}, "fixed_dt", 1e-9),
         ({"debris": "follow"}, "retirement", None),
         ({"recipe": "thesis"}, "retirement", None),
