@@ -74,9 +74,10 @@ def simulated(dataset: xr.Dataset, name: str, variable: Variable = cubes.VALUE) 
     values = np.where(
         cubes.by_run(dataset, dataset.run_state) == SUCCEEDED, cubes.by_run(dataset, array), np.nan
     )
-    return (
-        dataset.run_state.copy(deep=False, data=values).rename(array.name).assign_attrs(array.attrs)
-    )
+    # A deep copy of its coordinates takes ten times as long (1.1 and 0.15 ms, November 2026).
+    copied = dataset.run_state.copy(deep=False, data=values)
+    copied.name, copied.attrs = array.name, array.attrs
+    return copied
 
 
 def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
@@ -119,15 +120,25 @@ def points_of(dataset: xr.Dataset) -> xr.Dataset:
     finest = dataset.isel({RESOLUTION: -1} if RESOLUTION in refinements else {}, drop=True)
     points = finest.isel({OFFSET: 0} if OFFSET in refinements else {}, drop=True)
     names = cubes.quantities_of(dataset)
+    # Variables without coordinates, all at once: xarray aligns and copies at each assignment.
+    changed: dict[str, xr.Variable] = {
+        "run_flags": _flags(dataset, cubes.FLAGS_OF_RUN.of(dataset), names)
+    }
     for name in names:
-        attributes = cubes.VALUE.of(dataset, name).attrs
-        points[name] = cubes.CONVERGED.of(dataset, name).assign_attrs(attributes)
-        points[cubes.UNCERTAINTY.named(name)] = cubes.CONVERGED_UNCERTAINTY.of(dataset, name)
-        points[cubes.FLAGS.named(name)] = _flags(dataset, cubes.FLAGS.of(dataset, name), [name])
-    points["run_flags"] = _flags(dataset, dataset.run_flags, names)
-    valued = np.logical_or.reduce([np.isfinite(points[name].values) for name in names])
-    points["run_state"] = points.run_state.where(~valued, np.int8(SUCCEEDED))
-    return points
+        converged = cubes.CONVERGED.of(dataset, name)
+        changed[name] = xr.Variable(
+            converged.dims, converged.values, cubes.VALUE.of(dataset, name).attrs
+        )
+        changed[cubes.UNCERTAINTY.named(name)] = cubes.CONVERGED_UNCERTAINTY.of(
+            dataset, name
+        ).variable
+        changed[cubes.FLAGS.named(name)] = _flags(dataset, cubes.FLAGS.of(dataset, name), [name])
+    valued = np.logical_or.reduce([np.isfinite(changed[name].values) for name in names])
+    state = points.run_state.variable
+    changed["run_state"] = state.copy(
+        data=np.where(valued, np.int8(SUCCEEDED), state.values).astype(np.int8)
+    )
+    return points.assign(changed)
 
 
 def refined(dataset: xr.Dataset, name: str) -> Iterator[Refined]:
@@ -156,21 +167,23 @@ def refined(dataset: xr.Dataset, name: str) -> Iterator[Refined]:
         yield Refined(number, sizes, values, converged)
 
 
-def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr.DataArray:
+def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr.Variable:
     """Flags of the points: of the finest runs, and of the finest with a value of one of the names, at any offset."""
-    attributes = flags.attrs
-    if OFFSET in flags.dims:
-        flags = flags.reduce(np.bitwise_or.reduce, OFFSET)
-    if RESOLUTION not in flags.dims:
-        return flags.assign_attrs(attributes)
-    points = flags.isel({RESOLUTION: -1}, drop=True)
-    for name in names:
-        valued = simulated(dataset, name).notnull()
-        valued = valued.any(OFFSET) if OFFSET in valued.dims else valued
-        coarser = valued.isel({RESOLUTION: slice(None, None, -1)}).argmax(RESOLUTION)  # by so many
-        last = dataset.sizes[RESOLUTION] - 1
-        points = points | flags.isel({RESOLUTION: last - coarser}).drop_vars(RESOLUTION)
-    return points.assign_attrs(attributes)
+    dims = list(dataset.run_state.dims)
+    raised = cubes.by_run(dataset, flags)
+    across = tuple(dims.index(name) for name in (OFFSET,) if name in dims)
+    raised = np.bitwise_or.reduce(raised, across, keepdims=True) if across else raised
+    if RESOLUTION in dims:
+        along = dims.index(RESOLUTION)
+        runs, last = raised, raised.shape[along] - 1
+        raised = runs.take([last], along)
+        for name in names:
+            valued = np.isfinite(simulated(dataset, name).values).any(across, keepdims=True)
+            coarser = np.flip(valued, along).argmax(along, keepdims=True)  # by so many
+            raised = raised | np.take_along_axis(runs, last - coarser, along)
+        across = (*across, along)
+    kept = [str(name) for name in dims if name not in (OFFSET, RESOLUTION)]
+    return xr.Variable(kept, raised.squeeze(across), flags.attrs)
 
 
 def _flat(array: xr.DataArray, dataset: xr.Dataset) -> np.ndarray:

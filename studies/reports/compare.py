@@ -107,6 +107,7 @@ class Residual:
 class Comparison:
     """Everything that a report says about agreement."""
 
+    points: xr.Dataset  # of the cube: those that are compared
     statement: str
     residuals: tuple[Residual, ...]
     observations: tuple[MatchedObservation, ...]
@@ -149,6 +150,7 @@ def compare(cube: xr.Dataset) -> Comparison:
         observations += mine
     unlike = mixed(cube)
     return Comparison(
+        points=points,
         statement=WITH_OBSERVATIONS if observations else ONLY_SIMULATION,
         residuals=(*against_simulation, *against_observations),
         observations=tuple(observations),

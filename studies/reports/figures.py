@@ -21,7 +21,6 @@ from studies.cubes.points import (
     Refined,
     main_quantities,
     places_of,
-    points_of,
     refined,
     refinements_of,
 )
@@ -122,7 +121,7 @@ class Figure:
 
 def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
     """Figures of the points of a cube, the main ones first, and of their convergence."""
-    points = points_of(cube)
+    points = comparison.points
     views, names = views_of(points), main_quantities(points)
     view = views[0]
     drawn = [

@@ -32,7 +32,6 @@ from studies.cubes.points import (
     main_quantities,
     places_of,
     plain,
-    points_of,
     refined,
     refinements_of,
 )
@@ -84,7 +83,7 @@ def document(
 
     A text of several lines, a deck, stands by its first line and digest: the cube has it in full.
     """
-    runs, points, compared = list(_runs(dataset)), points_of(dataset), comparison.as_json()
+    runs, points, compared = list(_runs(dataset)), comparison.points, comparison.as_json()
     report = {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
@@ -100,7 +99,7 @@ def document(
         "extremes": list(_extremes(points)),
         "figures": [figure.as_json() for figure in figures(dataset, comparison)],
         "pictures": pictures_of(dataset, sections or {}),
-        "convergence": _convergence(dataset) if refinements_of(dataset) else None,
+        "convergence": _convergence(dataset, points) if refinements_of(dataset) else None,
         **compared,
         "runs": runs,
         "audit": list(_audit(dataset)),
@@ -157,18 +156,18 @@ def _mesh(dataset: xr.Dataset) -> str:
     )
 
 
-def _convergence(dataset: xr.Dataset) -> Document:
+def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> Document:
     """Values by resolution, orders, error bars and verdicts of each quantity at each point."""
-    places = places_of(points_of(dataset))
+    places = places_of(points)
     quantities = []
     for quantity in _quantities(dataset):
-        points = [_refined(point, places) for point in refined(dataset, quantity["name"])]
-        counts = Counter(point["verdict"] for point in points)
+        rows = [_refined(point, places) for point in refined(dataset, quantity["name"])]
+        counts = Counter(row["verdict"] for row in rows)
         quantities.append(
             {
                 "quantity": quantity["name"],
                 **{key: quantity[key] for key in ("label", "unit", "main")},
-                "points": points,
+                "points": rows,
                 "verdicts": [
                     {"verdict": verdict, "points": counts[verdict]}
                     for verdict in VERDICTS

@@ -141,6 +141,16 @@ def test_exceeded__does_not_depend_on_the_order_of_equal_values() -> None:
     assert found == {1.75}
 
 
+def test_part_of_the_definition__is_half_of_what_matter_on_the_plate_makes() -> None:
+    """The second ball hangs together with the plate: without it the first alone would count."""
+    state = two_balls()
+    state = dataclasses.replace(state, plate=~state.projectile)
+    mass = read("mass_behind", state).parts
+    assert mass[DEFINITION] == pytest.approx(0.5 * MASSES[1], rel=ROUND_OFF)
+    tip = read("tip_velocity_percent", state).parts
+    assert tip[DEFINITION] == pytest.approx(0.5 * (SPEEDS[1] - SPEEDS[0]), rel=ROUND_OFF)
+
+
 @pytest.mark.parametrize(("excess", "share"), [(-1e3, 0.0), (50e3, 0.25), (200e3, 1.0), (1e6, 1.0)])
 def test_melted_share__follows_the_lever_rule(excess: float, share: float) -> None:
     """A half of the mass has the residual energy of melting and an excess (J/kg), the rest is cold."""

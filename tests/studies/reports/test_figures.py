@@ -162,6 +162,8 @@ def test_flagged_points__are_ringed_with_their_flags_beside_them() -> None:
     (rings,) = [trace for trace in plot(drawn(dataset, "laws"))["data"] if trace["name"] == FLAGGED]
     assert (rings["x"], rings["text"]) == ([2.0], ["under resolved"])
     assert rings["marker"]["size"] > 2 * 7
+    assert rings["marker"]["symbol"] == "circle-open"
+    assert rings["marker"]["line"]["width"] > 0
     assert FLAGGED not in legend_of(drawn(built(PLAIN), "laws"))
 
 

@@ -17,6 +17,7 @@ from studies import scenarios
 from studies.measurements import Reading
 from studies.runs.execution import execute, molten_fraction, observer_of
 from studies.runs.observer import Observer
+from studies.runs.remeasure import load_state
 from studies.runs.run import materials_of
 from studies.values.results import DEFINITION, Progress, RunControl, RunResult
 from tests.solver.bodies import MELT, real_copper
@@ -367,6 +368,15 @@ def test_estimate__is_near_the_real_number_of_steps(
     chosen = scenarios.load(scenario)
     size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
     assert 0.5 < size.steps / results[scenario].numbers["steps"] < 2.0
+
+
+def test_result__has_the_molten_share_of_its_final_state(results: dict[str, RunResult]) -> None:
+    stated = results["debris_cloud"].numbers["molten_mass_fraction"]
+    final = load_state(solved("debris_cloud") / "state.npz")
+    assert stated == molten_fraction(
+        observer_of(asked("debris_cloud")).setting.problem.bodies, final
+    )
+    assert stated > 0.0
 
 
 def test_molten_fraction__is_of_mass_and_counts_retired_debris() -> None:
