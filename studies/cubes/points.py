@@ -70,7 +70,7 @@ def plain(value: Any) -> float | str:
 def simulated(dataset: xr.Dataset, name: str, variable: Variable = cubes.VALUE) -> xr.DataArray:
     """A variable of a measured quantity where the run succeeded; NaN elsewhere."""
     array = variable.of(dataset, name)
-    # In numpy, because a report asks some hundred times, and ``where`` of xarray takes 4 ms.
+    # A report asks some hundred times, and ``where`` of xarray takes 4 ms.
     values = np.where(
         cubes.by_run(dataset, dataset.run_state) == SUCCEEDED, cubes.by_run(dataset, array), np.nan
     )

@@ -38,7 +38,7 @@ def joint_uncertainty(points: xr.Dataset, quantity: str, law: str = "") -> Joint
         "model": _stored(points, cubes.MODEL_PART.named(quantity)),
     }
     if law:
-        parts["scatter"] = _scatter(points, quantity, law)
+        parts["scatter"] = law_scatter(points, quantity, law)
     known = reduce(np.hypot, (np.nan_to_num(part) for part in parts.values()))
     return JointUncertainty(parts, np.where(np.isnan(parts["numerical"]), np.nan, known))
 
@@ -61,7 +61,7 @@ def _stored(points: xr.Dataset, name: str) -> np.ndarray:
     return np.where(succeeded, cubes.by_run(points, points[name]), np.nan).ravel()
 
 
-def _scatter(points: xr.Dataset, quantity: str, law: str) -> np.ndarray:
+def law_scatter(points: xr.Dataset, quantity: str, law: str) -> np.ndarray:
     """The published scatter of a law, in the unit of the quantity; NaN where none is published."""
     answers = cubes.BY_LAW.of(points, quantity)
     along = str(answers.dims[-1])

@@ -20,7 +20,7 @@ from studies.cubes.points import (
     simulated,
 )
 from studies.laws import CAVEATS, DRAWN_ONLY, FITTED
-from studies.reports.joint import joint_uncertainty
+from studies.reports.joint import joint_uncertainty, law_scatter
 from studies.reports.matched import ELSEWHERE, MatchedObservation, interpolate
 
 Reference = Literal["simulation", "observation"]
@@ -173,6 +173,8 @@ class _Quantity:
     def __init__(self, points: xr.Dataset, name: str):
         self.points, self.name = points, name
         self.places = places_of(points)
+        self.joint = joint_uncertainty(points, name)  # of a law without its scatter
+        self.numerical = simulated(points, name, cubes.UNCERTAINTY).values.ravel()
         self.values = comparable(points, name).values.ravel()
         run_flags = cubes.flag_words(cubes.FLAGS_OF_RUN.of(points))
         own_flags = cubes.flag_words(cubes.FLAGS.of(points, name))
@@ -182,19 +184,19 @@ class _Quantity:
 
     def bars(self, law: str = "") -> np.ndarray:
         """The joint uncertainty, (points,), of the parts there are, whether they are a test or not; NaN without any."""
-        joint = joint_uncertainty(self.points, self.name, law)
-        numerical = simulated(self.points, self.name, cubes.UNCERTAINTY).values.ravel()
-        parts = [numerical, *(part for name, part in joint.parts.items() if name != "numerical")]
+        parts = [self.numerical, *(self.joint.parts[name] for name in (DEFINITION, MODEL))]
+        if law:
+            parts.append(law_scatter(self.points, self.name, law))
         total = np.sqrt(sum(np.nan_to_num(part) ** 2 for part in parts))
         return np.where(np.isnan(parts).all(axis=0), np.nan, total)
 
     def tests(self) -> np.ndarray:
         """Whether error bars include the mesh error, bool (points,): no other bar is a test."""
-        return np.isfinite(joint_uncertainty(self.points, self.name).total)
+        return np.isfinite(self.joint.total)
 
     def parts(self) -> dict[str, int]:
         """Each part with the number of points that have it."""
-        joint = joint_uncertainty(self.points, self.name).parts
+        joint = self.joint.parts
         counts = {"mesh error": self.tests()}
         offsets = cubes.OFFSETS_PART
         if offsets.is_in(self.points, self.name):
