@@ -136,11 +136,8 @@ def contact_creep() -> Iterator[Row]:
     for cells in (20.0, 40.0):
         none, ours, printed = (faces[contact, cells][0] for contact in CRITERIA)
         yield at_most(f"{cells:g} cells: one field against contact (cells)", limit=ours, got=none)
-        yield at_most(
-            f"{cells:g} cells: contact against the printed criterion (cells)",
-            limit=printed,
-            got=ours,
-        )
+        where = f"{cells:g} cells: contact against the printed criterion (cells)"
+        yield Row(where, f"below {printed:.3g}", ours, ours < printed)
     for contact in ("bardenhagen", "thesis"):
         yield at_least(
             f"{CRITERIA[contact]}, 40 cells: overlap, against that of 20 cells (cells)",
