@@ -12,7 +12,7 @@ from importlib.resources import files as resources
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, FunctionLoader, StrictUndefined
+from jinja2 import Environment, FileSystemBytecodeCache, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 from studies.reports.drawing import Gallery, colour_keys, ramps
@@ -190,6 +190,8 @@ def _thumbnails(pictures: Node, kind: str) -> list[Node]:
 def environment() -> Environment:
     environment = Environment(
         loader=FunctionLoader(lambda name: _file("templates", name)),
+        # In the user's own folder among temporary files: a first report compiles for 0.2 s, the next need not.
+        bytecode_cache=FileSystemBytecodeCache(),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=_only_marked,

@@ -8,6 +8,8 @@ import io
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
+from scipy.spatial import cKDTree
 
 from studies.films.section import Section, Sections
 
@@ -61,9 +63,6 @@ def nearest(sections: Sections, section: Section, frame: Frame, columns: int) ->
 
 
 def _nearest(sections: Sections, section: Section, frame: Frame, columns: int) -> np.ndarray:
-    from scipy.ndimage import distance_transform_edt
-    from scipy.spatial import cKDTree
-
     rows = max(1, round(columns * frame.height / frame.width))
     x = frame.left + (np.arange(columns) + 0.5) * frame.width / columns
     y = frame.top + (np.arange(rows) + 0.5) * frame.height / rows

@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -26,6 +26,9 @@ from service.cli.commands.options import (
 )
 from solver.errors import WhippleError
 from studies.values.errors import Finding, InvalidInput
+
+if TYPE_CHECKING:
+    from service.workers.warm import WarmProcess
 
 app = typer.Typer()
 
@@ -74,17 +77,26 @@ def sweep(
 
     With --keep film, films are in runs/RUN/film.npz of the folder.
     """
-    from service.cli.console import print_warnings
-    from service.records.settings import Settings
-    from studies.sweeps.sweep import Sweep, SweepLimits
+    from service.workers.warm import preloading
 
-    document = document_of(file, law)
-    print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
-    raise typer.Exit(
-        compute(
-            document, file.stem, folder_of(out), overwrite=overwrite, threads=threads, keep=keep
+    # A child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
+    with preloading(PUBLICATION) as ready:
+        from service.cli.console import print_warnings
+        from service.records.settings import Settings
+        from studies.sweeps.sweep import Sweep, SweepLimits
+
+        document = document_of(file, law)
+        print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
+        status = compute(
+            document,
+            file.stem,
+            folder_of(out),
+            overwrite=overwrite,
+            threads=threads,
+            keep=keep,
+            ready=ready,
         )
-    )
+    raise typer.Exit(status)
 
 
 @app.command()
@@ -192,28 +204,28 @@ def compute(
     overwrite: bool = False,
     threads: str | None = None,
     keep: str = "final",
+    ready: "list[WarmProcess] | None" = None,
 ) -> int:
-    """Compute a sweep into a folder, print the outcome, and return the exit status."""
-    from service.workers.warm import preloading
+    """Compute a sweep into a folder, print the outcome, and return the exit status.
+
+    ``ready`` are processes that were started before.
+    """
+    from service.cli.console import nonzero
+    from service.cli.local import STORE_OF_FOLDER, run_sweep
+    from service.client.progress import showing_progress
 
     begin = time.perf_counter()
-    # The child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
-    with preloading(PUBLICATION) as ready:
-        from service.cli.console import nonzero
-        from service.cli.local import STORE_OF_FOLDER, run_sweep
-        from service.client.progress import showing_progress
-
-        settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
-        with showing_progress(name) as show:
-            finished = run_sweep(
-                sweep,
-                folder,
-                progress=show,
-                settings=settings,
-                overwrite=overwrite,
-                keep=keep,
-                ready=ready,
-            )
+    settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
+    with showing_progress(name) as show:
+        finished = run_sweep(
+            sweep,
+            folder,
+            progress=show,
+            settings=settings,
+            overwrite=overwrite,
+            keep=keep,
+            ready=ready,
+        )
     seconds = time.perf_counter() - begin
     print(
         f"{name}: {nonzero(finished.counts)} in {seconds:.1f} s; report: {folder / 'report.html'}"
