@@ -7,7 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies import laws
-from studies.fits.least_squares import (
+from studies.fits.measured import MeasuredShots
+from studies.laws import Shot
+from studies.laws._fitted import FittedConstant, FittedLaw, FittedRange
+from studies.laws._forms import FORMS, Form, columns_of, dimension_of
+from studies.values.least_squares import (
     CONFIDENCE,
     NotIdentified,
     Solution,
@@ -16,10 +20,6 @@ from studies.fits.least_squares import (
     linear,
     nonlinear,
 )
-from studies.fits.measured import MeasuredShots
-from studies.laws import Shot
-from studies.laws._fitted import FittedConstant, FittedLaw, FittedRange
-from studies.laws._forms import FORMS, Form, columns_of, dimension_of
 from studies.values.quantities import round_quantity
 
 # Forms whose criteria differ by less are not told apart: "substantial support" of Burnham and Anderson (2002), Model

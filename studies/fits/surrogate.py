@@ -17,10 +17,10 @@ import xarray as xr
 
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, comparable, main_quantities, refinements_of
-from studies.fits.least_squares import CONFIDENCE
 from studies.fits.measured import source_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.errors import Finding, Findings, InvalidInput, MissingExtra
+from studies.values.least_squares import CONFIDENCE
 from studies.values.nearest import nearest_cure
 from studies.values.parameters import Parameter, parse_value
 from studies.values.quantities import readable, refusal

@@ -2,6 +2,6 @@
 
 ``publish`` makes the files of a sweep's result from its runs. ``matched`` reads the cube, ``compare``
 states how far laws and observations are from it and ``verdict`` which law to use where, ``figures`` and ``captions``
-say what is drawn and ``plot`` draws it, ``report`` gathers the document and ``page`` prints it. The top room of the
-studies; the service calls ``publish``.
+say what is drawn and ``plot`` draws it, ``report`` gathers the document and ``page`` prints it. The service
+calls ``publish``, and ``validation`` the verdict.
 """

@@ -7,7 +7,6 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from studies.cubes.points import Place
-from studies.fits.least_squares import CONFIDENCE
 from studies.reports.verdict.bands import Band
 from studies.reports.verdict.evidence import (
     TRUST,
@@ -17,6 +16,7 @@ from studies.reports.verdict.evidence import (
 )
 from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
 from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
+from studies.values.least_squares import CONFIDENCE
 
 if TYPE_CHECKING:
     from studies.reports.verdict import LawVerdict
