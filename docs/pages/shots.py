@@ -100,6 +100,7 @@ def computed(
 ) -> Iterator[dict[str, Any]]:
     """A row for each shot of a table: as published, with the simulation at its parameters; all of them by default."""
     import whipple
+    from studies.cubes import reading
     from studies.cubes import variables as cubes
     from studies.cubes.points import places_of, points_of
     from studies.reports.matched import matched_observations
@@ -115,7 +116,7 @@ def computed(
                 if shots is None or shot in shots:
                     flags = cubes.FLAGS.of(points, quantity)
                     mask = int(flags.isel(run=places.index(dict(match.at))))
-                    words = [word for bit, word in cubes.flag_meanings(flags) if mask & bit]
+                    words = [word for bit, word in reading.flag_meanings(flags) if mask & bit]
                     yield {
                         "table": name,
                         "quantity": quantity,

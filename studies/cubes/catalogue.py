@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from studies import laws, measurements
-from studies.cubes.variables import Quantity
+from studies.cubes.variable import Quantity
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, declared
 

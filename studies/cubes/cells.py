@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from studies.convergence.richardson import Convergence, Sample, converge
-from studies.cubes.variables import STATES, variable_name
+from studies.cubes.variable import variable_name
+from studies.cubes.variables import STATES
 from studies.sweeps.sweep import RESOLUTION
 from studies.values.results import DEFINITION, ENOUGH_GRIDS, MESH_DETERMINED, numerical_parts
 

@@ -31,11 +31,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from studies.cubes import audit
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
 from studies.cubes.cells import Cell, Layout, converge_cells, definition_part, lay_out
 from studies.cubes.models import Assess, assessment
-from studies.cubes.variables import Quantity, Variable, variable_name
+from studies.cubes.variable import GROUPS, POINTS, RUNS, Quantity, Variable, variable_name
 from studies.laws import FITTED
 from studies.sweeps.screening import CONTRIBUTIONS
 from studies.values.files import write_atomically
@@ -108,7 +109,7 @@ def _in_order(layout: Layout, catalogue: Catalogue, sweep: Any, assess: Assess) 
         variable = column[0]
         place = first.index(variable.name) if variable.name in first else len(first)
         is_other = any(re.match(rf"{name}(_|$)", variable.name) for name in others)
-        return declared.GROUPS.index(variable.group), is_other, place
+        return GROUPS.index(variable.group), is_other, place
 
     return sorted(_columns(layout, catalogue, assess), key=place)
 
@@ -137,7 +138,7 @@ def _of_parameter(layout: Layout, parameter: Parameter) -> Iterator[Column]:
     axes = {axis.name: axis for axis in (*layout.axes, *layout.refinements)}
     axis = axes.get(name)
     if axis is None:
-        variable = declared.parameter_variable(parameter, declared.RUNS)
+        variable = declared.parameter_variable(parameter, RUNS)
         records = _each(layout.cells, lambda cell: cell.run.parameters.get(name))
         if any(record is not None for record in records.flat):
             yield variable, _compact(variable.values(records), layout), {}
@@ -145,7 +146,7 @@ def _of_parameter(layout: Layout, parameter: Parameter) -> Iterator[Column]:
         variable = declared.parameter_variable(parameter, (variable_name(name),))
         yield variable, variable.values(_records(axis.values)), {}
     else:
-        variable = declared.parameter_variable(parameter, declared.POINTS)
+        variable = declared.parameter_variable(parameter, POINTS)
         points = layout.runs_of_points[..., 0]
         yield variable, variable.values(_each(points, lambda cell: cell.coordinates[name])), {}
 
@@ -159,7 +160,7 @@ def _of_runs(layout: Layout) -> Iterator[Column]:
     diameters = declared.EQUIVALENT_DIAMETER.values(layout.cells)
     if np.isfinite(diameters).any():
         yield declared.EQUIVALENT_DIAMETER, _compact(diameters, layout), {}
-    for number in declared.AUDIT:
+    for number in audit.AUDIT:
         if any(number.name in cell.numbers for cell in layout.cells.flat):
             yield _column(number.variable, layout.cells)
 
@@ -169,8 +170,8 @@ def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
     bodies = max((cell.histories.get("bodies", ()) for cell in layout.cells.flat), key=len)
     if not bodies:
         return
-    yield _column(declared.BODY_NAME, _records(bodies))
-    for history in declared.HISTORIES:
+    yield _column(audit.BODY_NAME, _records(bodies))
+    for history in audit.HISTORIES:
         picked = _each(layout.cells, lambda cell, name=history.name: cell.histories.get(name))
         if history.by_body:
             by_body = np.full((*picked.shape, len(bodies)), None, object)
@@ -387,7 +388,7 @@ def _labelled(
     variable: Variable, values: np.ndarray, layout: Layout, more: Mapping[str, Any]
 ) -> xr.Variable:
     """Values with the dimensions and attributes of their variable, as CF wants to see them."""
-    stands_for = {declared.RUNS[0]: layout.dims, declared.POINTS[0]: layout.point_dims}
+    stands_for = {RUNS[0]: layout.dims, POINTS[0]: layout.point_dims}
     dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
     units = {"units": variable.unit} if variable.unit is not None else {}
     comment = {"comment": variable.comment} if variable.comment else {}
@@ -435,7 +436,7 @@ def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
         "axes": " ".join(_names(layout.axes)),
         "refinements": " ".join(_names(layout.refinements)),
         "quantities": " ".join(catalogue.quantities),
-        "undeclared_numbers": " ".join(sorted(numbers - {each.name for each in declared.AUDIT})),
+        "undeclared_numbers": " ".join(sorted(numbers - {each.name for each in audit.AUDIT})),
         "sweep": json_text(document),
         "materials": json_text(catalogue.materials),
         "software": json_text(versions),

@@ -11,8 +11,9 @@ import numpy as np
 import xarray as xr
 
 from studies.convergence.richardson import VERDICTS, Convergence, Sample, levels_of
+from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.variables import Variable
+from studies.cubes.variable import Variable
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.results import NOT_COMPARED
 
@@ -56,7 +57,7 @@ def places_of(dataset: xr.Dataset) -> list[dict[str, float | str]]:
 
 def by_run(dataset: xr.Dataset, name: str) -> np.ndarray:
     """The values of a variable for each cell, (cells,), whatever it varies along."""
-    return cubes.by_run(dataset, dataset[name]).ravel()
+    return reading.by_run(dataset, dataset[name]).ravel()
 
 
 def plain(value: Any) -> float | str:
@@ -72,7 +73,9 @@ def simulated(dataset: xr.Dataset, name: str, variable: Variable = cubes.VALUE) 
     array = variable.of(dataset, name)
     # A report asks some hundred times, and ``where`` of xarray takes 4 ms.
     values = np.where(
-        cubes.by_run(dataset, dataset.run_state) == SUCCEEDED, cubes.by_run(dataset, array), np.nan
+        reading.by_run(dataset, dataset.run_state) == SUCCEEDED,
+        reading.by_run(dataset, array),
+        np.nan,
     )
     # A deep copy of its coordinates takes ten times as long (1.1 and 0.15 ms, November 2026).
     copied = dataset.run_state.copy(deep=False, data=values)
@@ -86,18 +89,18 @@ def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
     NaN everywhere where runs were measured with several versions of its definition: they do not compare among
     themselves.
     """
-    if cubes.mixed_versions(dataset, name):
+    if reading.mixed_versions(dataset, name):
         return xr.full_like(simulated(dataset, name), np.nan)
     flags = cubes.FLAGS.of(dataset, name)
-    against = sum(mask for mask, word in cubes.flag_meanings(flags) if word in NOT_COMPARED)
+    against = sum(mask for mask, word in reading.flag_meanings(flags) if word in NOT_COMPARED)
     values = simulated(dataset, name)
-    usable = cubes.by_run(dataset, flags) & against == 0
+    usable = reading.by_run(dataset, flags) & against == 0
     return values.copy(deep=False, data=np.where(usable, values.values, np.nan))
 
 
 def main_quantities(dataset: xr.Dataset) -> list[str]:
     """Quantities that are no other reading of one (``hole_diameter_lip`` of ``hole_diameter``)."""
-    names = cubes.quantities_of(dataset)
+    names = reading.quantities_of(dataset)
     return [
         name
         for name in names
@@ -119,7 +122,7 @@ def points_of(dataset: xr.Dataset) -> xr.Dataset:
         return dataset
     finest = dataset.isel({RESOLUTION: -1} if RESOLUTION in refinements else {}, drop=True)
     points = finest.isel({OFFSET: 0} if OFFSET in refinements else {}, drop=True)
-    names = cubes.quantities_of(dataset)
+    names = reading.quantities_of(dataset)
     # Variables without coordinates, all at once: xarray aligns and copies at each assignment.
     changed: dict[str, xr.Variable] = {
         "run_flags": _flags(dataset, cubes.FLAGS_OF_RUN.of(dataset), names)
@@ -170,7 +173,7 @@ def refined(dataset: xr.Dataset, name: str) -> Iterator[Refined]:
 def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr.Variable:
     """Flags of the points: of the finest runs, and of the finest with a value of one of the names, at any offset."""
     dims = list(dataset.run_state.dims)
-    raised = cubes.by_run(dataset, flags)
+    raised = reading.by_run(dataset, flags)
     across = tuple(dims.index(name) for name in (OFFSET,) if name in dims)
     raised = np.bitwise_or.reduce(raised, across, keepdims=True) if across else raised
     if RESOLUTION in dims:

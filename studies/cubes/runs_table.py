@@ -4,11 +4,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from studies.cubes import reading
 from studies.cubes import variables as declared
 from studies.cubes.long_texts import short_texts
+from studies.cubes.variable import Group
 
 RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.FLAGS_OF_RUN)
-GROUPS: tuple[declared.Group, ...] = ("parameter", "result", "detail", "run", "audit")
+GROUPS: tuple[Group, ...] = ("parameter", "result", "detail", "run", "audit")
 
 
 def runs_csv(dataset: xr.Dataset) -> str:
@@ -41,12 +43,12 @@ def _names(dataset: xr.Dataset) -> list[str]:
 def _column(dataset: xr.Dataset, name: str) -> np.ndarray:
     """The values of a variable for each run, (runs,); flags in words."""
     array = dataset[name]
-    values = declared.by_run(dataset, array).ravel()
+    values = reading.by_run(dataset, array).ravel()
     if array.dtype.kind in "OUT":
         short = short_texts(dataset[[name]])
         return np.array([short.get(text, text) for text in values], object)
     if "flag_masks" in array.attrs:
-        return np.array([" ".join(each) for each in declared.flag_words(array)], object)
+        return np.array([" ".join(each) for each in reading.flag_words(array)], object)
     if "flag_meanings" in array.attrs:
         return np.array(array.attrs["flag_meanings"].split(), object)[values]
     return values

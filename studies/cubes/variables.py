@@ -5,38 +5,22 @@ lies over ``RUNS``, all dimensions of the runs; over ``POINTS``, the same withou
 offset, which are dimensions where a sweep names several); or over a dimension of its own. ``pick`` reads one value
 from one record: a cell of the cube, a measurement, what refinement says, a law, its answer, a shot.
 
-How to add one: a number of the audit is one line of ``AUDIT``; a quantity comes from its measurement, a parameter from
-its scenario, and neither needs an edit here.
+How to add one: a number of the audit is one line of ``AUDIT`` in ``audit.py``; a quantity comes from its measurement, a
+parameter from its scenario, and neither needs an edit here.
 """
 
-import json
-import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import Any, Literal, get_args
-
-import numpy as np
-import xarray as xr
+from typing import Any
 
 from studies.convergence.richardson import VERDICTS
+from studies.cubes.variable import POINTS, RUNS, Kind, Variable, variable_name
 from studies.values.parameters import Parameter
-from studies.values.results import ENERGY_DRIFT_LIMIT
 
 # 2: refinements and what converges over them; laws at observed shots have labels of their own.
 # 3: groups, short labels with the meaning in ``comment``, parameters as coordinates, one time for all histories.
 SCHEMA_VERSION = 3
 
-Kind = Literal["number", "integer", "text", "flag", "mask"]
-DTYPES = {"number": float, "integer": np.int32, "text": object, "flag": np.int8, "mask": np.int32}
-EMPTY = {"number": np.nan, "integer": 0, "text": "", "flag": 0, "mask": 0}
-
-# Of the variables, in the order of a cube; ``Dataset.filter_by_attrs(group="result")`` selects one.
-Group = Literal["parameter", "result", "detail", "history", "run", "audit", "observation"]
-GROUPS: tuple[Group, ...] = get_args(Group)
-LONGEST_LABEL = 40  # characters of a long_name: longer ones are cut off beside an axis
-
-RUNS, POINTS = ("*",), ("@",)  # stand for the dimensions of the runs and of the points
 LAW, OBSERVATION = "{quantity}_law", "observation"
 OBSERVED_LAW = "{quantity}_observed_law"
 
@@ -62,92 +46,6 @@ RUN_FLAGS = (
 )
 IN_RANGE = ("outside_range", "inside_range")
 VERDICT_WORDS = tuple(verdict.replace(" ", "_") for verdict in VERDICTS)
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """Something that is measured on a run, as its measurement describes it."""
-
-    name: str  # "hole_diameter"
-    unit: str  # "m"
-    meaning: str
-
-
-@dataclass(frozen=True)
-class Variable:
-    """A variable of the cube."""
-
-    name: str
-    meaning: str
-    pick: Callable[[Any], Any]  # the value of one record; None where it has none
-    dims: tuple[str, ...]
-    unit: str | None = None  # UDUNITS; None for text and flags
-    kind: Kind = "number"
-    # Meanings of the values 0, 1, ... of a flag, or of the bits of a mask.
-    meanings: tuple[str, ...] = ()
-    label: str = (
-        ""  # a few words for an axis; by default the meaning, or the name where that is long
-    )
-    group: Group = "detail"
-
-    @property
-    def long_name(self) -> str:
-        """The label of an axis: at most ``LONGEST_LABEL`` characters."""
-        if self.label:
-            return self.label
-        return self.meaning if len(self.meaning) <= LONGEST_LABEL else self.name.replace("_", " ")
-
-    @property
-    def comment(self) -> str:
-        """The definition, where the label does not say it; else empty."""
-        return "" if self.meaning == self.long_name else self.meaning
-
-    def filled(self, quantity: Quantity) -> "Variable":
-        """The variable of one quantity."""
-        filling = {
-            "quantity": quantity.name,
-            "words": quantity.name.replace("_", " "),
-            "unit": quantity.unit,
-            "meaning": quantity.meaning,
-        }
-        return replace(
-            self,
-            name=self.name.format(**filling),
-            dims=tuple(dim.format(**filling) for dim in self.dims),
-            unit=self.unit and self.unit.format(**filling),
-            meaning=self.meaning.format(**filling),
-            label=self.label.format(**filling),
-        )
-
-    def named(self, quantity: str = "") -> str:
-        """The name that it has in a cube."""
-        return self.name.format(quantity=quantity)
-
-    def is_in(self, dataset: xr.Dataset, quantity: str = "") -> bool:
-        """Whether a cube has it."""
-        return self.named(quantity) in dataset
-
-    def of(self, dataset: xr.Dataset, quantity: str = "") -> xr.DataArray:
-        """Its values in a cube."""
-        return dataset[self.named(quantity)]
-
-    def values(self, records: np.ndarray) -> np.ndarray:
-        """One value a record, of an array of records (objects; None has no value)."""
-        values = np.full(records.shape, EMPTY[self.kind], DTYPES[self.kind])
-        for place, record in np.ndenumerate(records):
-            picked = None if record is None else self.pick(record)
-            if picked is not None:
-                values[place] = self.meanings.index(picked) if self.kind == "flag" else picked
-        return values
-
-
-def variable_name(parameter: str) -> str:
-    """A parameter's path as a CF name.
-
-    >>> variable_name("target.strength.A")
-    'target_strength_A'
-    """
-    return re.sub(r"\W", "_", parameter)
 
 
 def parameter_variable(parameter: Parameter, dims: tuple[str, ...]) -> Variable:
@@ -228,161 +126,6 @@ EQUIVALENT_DIAMETER = _number_of_run(
     lambda cell: getattr(cell.shot, "projectile_diameter", None),
     unit="m",
     label="equivalent diameter of the projectile",
-)
-
-
-# ---- of a run: its audit -------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class AuditNumber:
-    """A number that a run states about its own quality."""
-
-    name: str  # as in the result of the run
-    unit: str
-    meaning: str
-    share: bool = False  # people read it in per cent
-    limit: float | None = None  # beyond it, on either side of zero, a run is marked
-    shown: bool = True  # in the report
-
-    @property
-    def variable(self) -> Variable:
-        """Its variable of the cube; a record is a cell."""
-        return _number_of_run(
-            f"audit_{self.name}",
-            self.meaning,
-            lambda cell: cell.numbers.get(self.name),
-            unit=self.unit,
-            label=self.name.replace("_", " "),
-            group="audit",
-        )
-
-
-_share = partial(AuditNumber, unit="1", share=True)
-_drift = partial(_share, limit=ENERGY_DRIFT_LIMIT)
-
-AUDIT = (
-    AuditNumber(
-        "cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"
-    ),
-    AuditNumber(
-        "cells_per_thickness", "1", "grid cells through the target, or the flyer where plates meet"
-    ),
-    AuditNumber("particles", "1", "particles of the simulation"),
-    AuditNumber("steps", "1", "time steps taken"),
-    AuditNumber("particle_steps", "1", "particles times the steps that each was moved"),
-    AuditNumber("end_time", "s", "simulated time at the end"),
-    AuditNumber("smallest_step", "s", "smallest time step"),
-    _drift(
-        "energy_drift",
-        meaning="energy unaccounted for at the end, over the initial energy and the loads' work",
-    ),
-    _drift("largest_energy_drift", meaning="largest energy drift at any time of the run"),
-    _share("momentum_error", meaning="momentum unaccounted for, over the initial momentum"),
-    _share("mass_error", meaning="mass unaccounted for, over the initial mass"),
-    _share("hottest_energy_share", meaning="share of internal energy in the hottest particles"),
-    _share(
-        "removed_energy_fraction",
-        meaning="energy removed by walls, absorbing surfaces, contact, damping, over the initial and the loads' work",
-    ),
-    _share(
-        "contact_energy_fraction",
-        meaning="energy removed by contact of bodies alone, over the initial and the loads' work",
-    ),
-    _share(
-        "outflow_mass_fraction", meaning="mass that left the grid or was retired, over the initial"
-    ),
-    _share(
-        "outflow_energy_fraction",
-        meaning="energy that left the grid or was retired, over the initial and the loads' work",
-    ),
-    # Zero in every scenario but those of bars.
-    AuditNumber(
-        "load_work",
-        "J",
-        "work of pressures and gravity up to the end, on whole bodies",
-        shown=False,
-    ),
-    _share(
-        "separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"
-    ),
-    _share("fast_mass_fraction", meaning="connected target above 300 m/s, over the target's mass"),
-    _share(
-        "molten_mass_fraction",
-        meaning="matter at or above its melting point at the end, over the initial mass",
-    ),
-    AuditNumber("largest_speed", "m s-1", "largest speed of a particle"),
-    AuditNumber("tension_floors", "1", "uses of the floor that limits tension"),
-    AuditNumber("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),
-    AuditNumber("below_zero_kelvin", "1", "states whose energy gave a negative temperature"),
-    AuditNumber("below_expansion", "1", "states thinner than the range of the equation of state"),
-    # A state is a particle in a step: what people ask for is the molten mass.
-    AuditNumber("molten", "1", "states at or above the melting point", shown=False),
-    AuditNumber("sound_floors", "1", "uses of the floor of the sound speed in the time step"),
-    AuditNumber("unstable", "1", "states whose pressure falls with density"),
-    AuditNumber("failed", "1", "particles that failed for good"),
-    AuditNumber("reflected", "1", "particles turned back at a wall"),
-)
-
-
-# ---- of a run: its histories; a record is a cell, or a cell and a body --------------------------
-
-
-@dataclass(frozen=True)
-class RunHistory:
-    """A number of a run over time: of each body, or of all."""
-
-    name: str  # as in the histories of a result
-    unit: str
-    meaning: str
-    by_body: bool = True
-
-    @property
-    def variable(self) -> Variable:
-        """Its variable of the cube; a record is the values of a run, or those of a body in it."""
-        return Variable(
-            # Quantities have histories too: those of bodies are told apart.
-            f"{'body_' if self.by_body else ''}{self.name}_history",
-            f"{self.meaning}, over history_time",
-            lambda values: values,
-            (*RUNS, BODY, "sample") if self.by_body else (*RUNS, "sample"),
-            self.unit,
-            label=f"{self.name.replace('_', ' ')}, history",
-            group="history",
-        )
-
-
-BODY = "body"
-BODY_NAME = Variable(BODY, "body of the problem", str, (BODY,), kind="text")
-
-# The sum of the energies over kinds and bodies, less the work of loads, is the initial energy and what the audit calls
-# drift; that of the momenta, less the impulse, is the initial momentum. Models of a sector count for the whole.
-HISTORIES = (
-    RunHistory("kinetic_energy", "J", "kinetic energy of the particles of a body on the grid"),
-    RunHistory("internal_energy", "J", "internal energy of the particles of a body on the grid"),
-    RunHistory(
-        "departed_energy", "J", "energy of the particles that left the grid or were retired"
-    ),
-    RunHistory("axial_momentum", "N s", "momentum along the line of flight, on the grid"),
-    RunHistory(
-        "departed_axial_momentum",
-        "N s",
-        "momentum along the line of flight of the particles that left the grid or were retired",
-    ),
-    RunHistory("contact_energy", "J", "energy that contact of the bodies removed", by_body=False),
-    RunHistory(
-        "otherwise_removed_energy",
-        "J",
-        "energy that damping, walls and absorbing surfaces removed",
-        by_body=False,
-    ),
-    RunHistory("load_work", "J", "work of pressures and gravity", by_body=False),
-    RunHistory(
-        "axial_impulse",
-        "N s",
-        "impulse that faces, absorbing surfaces and loads gave along the line of flight",
-        by_body=False,
-    ),
 )
 
 
@@ -752,53 +495,3 @@ OF_ANSWERS_AT_OBSERVATIONS = (
     BY_LAW_AT_OBSERVATION_IN_RANGE,
     BY_LAW_AT_OBSERVATION_REASON,
 )
-
-
-# ---- what readers of a cube share ----------------------------------------------------------------
-
-
-def quantities_of(dataset: xr.Dataset) -> list[str]:
-    """Names of the measured quantities of a cube."""
-    return str(dataset.attrs["quantities"]).split()
-
-
-def confidences_of(
-    dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE
-) -> list[str]:
-    """The word of confidence of each law of a quantity, in the order of the labels; empty of cubes that lack it."""
-    if not variable.is_in(dataset, quantity):
-        return []
-    return [str(text).removeprefix(EQUATION) for text in variable.of(dataset, quantity).values]
-
-
-def mixed_versions(dataset: xr.Dataset, quantity: str) -> list[int]:
-    """Versions of the definition of a quantity, where the runs of a cube were measured with several; else none."""
-    versions: list[int] = json.loads(dataset.attrs["measurement_versions"]).get(quantity, [])
-    return versions if len(versions) > 1 else []
-
-
-def meaning_of(array: xr.DataArray) -> str:
-    """The definition of a variable of a cube."""
-    return str(array.attrs.get("comment") or array.attrs["long_name"])
-
-
-def flag_meanings(flags: xr.DataArray) -> list[tuple[int, str]]:
-    """Bit and meaning of each flag of a mask."""
-    masks: Sequence[int] = np.atleast_1d(flags.attrs["flag_masks"]).tolist()
-    return list(zip(masks, str(flags.attrs["flag_meanings"]).split(), strict=True))
-
-
-def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
-    """The flags of each cell in words, in the order of ``values.ravel()``."""
-    meanings = flag_meanings(flags)
-    return [
-        tuple(word for mask, word in meanings if value & mask) for value in flags.values.ravel()
-    ]
-
-
-def by_run(dataset: xr.Dataset, array: xr.DataArray) -> np.ndarray:
-    """The values of a variable for each run, in the shape of ``run_state``, whatever it varies along.
-
-    Without xarray's alignment, which takes milliseconds: the variables of a cube share their coordinates.
-    """
-    return array.variable.set_dims(dict(dataset.run_state.sizes)).values

@@ -11,9 +11,10 @@ import numpy as np
 import xarray as xr
 
 from studies import laws, materials, observations, scenarios
+from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
-from studies.cubes.variables import variable_name
+from studies.cubes.variable import variable_name
 from studies.laws import Shot
 from studies.sweeps.sweep import ACCEPTED, Sweep, vocabulary
 from studies.values.errors import InvalidInput
@@ -125,7 +126,7 @@ def source_of(dataset: xr.Dataset) -> str:
 
 def quantities_of(dataset: xr.Dataset, forms: Sequence[str]) -> list[str]:
     """The quantities of a cube that are among some names."""
-    return [name for name in cubes.quantities_of(dataset) if name in forms]
+    return [name for name in reading.quantities_of(dataset) if name in forms]
 
 
 def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.cubes import variables as cubes
+from studies.cubes import reading
 from studies.cubes.points import axes_of, by_run, comparable, main_quantities, refinements_of
 from studies.fits.measured import source_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
@@ -373,7 +373,7 @@ def main_quantity(dataset: xr.Dataset, name: str | None) -> str:
     """The quantity of a name, or the first main one of a cube; raises InvalidInput."""
     if name is None:
         return main_quantities(dataset)[0]
-    quantities = cubes.quantities_of(dataset)
+    quantities = reading.quantities_of(dataset)
     if name not in quantities:
         cure = nearest_cure(name, quantities)
         raise refusal("--quantity", name, "a quantity of the cube", cure)

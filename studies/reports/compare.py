@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
+from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import (
     Place,
@@ -143,7 +144,7 @@ def compare(cube: xr.Dataset) -> Comparison:
     against_simulation: list[Residual] = []
     against_observations: list[Residual] = []
     observations: list[MatchedObservation] = []
-    for name in cubes.quantities_of(cube):
+    for name in reading.quantities_of(cube):
         against_simulation += _against_simulation(cube, points, name)
         mine = list(matched_observations(points, name))
         against_observations += _against_observations(points, name, mine)
@@ -161,7 +162,7 @@ def compare(cube: xr.Dataset) -> Comparison:
 
 def mixed(cube: xr.Dataset) -> dict[str, str]:
     """Quantities whose runs mix versions of the definition, with the sentence that says so and names the cure."""
-    versions = {name: cubes.mixed_versions(cube, name) for name in cubes.quantities_of(cube)}
+    versions = {name: reading.mixed_versions(cube, name) for name in reading.quantities_of(cube)}
     return {
         name: MIXED.format(name.replace("_", " "), _listed(each))
         for name, each in versions.items()
@@ -263,7 +264,7 @@ def _against_simulation(cube: xr.Dataset, points: xr.Dataset, name: str) -> Iter
         )
         inside = cubes.BY_LAW_IN_RANGE.of(points, name)
         titles = cubes.LAW_TITLE.of(points, name)
-        confidences = cubes.confidences_of(points, name)
+        confidences = reading.confidences_of(points, name)
         answers = cubes.BY_LAW.of(points, name)
         yield from _of_laws(name, answers, inside, titles, confidences, reference)
 
@@ -300,7 +301,7 @@ def _against_observations(
             cubes.BY_LAW_AT_OBSERVATION.of(points, name).isel(rows),
             cubes.BY_LAW_AT_OBSERVATION_IN_RANGE.of(points, name).isel(rows),
             cubes.OBSERVED_LAW_TITLE.of(points, name),
-            cubes.confidences_of(points, name, cubes.OBSERVED_LAW_CONFIDENCE),
+            reading.confidences_of(points, name, cubes.OBSERVED_LAW_CONFIDENCE),
             References("observation", values, places, bars),
         )
 

@@ -15,6 +15,7 @@ import xarray as xr
 
 from studies.convergence.orders import FORMAL_ORDER
 from studies.convergence.richardson import Convergence
+from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import (
     Place,
@@ -201,7 +202,7 @@ def companions(view: FigureView, name: str) -> Figure:
     unit = view.dataset[name].attrs["units"]
     others = [
         other
-        for other in cubes.quantities_of(view.dataset)
+        for other in reading.quantities_of(view.dataset)
         if other.startswith(f"{name}_") and view.dataset[other].attrs["units"] == unit
     ]
     panels = [
@@ -292,7 +293,7 @@ def _missing(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     cells = [cell for cell in piece.cells if not np.isfinite(values[cell])]
     if cells:
         states, reasons = view.flat(cubes.RUN_STATE), view.flat(cubes.RUN_REASON)
-        flags = cubes.flag_words(cubes.FLAGS.of(view.dataset, name))
+        flags = reading.flag_words(cubes.FLAGS.of(view.dataset, name))
         notes = (
             f"{cubes.STATES[states[cell]]} {reasons[cell]} {' '.join(flags[cell])}".strip()
             for cell in cells

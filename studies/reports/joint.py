@@ -7,6 +7,7 @@ from functools import reduce
 import numpy as np
 import xarray as xr
 
+from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import SUCCEEDED, simulated
 
@@ -49,7 +50,7 @@ def numerical_bars(points: xr.Dataset, quantity: str) -> xr.DataArray:
     bars = simulated(points, quantity, cubes.UNCERTAINTY)
     if not mesh.is_in(points, quantity):
         return xr.full_like(bars, np.nan)
-    has_mesh = np.isfinite(cubes.by_run(points, mesh.of(points, quantity)))
+    has_mesh = np.isfinite(reading.by_run(points, mesh.of(points, quantity)))
     return bars.copy(deep=False, data=np.where(has_mesh, bars.values, np.nan))
 
 
@@ -57,8 +58,8 @@ def _stored(points: xr.Dataset, name: str) -> np.ndarray:
     """A part that the cube holds, where the run succeeded; NaN where it does not hold it."""
     if name not in points:
         return np.full(points.run_state.size, np.nan)
-    succeeded = cubes.by_run(points, points.run_state) == SUCCEEDED
-    return np.where(succeeded, cubes.by_run(points, points[name]), np.nan).ravel()
+    succeeded = reading.by_run(points, points.run_state) == SUCCEEDED
+    return np.where(succeeded, reading.by_run(points, points[name]), np.nan).ravel()
 
 
 def law_scatter(points: xr.Dataset, quantity: str, law: str) -> np.ndarray:

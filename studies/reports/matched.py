@@ -11,6 +11,7 @@ import xarray as xr
 
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, places_of, plain, simulated
+from studies.cubes.variable import variable_name
 
 ELSEWHERE = "not simulated: different"
 LINEAR = "linear between neighbouring runs"
@@ -68,7 +69,7 @@ def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:
     """The parameters that a shot states."""
     stated = {}
     for parameter in json.loads(shot.attrs["vocabulary"])["parameters"]:
-        name = cubes.variable_name(parameter)
+        name = variable_name(parameter)
         if f"observation_{name}" in shot:
             stated[name] = plain(shot[f"observation_{name}"].item())
     return {name: value for name, value in stated.items() if value == value and value != ""}

@@ -18,7 +18,8 @@ from markupsafe import Markup
 from studies.reports.drawing import Gallery, colour_keys, ramps
 from studies.reports.figures import Figure, Panel, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
-from studies.reports.plot import WIDTHS, plot
+from studies.reports.plot import plot
+from studies.reports.plot.layout import WIDTHS
 from studies.reports.sketches import growth_sketch, setup_sketch
 from studies.reports.view import Scale
 from studies.values.formats import (

@@ -15,6 +15,7 @@ from zipfile import BadZipFile
 import numpy as np
 import xarray as xr
 
+from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
@@ -141,7 +142,7 @@ def _shown(dataset: xr.Dataset, number: int, files: Mapping[str, Path]) -> Shown
     values = {
         name: float(simulated(dataset, name).values.ravel()[number])
         for name in (*ACROSS, *ALONG)
-        if name in cubes.quantities_of(dataset)
+        if name in reading.quantities_of(dataset)
     }
     diameter = cubes.EQUIVALENT_DIAMETER.name
     return Shown(

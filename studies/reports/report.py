@@ -23,6 +23,7 @@ from studies.convergence.richardson import (
     SAFETY_UNOBSERVED,
     VERDICTS,
 )
+from studies.cubes import audit, reading
 from studies.cubes import variables as cubes
 from studies.cubes.long_texts import short_texts, with_short_texts
 from studies.cubes.points import (
@@ -35,6 +36,7 @@ from studies.cubes.points import (
     refined,
     refinements_of,
 )
+from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.reports.compare import Comparison
 from studies.reports.figures import figures
@@ -208,7 +210,7 @@ def _axis(dataset: xr.Dataset, name: str) -> Document:
     return {
         "name": name,
         "unit": axis.attrs.get("units"),
-        "meaning": cubes.meaning_of(axis),
+        "meaning": reading.meaning_of(axis),
         "values": values,
     }
 
@@ -217,7 +219,7 @@ def _fixed(dataset: xr.Dataset) -> Iterator[Document]:
     """Parameters that all runs share."""
     parameters = json.loads(dataset.attrs["vocabulary"])["parameters"]
     for parameter, (_, unit, meaning) in parameters.items():
-        name = cubes.variable_name(parameter)
+        name = variable_name(parameter)
         if name in dataset and not dataset[name].dims:
             value = _finite(plain(dataset[name].item()))
             if value not in (None, ""):
@@ -226,12 +228,12 @@ def _fixed(dataset: xr.Dataset) -> Iterator[Document]:
 
 def _quantities(dataset: xr.Dataset) -> Iterator[Document]:
     main = main_quantities(dataset)
-    for name in cubes.quantities_of(dataset):
+    for name in reading.quantities_of(dataset):
         yield {
             "name": name,
             "label": name.replace("_", " "),
             "unit": dataset[name].attrs["units"],
-            "meaning": cubes.meaning_of(dataset[name]),
+            "meaning": reading.meaning_of(dataset[name]),
             "main": name in main,
         }
 
@@ -303,9 +305,9 @@ def _run_variables(dataset: xr.Dataset) -> list[str]:
 
 def _flags(dataset: xr.Dataset) -> list[list[str]]:
     """All flags of each run, those of a quantity with its name."""
-    columns = {"": cubes.flag_words(cubes.FLAGS_OF_RUN.of(dataset))}
-    for name in cubes.quantities_of(dataset):
-        columns[f"{name}: "] = cubes.flag_words(cubes.FLAGS.of(dataset, name))
+    columns = {"": reading.flag_words(cubes.FLAGS_OF_RUN.of(dataset))}
+    for name in reading.quantities_of(dataset):
+        columns[f"{name}: "] = reading.flag_words(cubes.FLAGS.of(dataset, name))
     return [
         [
             f"{quantity}{flag}".replace("_", " ")
@@ -324,7 +326,7 @@ def _ratio(value: float | None, diameter: float | None) -> float | None:
 def _audit(dataset: xr.Dataset) -> Iterator[Document]:
     """For each number of the audit: its range, and the run that is farthest from zero."""
     places = places_of(dataset)
-    for number in cubes.AUDIT:
+    for number in audit.AUDIT:
         name, limit = number.variable.name, number.limit
         if number.shown and name in dataset and np.isfinite(dataset[name]).any():
             values = dataset[name].values.ravel()
@@ -353,7 +355,7 @@ def _scatter(dataset: xr.Dataset, quantity: str, row: int) -> float | None:
 
 def _model_part(dataset: xr.Dataset) -> Iterator[Document]:
     """Each statement of what the models leave open of a quantity, in numbers too, with the runs that it is about."""
-    for quantity in cubes.quantities_of(dataset):
+    for quantity in reading.quantities_of(dataset):
         if cubes.MODEL_REASON.is_in(dataset, quantity):
             shares = {name: _shares(dataset, quantity, name) for name in CONTRIBUTIONS}
             texts = list(map(str, by_run(dataset, cubes.MODEL_REASON.named(quantity))))
@@ -388,7 +390,7 @@ LAW_TEXTS = {
 
 def _laws(dataset: xr.Dataset) -> Iterator[Document]:
     """Each law once, with the constants that it was evaluated with."""
-    for quantity in cubes.quantities_of(dataset):
+    for quantity in reading.quantities_of(dataset):
         if not cubes.LAW_LABEL.is_in(dataset, quantity):
             continue
         texts = {key: variable.of(dataset, quantity).values for key, variable in LAW_TEXTS.items()}

@@ -8,8 +8,8 @@ from typing import Any
 import xarray as xr
 
 from studies import scenarios
-from studies.cubes import variables as cubes
 from studies.cubes.points import by_run, plain
+from studies.cubes.variable import variable_name
 from studies.values.errors import InvalidInput
 from studies.values.quantities import readable
 
@@ -51,7 +51,7 @@ def upward(setup: Document | None) -> float:
 
 def values_of(dataset: xr.Dataset, parameter: str) -> list[float | str]:
     """The values of a parameter over the runs, each once, the first run's first; none where no run has it."""
-    name = cubes.variable_name(parameter)
+    name = variable_name(parameter)
     if name not in dataset.variables:
         return []
     values = [plain(value) for value in by_run(dataset, name)]
@@ -65,7 +65,7 @@ def _parameters(dataset: xr.Dataset) -> Mapping[str, Any]:
 
 def _label(dataset: xr.Dataset, parameter: str, values: Sequence[float | str]) -> str:
     """A length or a speed in the unit that people read, with its range where the sweep varies it."""
-    unit = dataset[cubes.variable_name(parameter)].attrs["units"]
+    unit = dataset[variable_name(parameter)].attrs["units"]
     low, high = (readable(end, unit) for end in (min(map(float, values)), max(map(float, values))))
     if low == high:
         return low

@@ -8,9 +8,10 @@ from typing import TypeVar
 import numpy as np
 import xarray as xr
 
+from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, by_run, comparable, places_of, simulated
-from studies.cubes.variables import Variable
+from studies.cubes.variable import Variable
 from studies.laws import DRAWN_ONLY
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.quantities import readable
@@ -96,8 +97,8 @@ class FigureView:
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""
-        own = cubes.flag_words(cubes.FLAGS.of(self.dataset, name))
-        of_run = cubes.flag_words(cubes.FLAGS_OF_RUN.of(self.dataset))
+        own = reading.flag_words(cubes.FLAGS.of(self.dataset, name))
+        of_run = reading.flag_words(cubes.FLAGS_OF_RUN.of(self.dataset))
         return [
             ", ".join(flag.replace("_", " ") for flag in (*mine, *other))
             for mine, other in zip(own, of_run, strict=True)
@@ -126,7 +127,7 @@ class FigureView:
             variable.of(self.dataset, name).values.astype(str).tolist()
             for variable in (cubes.LAW_NAME, cubes.LAW_TITLE)
         )
-        confidences = cubes.confidences_of(self.dataset, name) or [""] * len(names)
+        confidences = reading.confidences_of(self.dataset, name) or [""] * len(names)
         return {
             law: f"{title} (drawn only)" if confidence in DRAWN_ONLY else title
             for law, title, confidence in zip(names, titles, confidences, strict=True)

@@ -227,7 +227,7 @@ def _distributions(observer: Observer) -> dict[str, Any]:
 
 
 def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:
-    """Energy, momentum and what was exchanged over time (``studies.cubes.variables.HISTORIES``), of whole bodies."""
+    """Energy, momentum and what was exchanged over time (``studies.cubes.audit.HISTORIES``), of whole bodies."""
     whole, audits = 2.0 * math.pi / setting.sector, outcome.history
 
     def of_bodies(pick: Callable[[BodyBalance], float]) -> list[list[float]]:

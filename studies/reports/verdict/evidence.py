@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import (
     Place,
@@ -19,6 +20,7 @@ from studies.cubes.points import (
     places_of,
     simulated,
 )
+from studies.cubes.variable import Variable
 from studies.laws import CAVEATS, DRAWN_ONLY, FITTED
 from studies.reports.joint import joint_uncertainty, law_scatter
 from studies.reports.matched import ELSEWHERE, MatchedObservation, interpolate
@@ -176,8 +178,8 @@ class _Quantity:
         self.joint = joint_uncertainty(points, name)  # of a law without its scatter
         self.numerical = simulated(points, name, cubes.UNCERTAINTY).values.ravel()
         self.values = comparable(points, name).values.ravel()
-        run_flags = cubes.flag_words(cubes.FLAGS_OF_RUN.of(points))
-        own_flags = cubes.flag_words(cubes.FLAGS.of(points, name))
+        run_flags = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
+        own_flags = reading.flag_words(cubes.FLAGS.of(points, name))
         self.flags = [(*own, *run) for own, run in zip(own_flags, run_flags, strict=True)]
 
     # ---- error bars: standard uncertainties in the quantity's unit ----
@@ -320,11 +322,11 @@ class _Quantity:
 
     def _laws(
         self,
-        answers: cubes.Variable,
-        in_range: cubes.Variable,
-        titles: cubes.Variable,
-        confidences: cubes.Variable,
-        reasons: cubes.Variable,
+        answers: Variable,
+        in_range: Variable,
+        titles: Variable,
+        confidences: Variable,
+        reasons: Variable,
         rows: Sequence[int] | None = None,
     ) -> Iterator["_Law"]:
         """Each law with its answers, (points,) or at some observed shots."""
@@ -339,7 +341,7 @@ class _Quantity:
             else None
         )
         scatter = self.scatter()
-        stated_confidences = cubes.confidences_of(self.points, self.name, confidences)
+        stated_confidences = reading.confidences_of(self.points, self.name, confidences)
         for number, label in enumerate(found[str(found.dims[-1])].values):
             values = found.values[..., number].ravel()
             whole = inside.values[..., number].ravel() == 1

@@ -10,7 +10,7 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
-from studies.cubes.variables import GROUPS, LONGEST_LABEL
+from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from tests.rows import Row, at_most, equal
 from tests.studies.support import compliance, fakes
 

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from studies import measurements, scenarios
 from studies.cubes import cube, variables
-from studies.cubes.variables import LONGEST_LABEL, STATES, Quantity, Variable
+from studies.cubes.variable import LONGEST_LABEL, Quantity, Variable
+from studies.cubes.variables import STATES
 from studies.values.parameters import declared
 from studies.values.results import MESH_DETERMINED
 from tests.studies.cubes.reading import checks

@@ -11,7 +11,9 @@ from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.reports.compare import compare
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
-from studies.reports.plot import FLAGGED, NO_MESH_ERROR, OUTSIDE, WIDTHS, plot
+from studies.reports.plot import plot
+from studies.reports.plot.layout import WIDTHS
+from studies.reports.plot.styles import FLAGGED, NO_MESH_ERROR, OUTSIDE
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Sweep
 

@@ -14,7 +14,8 @@ from PIL import Image
 from studies.films.section import END, Section, Sections, read_sections
 from studies.reports import page
 from studies.reports.pictures import MOST_FULL, MOST_RUNS
-from studies.reports.plot import SHADE, WINDOW
+from studies.reports.plot.styles import WINDOW
+from studies.reports.plot.traces import SHADE
 from studies.reports.publish import publish_sweep
 from studies.reports.raster import VIRIDIS, Frame, nearest, png, ramp
 from studies.reports.setup import upward

@@ -10,7 +10,7 @@ from typing import Any
 
 from studies.cubes.catalogue import Catalogue, Observed
 from studies.cubes.cells import MissingResult
-from studies.cubes.variables import Quantity
+from studies.cubes.variable import Quantity
 from studies.laws import LawValue
 from studies.sweeps.axes import Axis
 from studies.values.parameters import Parameter

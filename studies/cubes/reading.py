@@ -1,0 +1,57 @@
+"""Reading of a cube: its quantities, versions, confidences and flags, and values for each run."""
+
+import json
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from studies.cubes.variable import Variable
+from studies.cubes.variables import EQUATION, LAW_CONFIDENCE
+
+
+def quantities_of(dataset: xr.Dataset) -> list[str]:
+    """Names of the measured quantities of a cube."""
+    return str(dataset.attrs["quantities"]).split()
+
+
+def confidences_of(
+    dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE
+) -> list[str]:
+    """The word of confidence of each law of a quantity, in the order of the labels; empty of cubes that lack it."""
+    if not variable.is_in(dataset, quantity):
+        return []
+    return [str(text).removeprefix(EQUATION) for text in variable.of(dataset, quantity).values]
+
+
+def mixed_versions(dataset: xr.Dataset, quantity: str) -> list[int]:
+    """Versions of the definition of a quantity, where the runs of a cube were measured with several; else none."""
+    versions: list[int] = json.loads(dataset.attrs["measurement_versions"]).get(quantity, [])
+    return versions if len(versions) > 1 else []
+
+
+def meaning_of(array: xr.DataArray) -> str:
+    """The definition of a variable of a cube."""
+    return str(array.attrs.get("comment") or array.attrs["long_name"])
+
+
+def flag_meanings(flags: xr.DataArray) -> list[tuple[int, str]]:
+    """Bit and meaning of each flag of a mask."""
+    masks: Sequence[int] = np.atleast_1d(flags.attrs["flag_masks"]).tolist()
+    return list(zip(masks, str(flags.attrs["flag_meanings"]).split(), strict=True))
+
+
+def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
+    """The flags of each cell in words, in the order of ``values.ravel()``."""
+    meanings = flag_meanings(flags)
+    return [
+        tuple(word for mask, word in meanings if value & mask) for value in flags.values.ravel()
+    ]
+
+
+def by_run(dataset: xr.Dataset, array: xr.DataArray) -> np.ndarray:
+    """The values of a variable for each run, in the shape of ``run_state``, whatever it varies along.
+
+    Without xarray's alignment, which takes milliseconds: the variables of a cube share their coordinates.
+    """
+    return array.variable.set_dims(dict(dataset.run_state.sizes)).values

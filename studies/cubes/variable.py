@@ -1,0 +1,106 @@
+"""A variable of the cube: name, dimensions, unit, meaning, group, and how its values are picked from records."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
+
+import numpy as np
+import xarray as xr
+
+Kind = Literal["number", "integer", "text", "flag", "mask"]
+DTYPES = {"number": float, "integer": np.int32, "text": object, "flag": np.int8, "mask": np.int32}
+EMPTY = {"number": np.nan, "integer": 0, "text": "", "flag": 0, "mask": 0}
+
+# Of the variables, in the order of a cube; ``Dataset.filter_by_attrs(group="result")`` selects one.
+Group = Literal["parameter", "result", "detail", "history", "run", "audit", "observation"]
+GROUPS: tuple[Group, ...] = get_args(Group)
+LONGEST_LABEL = 40  # characters of a long_name: longer ones are cut off beside an axis
+
+RUNS, POINTS = ("*",), ("@",)  # stand for the dimensions of the runs and of the points
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that is measured on a run, as its measurement describes it."""
+
+    name: str  # "hole_diameter"
+    unit: str  # "m"
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the cube."""
+
+    name: str
+    meaning: str
+    pick: Callable[[Any], Any]  # the value of one record; None where it has none
+    dims: tuple[str, ...]
+    unit: str | None = None  # UDUNITS; None for text and flags
+    kind: Kind = "number"
+    # Meanings of the values 0, 1, ... of a flag, or of the bits of a mask.
+    meanings: tuple[str, ...] = ()
+    label: str = (
+        ""  # a few words for an axis; by default the meaning, or the name where that is long
+    )
+    group: Group = "detail"
+
+    @property
+    def long_name(self) -> str:
+        """The label of an axis: at most ``LONGEST_LABEL`` characters."""
+        if self.label:
+            return self.label
+        return self.meaning if len(self.meaning) <= LONGEST_LABEL else self.name.replace("_", " ")
+
+    @property
+    def comment(self) -> str:
+        """The definition, where the label does not say it; else empty."""
+        return "" if self.meaning == self.long_name else self.meaning
+
+    def filled(self, quantity: Quantity) -> "Variable":
+        """The variable of one quantity."""
+        filling = {
+            "quantity": quantity.name,
+            "words": quantity.name.replace("_", " "),
+            "unit": quantity.unit,
+            "meaning": quantity.meaning,
+        }
+        return replace(
+            self,
+            name=self.name.format(**filling),
+            dims=tuple(dim.format(**filling) for dim in self.dims),
+            unit=self.unit and self.unit.format(**filling),
+            meaning=self.meaning.format(**filling),
+            label=self.label.format(**filling),
+        )
+
+    def named(self, quantity: str = "") -> str:
+        """The name that it has in a cube."""
+        return self.name.format(quantity=quantity)
+
+    def is_in(self, dataset: xr.Dataset, quantity: str = "") -> bool:
+        """Whether a cube has it."""
+        return self.named(quantity) in dataset
+
+    def of(self, dataset: xr.Dataset, quantity: str = "") -> xr.DataArray:
+        """Its values in a cube."""
+        return dataset[self.named(quantity)]
+
+    def values(self, records: np.ndarray) -> np.ndarray:
+        """One value a record, of an array of records (objects; None has no value)."""
+        values = np.full(records.shape, EMPTY[self.kind], DTYPES[self.kind])
+        for place, record in np.ndenumerate(records):
+            picked = None if record is None else self.pick(record)
+            if picked is not None:
+                values[place] = self.meanings.index(picked) if self.kind == "flag" else picked
+        return values
+
+
+def variable_name(parameter: str) -> str:
+    """A parameter's path as a CF name.
+
+    >>> variable_name("target.strength.A")
+    'target_strength_A'
+    """
+    return re.sub(r"\W", "_", parameter)
