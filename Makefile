@@ -86,7 +86,8 @@ $(RUNTIME): pyproject.toml constraints.txt
 		$(BIN)/python -c "$$SET_UP" $$begin
 	@touch $@
 
+# Kernels that most tests need are compiled while pip works: it uses one processor.
 $(DEVELOPMENT): $(RUNTIME)
 	@echo "adding the tools of the checks ..."
-	@$(PIP) --editable '.[dev]'
+	@$(BIN)/whipple warm > /dev/null & $(PIP) --editable '.[dev]'; wait
 	@touch $@
