@@ -41,8 +41,8 @@ class Outcome:
         return f"{self.stage.name:13}  {word}  {time_taken}{excess}"
 
 
-# Four on two cores, for tests of processes wait half of their time.
-SIDE_BY_SIDE = 4
+# Five on two cores, for tests of processes wait half of their time.
+SIDE_BY_SIDE = 5
 
 PYTEST = ("pytest", "-q", "--durations=5")
 TESTS = {
