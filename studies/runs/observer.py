@@ -96,38 +96,19 @@ class Observer:
         return {name: self.measured_as(name) for name in self.scenario.measurements}
 
     def growth(self, name: str) -> float:
-        """Range of a measurement within the last window; NaN before one has passed, and without a present value."""
-        begin = self._window_begin(1)
-        return math.nan if begin is None else float(np.ptp(self._values(name)[begin:]))
+        """Range of a measurement within the last window; NaN before one has passed, and without a present value.
 
-    def growth_to_come(self, name: str) -> float:
-        """What a measurement would still grow if the run went on for as long again.
-
-        Each window is taken to add to the one before it in the ratio of the last two, at most as much: a geometric
-        series. Zero where the last two changed in opposite directions; NaN before two windows have passed.
+        A length that was not there yet, as a hole, has grown from nothing.
         """
-        last, earlier = self._window_begin(1), self._window_begin(2)
-        if last is None or earlier is None:
-            return math.nan
-        values = self._values(name)
-        now, before = values[-1] - values[last], values[last] - values[earlier]
-        ratio = min(now / before, 1.0) if now * before > 0.0 else 0.0
-        windows = np.arange(1, round(self.times[-1] / self.rate.window) + 1)
-        return float(abs(now) * np.sum(ratio**windows))
-
-    def _window_begin(self, windows: int) -> int | None:
-        """Index of the observation this many windows before the last one; None where the run had not begun."""
         # Observations are up to a step late; half of an interval leaves as many of them in every window.
-        begin = self.times[-1] - windows * self.rate.window + 0.5 * self.rate.interval
+        begin = self.times[-1] - self.rate.window + 0.5 * self.rate.interval
         earlier = [index for index, at in enumerate(self.times) if at <= begin]
-        return earlier[-1] if earlier else None
-
-    def _values(self, name: str) -> np.ndarray:
-        """All readings of a measurement; a length that was not there yet, as a hole, was zero."""
-        values = np.array([reading[name].value for reading in self.readings])
+        if not earlier:
+            return math.nan
+        values = np.array([reading[name].value for reading in self.readings[earlier[-1] :]])
         if self._is_judged(name):
             values[:-1] = np.nan_to_num(values[:-1])
-        return values
+        return float(np.ptp(values))
 
     def _follow(self, measurement: Measurement) -> Reading:
         values = {
@@ -156,8 +137,7 @@ class Observer:
     def measured_as(self, name: str) -> Measured:
         """The last reading of a measurement with its uncertainty, flags and history."""
         measurement, reading = measurements.load(name), self.readings[-1][name]
-        # fmax: a run of a single window has no second one to extrapolate from.
-        growth = float(np.fmax(self.growth(name), self.growth_to_come(name)))
+        growth = self.growth(name)
         has_value, flags = math.isfinite(reading.value), reading.flags
         parts: dict[str, float] = {}
         if has_value:

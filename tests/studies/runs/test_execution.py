@@ -191,18 +191,6 @@ def test_hole__that_a_film_still_closes_has_not_settled() -> None:
     assert "still_growing" in observer.measured_as("hole_diameter").flags
 
 
-def test_growth__to_come_is_that_of_a_geometric_series_for_as_long_again() -> None:
-    # Three windows of five observations that add 4, 2 and 1: a run of three windows would add 1/2, 1/4 and 1/8.
-    halving = [0.0] * 5 + [4.0] * 5 + [6.0] * 5 + [7.0]
-    observer = watched(halving)
-    assert observer.growth_to_come("hole_diameter") == pytest.approx(0.875e-3)
-    assert observer.measured_as("hole_diameter").parts["growth"] == pytest.approx(1e-3)
-    steady = watched([float(count) for count in range(11)])
-    assert steady.growth_to_come("hole_diameter") == pytest.approx(10e-3)
-    assert steady.measured_as("hole_diameter").parts["growth"] == pytest.approx(10e-3)
-    assert watched([0.0] * 5 + [5.0] * 5 + [4.0]).growth_to_come("hole_diameter") == 0.0
-
-
 def test_growth__looks_at_as_many_observations_whichever_was_a_step_late() -> None:
     level = [15.0] * 6  # a window begins and ends with an observation
     for late in (-1, -6):
