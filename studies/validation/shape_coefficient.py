@@ -7,7 +7,6 @@ shown and not gated: a depth ends where matter connected to the target begins, t
 projectile which stays whole at 1 and 2 km/s fills its hole.
 """
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
