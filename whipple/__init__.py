@@ -1,4 +1,4 @@
-"""The public face of whipple, for notebooks and scripts: ``Client``, ``run_sweep``, ``open_cube``, ``open_film``.
+"""The public face of whipple, for notebooks and scripts: what ``__all__`` names.
 
 >>> import whipple
 >>> folder = whipple.run_sweep("holes.yaml", "holes")  # doctest: +SKIP
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from service.client.client import Client
 
-__all__ = ["Client", "open_cube", "open_film", "run_sweep"]
+__all__ = ["Client", "flag_words", "open_cube", "open_film", "run_sweep"]
 
 
 def run_sweep(
@@ -60,6 +60,13 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
         return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key else {})
     file = Path(path)
     return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
+
+
+def flag_words(flags: "xarray.DataArray") -> list[tuple[str, ...]]:
+    """The quality flags of a cube in words, for each run: ``flag_words(cube.run_flags)``."""
+    from studies.cubes.reading import flag_words
+
+    return flag_words(flags)
 
 
 def open_film(path: str | Path) -> "xarray.Dataset":

@@ -69,7 +69,7 @@ def test_solver__imports_arrays_and_the_standard_library_only(file: Path) -> Non
 def test_whipple__offers_the_public_names_and_no_more() -> None:
     import whipple
 
-    assert dir(whipple) == ["Client", "open_cube", "open_film", "run_sweep"]
+    assert dir(whipple) == ["Client", "flag_words", "open_cube", "open_film", "run_sweep"]
     with pytest.raises(AttributeError, match="open_cube"):
         whipple.open_qube  # noqa: B018
 

@@ -8,7 +8,7 @@ from pathlib import Path
 NOTEBOOK = Path(__file__).parents[2] / "docs" / "tutorial.ipynb"
 CHECKS = """
 assert float(cube.hole_diameter.isel(speed=1)) > float(cube.hole_diameter.isel(speed=0)) > 8e-3
-assert all("under_resolved" in flags for flags in flag_words(cube.run_flags))
+assert all("under_resolved" in flags for flags in whipple.flag_words(cube.run_flags))
 assert len(laws[inside]) >= 1
 """
 
