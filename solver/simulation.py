@@ -14,6 +14,7 @@ from solver.checkpointing import CheckpointWriter, Observing
 from solver.debris import clear_debris
 from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
 from solver.errors import ProblemError, UnphysicalState
+from solver.failure import weakens
 from solver.geometry import exit_face, node_count
 from solver.problem import Body, Problem
 from solver.state import (
@@ -30,6 +31,7 @@ from solver.state import (
     views,
 )
 from solver.step import Partition, Stepper, shares_of
+from solver.strength import stored_part
 from solver.stress import QUANTITIES, Limits, Tally, find_fault
 from solver.threads import ThreadPool, asked_threads
 from solver.timestep import first_step, stable_step
@@ -403,7 +405,8 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     """
     sizes = [body.mass.size for body in problem.bodies]
     explosive = any(body.lighting is not None for body in problem.bodies)
-    table, begin = empty_table(sum(sizes), burns=explosive), 0
+    remembers = any(map(_remembers, problem.bodies))
+    table, begin = empty_table(sum(sizes), burns=explosive, remembers=remembers), 0
     for body, size in zip(problem.bodies, sizes, strict=True):
         _check_inside(problem, body)
         _fill(views(table[:, begin : begin + size]), body)
@@ -413,6 +416,11 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     index = np.repeat(np.arange(len(sizes)), sizes)
     pool = ThreadPool(threads_for(index.size, threads, shares))
     return Simulation(problem, table, index, pool=pool, shares=shares)
+
+
+def _remembers(body: Body) -> bool:
+    """Whether the matter of a body needs the rows ``HARDENED`` and ``STORED``."""
+    return bool(weakens(body.matter.failure) or stored_part(body.matter.strength) > 0.0)
 
 
 def _fill(particles: Particles, body: Body) -> None:

@@ -24,9 +24,10 @@ X, Y, Z, VX, VY, VZ, MASS, DENSITY, ENERGY, PRESSURE, VISCOSITY = range(11)
 S11, S22, S33, S12, S23, S31, STRAIN, KELVIN, DAMAGE = range(11, 20)
 NEW_X, NEW_Y, NEW_Z = range(20, 23)  # positions at n+1 while those at n are still needed
 ROWS = 23
-LIGHTING = (
-    ROWS  # of explosives, behind those of all matter: the time at which the detonation arrives
-)
+# Behind those of all matter. Of explosives: the time at which the detonation arrives.
+LIGHTING = ROWS
+# Of matter whose damage weakens it, or whose plastic work is not all heat: ``PointState`` says what they are.
+HARDENED, STORED = ROWS + 1, ROWS + 2
 
 
 class Particles(NamedTuple):
@@ -108,12 +109,12 @@ class Snapshot(NamedTuple):
     departed: Departed = NONE_DEPARTED
 
 
-def empty_table(count, *, burns=False):
+def empty_table(count, *, burns=False, remembers=False):
     """A table (ROWS, n) of particles at rest, without stress; a row takes no memory until it is written.
 
-    With an explosive among the bodies it has the row ``LIGHTING`` too.
+    With an explosive among the bodies it has the row ``LIGHTING`` too, with matter that remembers those behind it.
     """
-    return np.zeros((ROWS + burns, count))
+    return np.zeros((STORED + 1 if remembers else ROWS + burns, count))
 
 
 def views(table, number=None, alive=None):

@@ -19,7 +19,7 @@ from solver.eos import (
     sound_speed_squared,
     temperature,
 )
-from solver.failure import floor_until_failure, grown_damage
+from solver.failure import Loading, floor_until_failure, grown_damage, integrity, weakens
 from solver.geometry import (
     PACK,
     dimensions,
@@ -35,6 +35,7 @@ from solver.state import (
     DAMAGE,
     DENSITY,
     ENERGY,
+    HARDENED,
     KELVIN,
     MASS,
     NEW_X,
@@ -45,6 +46,7 @@ from solver.state import (
     S23,
     S31,
     S33,
+    STORED,
     STRAIN,
     VISCOSITY,
     VX,
@@ -52,7 +54,14 @@ from solver.state import (
     VZ,
     X,
 )
-from solver.strength import hardening, melting, rate_and_heat, stiffness, under_pressure
+from solver.strength import (
+    hardening,
+    melting,
+    rate_and_heat,
+    stiffness,
+    stored_part,
+    under_pressure,
+)
 from solver.tension import pressure_floor
 from solver.tensor import (
     Jaumann,
@@ -95,6 +104,9 @@ NEWTONS, NEWTON_BACK = (
 
 # Of c0, in the time step only: an expanded solid has no sound to speak of, and steps without bound would follow.
 SOUND_SPEED_FLOOR = 0.2
+
+# Pa, of the equivalent stress in the triaxiality: matter that bears less is a liquid, and the ratio stays finite.
+LEAST_STRESS = 1.0
 
 JAUMANN = Jaumann()
 
@@ -147,6 +159,9 @@ class PointState(NamedTuple):
     plastic_strain: float
     temperature: float
     damage: float = 0.0
+    # Plastic strain, each increment times the integrity of its time, where damage weakens: r of the hardening.
+    hardened: float = 0.0
+    stored: float = 0.0  # plastic work that did not become heat, J/kg
 
 
 class Acts(NamedTuple):
@@ -234,6 +249,8 @@ def update_particles(
                 load(table, STRAIN, p, lanes),
                 load(table, KELVIN, p, lanes),
                 load(table, DAMAGE, p, lanes),
+                load(table, HARDENED, p, lanes) if weakens(matter.failure) else none,
+                load(table, STORED, p, lanes) if stored_part(matter.strength) > 0.0 else none,
             )
             eos = burning(matter.eos, table, p, lanes, time, geometry.spacing)
             local = Matter(
@@ -262,6 +279,10 @@ def update_particles(
             store(table, STRAIN, p, new.plastic_strain, lanes)
             store(table, KELVIN, p, maximum(new.temperature, 0.0), lanes)
             store(table, DAMAGE, p, new.damage, lanes)
+            if weakens(matter.failure):
+                store(table, HARDENED, p, new.hardened, lanes)
+            if stored_part(matter.strength) > 0.0:
+                store(table, STORED, p, new.stored, lanes)
             place = none
             past = lanes & (none > 0.0)
             for axis in range(3):
@@ -323,8 +344,14 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     trial = added(turned, shape_change, 2.0 * modulus)
     rate = equivalent_strain(shape_change) * per_time
     strength = under_pressure(matter.strength, matter.eos, density, old.energy)
-    factor = rate_and_heat(strength, rate, homologous, stiff)
-    new_deviator, slip = return_to_yield(strength, trial, modulus, old.plastic_strain, factor)
+    left = integrity(matter.failure, old.damage)
+    hardened = old.hardened if weakens(matter.failure) else old.plastic_strain
+    factor = rate_and_heat(strength, rate, homologous, stiff) * left
+    new_deviator, slip = return_to_yield(strength, trial, modulus, hardened, factor, left)
+    equivalent = equivalent_stress(new_deviator)
+    stored = old.stored
+    if stored_part(strength) > 0.0:
+        stored = stored + stored_part(strength) * equivalent * slip * per_mass
 
     sound = sound_speed_squared(matter.eos, old.density, old.energy, old.pressure)
     q = artificial_viscosity(
@@ -343,9 +370,17 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     floor = floor_until_failure(matter.failure, pressure_floor(matter.tension, homologous))
     floor = alike(floor, density)
     pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
-    damage = grown_damage(
-        matter.failure, old.damage, old.plastic_strain + slip, maximum(pressure, floor), dt
+    borne = maximum(pressure, floor)
+    loading = Loading(
+        old.plastic_strain + slip,
+        slip,
+        borne,
+        -borne / maximum(equivalent, LEAST_STRESS),
+        rate,
+        homologous,
+        dt,
     )
+    damage = grown_damage(matter.failure, old.damage, loading)
     failed = damage >= 1.0
     if anywhere(failed):  # neither shear nor tension, from this step on
         lost = 0.5 * contract(new_deviator, shape_change) * per_mass
@@ -365,8 +400,10 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
         q,
         new_deviator,
         old.plastic_strain + slip,
-        temperature(matter.eos, density, present),
+        temperature(matter.eos, density, present - stored),
         damage,
+        hardened + left * slip,
+        stored,
     )
     return new, present, acts
 
@@ -398,15 +435,15 @@ def artificial_viscosity(viscosity, density, sound_speed, spacing, rate):
 
 
 @device
-def return_to_yield(strength, trial, modulus, plastic_strain, factor):
+def return_to_yield(strength, trial, modulus, plastic_strain, factor, share=1.0):
     """Radial return of a trial deviator; gives the deviator on the surface and the plastic strain increment.
 
-    Solves trial - 3 G d = sigma_y(eps_p + d) by Newton's rule. The left side falls and the slope of the right one does
-    not grow, so that the answer is approached from below. From a strain of zero, where the slope may be infinite, the
-    first step is too long and the next ones go back, never to zero. Of a step d at most half d^2 / eps_p times the
-    slope is left, as in a power law, and decides whether another one is needed. The rate in ``factor`` (of the
-    hardening) is that of the total deviatoric strain, whose elastic part is of the order of sigma_y / G and does not
-    matter where strain is large.
+    Solves trial - 3 G d = sigma_y(eps_p + s d) by Newton's rule; s is the ``share`` of d that hardens. The left side
+    falls and the slope of the right one does not grow, so that the answer is approached from below. From a strain of
+    zero, where the slope may be infinite, the first step is too long and the next ones go back, never to zero. Of a
+    step d at most half d^2 / eps_p times the slope is left, as in a power law, and decides whether another one is
+    needed. The rate in ``factor`` (of the hardening) is that of the total deviatoric strain, whose elastic part is of
+    the order of sigma_y / G and does not matter where strain is large.
     """
     size = equivalent_stress(trial)
     limit, slope = hardening(strength, plastic_strain)
@@ -418,14 +455,14 @@ def return_to_yield(strength, trial, modulus, plastic_strain, factor):
     steep = alike(3.0 * modulus, size)
     seeking = yielding
     for _ in range(NEWTONS):
-        stiff = alike(slope * factor, size)
+        stiff = alike(slope * factor * share, size)
         step = excess / (steep + stiff)
-        tolerated = RETURN_TOLERANCE * size * (plastic_strain + slip)
+        tolerated = RETURN_TOLERANCE * size * (plastic_strain + share * slip)
         slip = where(seeking, maximum(slip + step, NEWTON_BACK * slip), slip)
         seeking = seeking & (0.5 * stiff * step * step >= tolerated)
         if not anywhere(seeking):
             break
-        limit, slope = hardening(strength, plastic_strain + slip)
+        limit, slope = hardening(strength, plastic_strain + share * slip)
         excess = size - steep * slip - alike(limit * factor, size)
     return scaled(trial, where(yielding, 1.0 - steep * slip / size, 1.0)), slip
 

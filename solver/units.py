@@ -42,6 +42,7 @@ class FromMaterial:
     """A field of a model that takes a number of the material, by its dotted path."""
 
     path: str
+    above_zero: bool = False  # zero is as good as none
 
 
 Dimensionless = Annotated[float, Unit("1")]

@@ -21,5 +21,5 @@ FAILURE = FailureEntry("plastic-strain", PlasticStrainLimit)
 
 
 @implements(grown_damage, PlasticStrainLimit)
-def _(failure, damage, plastic_strain, pressure, dt):
-    return maximum(damage, minimum(plastic_strain / failure.strain, 1.0))
+def _(failure, damage, loading):
+    return maximum(damage, minimum(loading.plastic_strain / failure.strain, 1.0))

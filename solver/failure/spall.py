@@ -25,7 +25,7 @@ class Spall(NamedTuple):
     """Parameters of the cumulative criterion."""
 
     threshold: Annotated[
-        Pascal, FromMaterial("tension.spall_strength")
+        Pascal, FromMaterial("tension.spall_strength", above_zero=True)
     ]  # sigma0, greater than zero
     # K
     time: Annotated[
@@ -43,9 +43,9 @@ FAILURE = FailureEntry("spall", Spall)
 
 
 @implements(grown_damage, Spall)
-def _(failure, damage, plastic_strain, pressure, dt):
-    beyond = maximum(-pressure / failure.threshold - 1.0, 0.0)
-    grown = power(beyond, failure.exponent) * dt / failure.time
+def _(failure, damage, loading):
+    beyond = maximum(-loading.pressure / failure.threshold - 1.0, 0.0)
+    grown = power(beyond, failure.exponent) * loading.dt / failure.time
     return minimum(damage + where(beyond > 0.0, grown, 0.0), 1.0)
 
 

@@ -4,7 +4,8 @@ A file adds one: a parameter record under ``STRENGTH``, whose ``Described`` fiel
 infinity where a field allows None), and, for its type, the two factors of the yield stress,
 ``hardening`` and ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*, G / G0). Two factors, because
 the return to the yield surface (written once, in ``stress.py``) iterates on the first, with its slope, and needs the
-logarithm and the power of the second only once. A form that knows how the shear modulus and the melting point follow
+logarithm and the power of the second only once. A form of which plastic work does not all become heat gives
+``stored_part``. A form that knows how the shear modulus and the melting point follow
 the state says so in ``stiffness`` and ``melting``, and one that depends on the pressure in ``under_pressure``; the
 others leave them out. ``tests/contracts/test_strength.py`` asks each member never to be negative, to return to its
 surface, to dissipate and to be objective.
@@ -70,6 +71,17 @@ def under_pressure(strength, eos, density, energy):
 def _(strength, eos, density, energy):
     """By default the same at every pressure."""
     return strength
+
+
+@generic
+def stored_part(strength):
+    """Part 0..1 of the plastic work that does not become heat: it stays in the matter, and raises no temperature."""
+
+
+@implements(stored_part, object)
+def _(strength):
+    """By default none."""
+    return 0.0
 
 
 @device

@@ -9,6 +9,7 @@ from typing import Any
 
 from studies.materials.schema import (
     CONFIDENCES,
+    OPTIONAL,
     SECTIONS,
     Constant,
     Material,
@@ -107,7 +108,7 @@ class _MaterialReading:
 
     def _section(self, section: str) -> Any:
         """One section's record; None where it was refused."""
-        raw = self.document.get(section)
+        raw = self.document.get(section, {} if section in OPTIONAL else None)
         if not isinstance(raw, Mapping):
             limit = f"the section {section!r}"
             cure = f"give {section} with its numbers, each as {NUMBER}"

@@ -21,6 +21,7 @@ from solver.units import (
     Kelvin,
     KilogramPerCubicMetre,
     Pascal,
+    PerSecond,
     marked,
 )
 from studies.values.nearest import nearest_cure
@@ -85,6 +86,26 @@ class Tension:
 
 
 @dataclass(frozen=True)
+class FractureStrain:
+    """Johnson and Cook's fracture strain and damage, ``solver/failure/johnson_cook.py``: all of its numbers, or none."""
+
+    D1: Annotated[Dimensionless | None, Described("fracture strain D1", -10.0, 10.0)] = None
+    D2: Annotated[Dimensionless | None, Described("fracture strain D2", -100.0, 100.0)] = None
+    D3: Annotated[Dimensionless | None, Described("fracture strain D3", -100.0, 100.0)] = None
+    D4: Annotated[Dimensionless | None, Described("fracture strain D4", -1.0, 1.0)] = None
+    D5: Annotated[Dimensionless | None, Described("fracture strain D5", -100.0, 100.0)] = None
+    reference_rate: Annotated[
+        PerSecond | None, Described("reference strain rate of the fracture strain", 1e-9, 1e9)
+    ] = None
+    critical_damage: Annotated[
+        Dimensionless | None, Described("damage at which matter fails", 0.0, 1.0)
+    ] = None
+    threshold: Annotated[
+        Dimensionless | None, Described("plastic strain from which on damage grows", 0.0, 10.0)
+    ] = None
+
+
+@dataclass(frozen=True)
 class Model:
     """A model that the material chooses by its kind, with the constants that its file gives."""
 
@@ -99,7 +120,10 @@ SECTIONS: Mapping[str, type | tuple[str, str]] = {
     "thermal": Thermal,
     "strength": ("solver.strength", "STRENGTH"),
     "tension": Tension,
+    "fracture": FractureStrain,
 }
+# Sections that a material may go without.
+OPTIONAL = ("fracture",)
 
 
 def models(section: str) -> dict[str, Any]:
@@ -169,6 +193,7 @@ class Material:
     thermal: Thermal
     strength: Model
     tension: Tension
+    fracture: FractureStrain = FractureStrain()
     yield_stresses: tuple[YieldStress, ...] = ()
     brinell_hardness: Dimensionless | None = None
     sources: Mapping[str, Constant] = field(default_factory=dict, compare=False, repr=False)
@@ -244,6 +269,8 @@ class Material:
         del plain["sources"]
         for section in SECTIONS:
             plain[section] = {**self._choice(section), **self._constants(section)}
+            if section in OPTIONAL and set(plain[section].values()) == {None}:
+                del plain[section]
         return plain | {"yield_stresses": [dict(vars(y)) for y in self.yield_stresses]}
 
     @staticmethod
@@ -251,7 +278,7 @@ class Material:
         """The material that ``resolved()`` wrote down, without sources."""
         parts = {}
         for section in SECTIONS:
-            constants = dict(plain[section])
+            constants = dict(plain.get(section, {}) if section in OPTIONAL else plain[section])
             parts[section] = section_of(section, constants.pop("kind", None), constants)
         yields = tuple(YieldStress(**stress) for stress in plain["yield_stresses"])
         return Material(**{**plain, **parts, "yield_stresses": yields})

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from solver.registry import entries
 from solver.units import Described, FromMaterial, Unit, marked
-from studies.materials.schema import acting_eos, models
+from studies.materials.schema import OPTIONAL, acting_eos, models
 from studies.scenarios import Materials
 from studies.scenarios._numerics import recipe_of, tensions
 from studies.values.errors import Finding
@@ -43,8 +43,8 @@ class ChosenFailure:
         str,
         Choice(failures),
         Described(
-            "failure model: none, plastic strain, or tension beyond the spall strength for long "
-            "enough"
+            "failure model: none, plastic strain, tension beyond the spall strength for long enough, or the damage of "
+            "Johnson and Cook, plain or modified, which weakens"
         ),
     ] = "none"
 
@@ -185,14 +185,26 @@ def check_constants(materials: Materials) -> list[Finding]:
 
 
 def failure_of(parameters: Any, material: "Material") -> Any:
-    """The solver's record of the failure that the parameters name, with the constants of the material."""
+    """The solver's record of the failure that the parameters name, with the constants of the material.
+
+    A material without the section that the failure takes its constants from never fails.
+    """
     record = failures()[parameters.failure].record
+    if _goes_without(record, material):
+        return failures()["none"].record()
     constants = {
         constant: getattr(parameters, parameter)
         for parameter, kind, constant in _failure_constants()
         if kind == parameters.failure and getattr(parameters, parameter) is not None
     }
     return record(**material.taken(record), **constants)
+
+
+def _goes_without(record: Any, material: "Material") -> bool:
+    """Whether a failure takes its constants from an optional section, and the material has none of them."""
+    paths = [mark.path for mark in marked(record, FromMaterial).values()]
+    optional = [path for path in paths if path.partition(".")[0] in OPTIONAL]
+    return bool(optional) and all(material.value_at(path) is None for path in optional)
 
 
 def check_failure(parameters: Any, materials: Materials) -> list[Finding]:
@@ -207,9 +219,16 @@ def check_failure(parameters: Any, materials: Materials) -> list[Finding]:
             limit = f"no value without failure {kind}"
             cure = f"leave {name} out, or set failure to {kind}"
             findings.append(Finding(name, f"{value:g}", limit, cure))
-    for role, material in materials.items():
-        for path in marked(failures()[parameters.failure].record, FromMaterial).values():
-            if not material.value_at(path.path):
+    record = failures()[parameters.failure].record
+    breaking = {
+        role: material
+        for role, material in materials.items()
+        if not _goes_without(record, material)
+    }
+    for role, material in (breaking or materials).items():
+        for path in marked(record, FromMaterial).values():
+            value = material.value_at(path.path)
+            if value is None or (value == 0.0 and path.above_zero):
                 meaning = material.parameters()[path.path].meaning
                 findings.append(
                     Finding(

@@ -42,7 +42,7 @@ LAWS["never melts"] = real_copper()._replace(melt_temperature=math.inf)
 NAMES = (
     *("density", "energy", "pressure", "viscosity", "s11", "s22", "s33", "s12", "s23", "s31"),
     *("plastic strain", "temperature", "damage", "energy to come", "tension floor", "molten"),
-    *("unstable", "beyond", "below", "signal speed", "sound floor"),
+    *("unstable", "beyond", "below", "signal speed", "sound floor", "hardened", "stored"),
 )
 
 
@@ -74,6 +74,8 @@ def by_eights(matter, viscosity, gradients, states, dt, out):
             load(states, 10, p, lanes),
             load(states, 11, p, lanes),
             load(states, 12, p, lanes),
+            load(states, 13, p, lanes),
+            load(states, 14, p, lanes),
         )
         new, present, acts = advance(matter, viscosity, SPACING, dt, gradient, old)
         store(out, 0, p, new.density, lanes)
@@ -95,6 +97,8 @@ def by_eights(matter, viscosity, gradients, states, dt, out):
         signal, floored = signal_speed(matter, viscosity, SPACING, rate, new)
         store(out, 19, p, signal, lanes)
         store(out, 20, p, where(floored, 1.0, 0.0), lanes)
+        store(out, 21, p, new.hardened, lanes)
+        store(out, 22, p, new.stored, lanes)
 
 
 def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> np.ndarray:
@@ -103,19 +107,20 @@ def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> np.
     for state, row in zip(states.T, gradients.T, strict=True):
         gradient = row.reshape(3, 3)
         density, energy, pressure, viscosity, *stress = state[:10]
-        strain, kelvin, damage = state[10:]
+        strain, *rest = state[10:]
         deviator = (stress[0], stress[1], stress[2], stress[3], stress[4], stress[5])
-        old = PointState(density, energy, pressure, viscosity, deviator, strain, kelvin, damage)
+        old = PointState(density, energy, pressure, viscosity, deviator, strain, *rest)
         new, present, acts = advance(matter, VISCOSITY, SPACING, DT, gradient, old)
         rate = np.trace(gradient)
         beyond = outside_range(matter.eos, new.density), below_range(matter.eos, new.density)
         signal = signal_speed(matter, VISCOSITY, SPACING, rate, new)
-        columns.append((*new[:4], *new.deviator, *new[5:], present, *acts, *beyond, *signal))
+        rows = (*new[:4], *new.deviator, *new[5:8], present, *acts, *beyond, *signal, *new[8:])
+        columns.append(rows)
     return np.array(columns, float).T
 
 
 def points(matter: Matter) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients (9, n) and states (13, n): at rest, compressed, stretched, cold, hot, molten, worked, broken."""
+    """Gradients (9, n) and states (15, n): at rest, compressed, stretched, cold, hot, molten, worked, broken."""
     random = np.random.default_rng(5)
 
     def anything(low: float, high: float) -> np.ndarray:
@@ -140,7 +145,9 @@ def points(matter: Matter) -> tuple[np.ndarray, np.ndarray]:
         ]
     )
     gradients = random.uniform(-1.0, 1.0, (9, POINTS)) * some(0.0, 1e4, 1e6, 5e7)
-    states[:, 0] = density, 0.0, 0.0, 0.0, *np.zeros(6), 0.0, ROOM, 0.0
+    history = some(0.0, 1e-6, 0.05, 0.4, 2.0), some(0.0, 0.0, 1e3, 1e5)
+    states = np.vstack((states, history))
+    states[:, 0] = density, 0.0, 0.0, 0.0, *np.zeros(6), 0.0, ROOM, 0.0, 0.0, 0.0
     gradients[:, 0] = 0.0
     return gradients, states
 

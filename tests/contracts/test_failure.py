@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.failure import FailureEntry, floor_until_failure, grown_damage
+from solver.failure import FailureEntry, Loading, floor_until_failure, grown_damage, integrity
 from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
 from solver.stress import Acts, PointState, advance
@@ -18,7 +18,11 @@ from tests.solver.bodies import DENSITY, ROOM, SPACING, real_copper
 
 MEMBERS = entries("solver.failure", "FAILURE")
 SPALL, TIME, LIMIT = 1.9e9, 1e-7, 0.3  # Pa, s, plastic strain
+# Copper of Johnson and Cook (1985) as in the Uintah material files; critical damage and threshold are examples.
+FRACTURE = (0.54, 4.89, -3.03, 0.014, 1.12, 1.0, 0.3, 0.05)
 COPPER: dict[str, tuple[float, ...]] = {
+    "johnson-cook": FRACTURE,
+    "modified-johnson-cook": FRACTURE,
     "none": (),
     "plastic-strain": (LIMIT,),
     "spall": (SPALL, TIME),
@@ -34,7 +38,15 @@ VISCOSITY = ArtificialViscosity()
 PULL = np.diag([0.05, 0.0, 0.0]) / DT
 # Tension of the order of the scatter behind a shock, and plastic strains of an impact.
 histories = st.lists(
-    st.tuples(st.floats(0.0, 0.5), st.floats(-3e10, 3e10), st.floats(1e-12, 1e-7)), max_size=20
+    st.tuples(
+        st.floats(0.0, 0.5),
+        st.floats(-3e10, 3e10),
+        st.floats(-1e10, 1e10),
+        st.floats(0.0, 1e9),
+        st.floats(0.0, 1.0),
+        st.floats(1e-12, 1e-7),
+    ),
+    max_size=20,
 )
 members = st.sampled_from(sorted(MEMBERS))
 
@@ -74,13 +86,14 @@ def test_failure__brings_an_example() -> None:
 
 @given(members, histories)
 def test_damage__never_heals_and_never_exceeds_one(
-    name: str, history: list[tuple[float, float, float]]
+    name: str, history: list[tuple[float, float, float, float, float, float]]
 ) -> None:
     damage = plastic_strain = 0.0
-    for slip, pressure, dt in history:
+    for slip, *borne in history:
         plastic_strain += slip
-        grown = grown_damage(copper(name), damage, plastic_strain, pressure, dt)
+        grown = grown_damage(copper(name), damage, Loading(plastic_strain, slip, *borne))
         assert damage <= grown <= 1.0
+        assert 0.0 <= integrity(copper(name), grown) <= integrity(copper(name), damage)
         damage = grown
 
 

@@ -40,6 +40,7 @@ COPPER: dict[str, tuple[float, ...]] = {
     "drucker-prager": (50e6, 0.35, 30e6),
     "elastic": (),
     "johnson-cook": (90e6, 292e6, 0.31, 0.025, 1.09, 1.0),
+    "modified-johnson-cook": (90e6, 292e6, 0.31, 0.025, 1.09, 1.0, 0.9),
     "linear-hardening": (157e6, 425e6),
     "perfectly-plastic": (240e6,),
     "steinberg-guinan": (120e6, 640e6, 36.0, 0.45, 28.3e-12, 3.77e-4, 1.5, 2.02),

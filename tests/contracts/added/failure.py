@@ -18,5 +18,5 @@ FAILURE = FailureEntry("tension-limit", TensionLimit)
 
 
 @implements(grown_damage, TensionLimit)
-def _(failure, damage, plastic_strain, pressure, dt):
-    return where(-pressure >= failure.tension, 1.0, damage)
+def _(failure, damage, loading):
+    return where(-loading.pressure >= failure.tension, 1.0, damage)
