@@ -87,7 +87,7 @@ class Tension:
 
 @dataclass(frozen=True)
 class FractureStrain:
-    """Johnson and Cook's fracture strain and damage, ``solver/failure/johnson_cook.py``: all of its numbers, or none."""
+    """Johnson and Cook's fracture strain and damage (``solver/failure/johnson_cook.py``): all numbers, or none."""
 
     D1: Annotated[Dimensionless | None, Described("fracture strain D1", -10.0, 10.0)] = None
     D2: Annotated[Dimensionless | None, Described("fracture strain D2", -100.0, 100.0)] = None

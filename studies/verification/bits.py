@@ -77,11 +77,11 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             for scheme in get_args(SchemeName):
                 chosen = replace(recipe, shape=shape, scheme=scheme)
                 where, problem = f"{geometry}, {shape}, {scheme}", impact(geometry, chosen)
-                yield from _rows(where, problem, STEPS[geometry], STOPPED_AFTER)
+                yield from rows_of(where, problem, STEPS[geometry], STOPPED_AFTER)
     for name, addition in ADDITIONS.items():
         where = f"axisymmetric, {name}"
         problem = impact("axisymmetric", recipe, **addition.parameters)
-        yield from _rows(where, problem, addition.steps, addition.stopped_after)
+        yield from rows_of(where, problem, addition.steps, addition.stopped_after)
         got = addition.shown(advanced(problem, addition.steps, shares=SHARES))
         yield at_least(f"{where}: {addition.sign}", limit=SOME, got=got)
 
@@ -99,7 +99,8 @@ def impact(geometry: str, recipe: Recipe, **parameters: Any) -> Problem:
     return setting.problem
 
 
-def _rows(where: str, problem: Problem, steps: int, stopped_after: int) -> Iterator[Row]:
+def rows_of(where: str, problem: Problem, steps: int, stopped_after: int) -> Iterator[Row]:
+    """Values that differ between one thread and two, and after a restart."""
     single, double = (
         advanced(problem, steps, threads=threads, shares=SHARES) for threads in (1, 2)
     )

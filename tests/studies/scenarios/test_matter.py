@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from solver.eos.linear_elastic import LinearElastic
+from solver.failure.johnson_cook import ModifiedJohnsonCookDamage
 from solver.failure.none import NoFailure
 from solver.failure.plastic_strain import PlasticStrainLimit
 from solver.failure.spall import Spall
@@ -177,3 +178,29 @@ def test_failure__by_spall_is_refused_for_a_material_without_a_spall_strength() 
     assert finding.field == "failure"
     assert "copper-thesis-plastic" in finding.limit
     assert "target.tension.spall_strength" in finding.cure
+
+
+WELDOX, ARNE = materials.load("weldox-460-e"), materials.load("arne-elastic")
+DAMAGE = Fracture(failure="modified-johnson-cook")
+
+
+def test_damage__breaks_the_materials_that_state_its_constants() -> None:
+    roles: Materials = {"projectile": ARNE, "target": WELDOX}
+    assert check_failure(DAMAGE, roles) == []
+    assert failure_of(DAMAGE, ARNE) == NoFailure()
+    expected = (0.0705, 1.732, -0.54, -0.0123, 0.0, 5e-4, 0.3, 0.0)
+    assert failure_of(DAMAGE, WELDOX) == ModifiedJohnsonCookDamage(*expected)
+
+
+def test_damage__is_refused_where_no_material_states_its_constants_or_one_states_a_part() -> None:
+    findings = check_failure(DAMAGE, {"projectile": ARNE, "target": ARNE})
+    assert "set target.fracture.D1" in findings[-8].cure
+    [finding] = check_failure(DAMAGE, {"target": WELDOX.with_value("fracture.D2", None)})
+    assert "set target.fracture.D2" in finding.cure
+
+
+def test_fracture__is_part_of_a_resolved_material_where_it_is_stated() -> None:
+    assert "fracture" not in COPPER.resolved()
+    assert materials.Material.from_resolved(WELDOX.resolved()) == WELDOX
+    assert materials.Material.from_resolved(COPPER.resolved()) == COPPER
+    assert WELDOX.resolved() != WELDOX.with_value("fracture.D1", 0.1).resolved()

@@ -1,0 +1,1 @@
+"""Damage, and the methods that compute a scenario."""
