@@ -129,7 +129,7 @@ def _steel(failure: Any) -> Matter:
     quick=True,
 )
 def fracture_strain_of_weldox() -> Iterator[Row]:
-    weldox = ModifiedJohnsonCookDamage(**WELDOX.taken(ModifiedJohnsonCookDamage))
+    weldox = _damage(ModifiedJohnsonCookDamage, CASES[0])
     for rate, expected in ((weldox.reference_rate, 1.504), (0.0, 1.517)):
         yield absolute(
             f"rate* = {rate / weldox.reference_rate:g}",
