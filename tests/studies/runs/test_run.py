@@ -141,7 +141,7 @@ SETTING: dict[str, dict[str, Any]] = {
 }
 FOLLOWS: dict[str, dict[str, Any]] = {
     "projectile_shape": {"projectile_length": 8e-3},
-    "failure": {"failure_strain": 1.0},
+    "failure": {"failure": "plastic-strain", "failure_strain": 1.0},
 }
 
 
