@@ -462,6 +462,7 @@ def test_crater__of_a_tilted_shot_is_measured_about_its_own_middle() -> None:
     depth = read("crater_depth", state).value
     below = deep - 0.25 * (0.25 * DIAMETER) ** 2 * deep * (a**-2 + b**-2)
     assert abs(depth - below) < 0.1 * CELL
-    shuffled = reordered(state)
+    coarse = half_block(inside, radius=16e-3, thickness=12e-3, per_cell=1)
+    shuffled = reordered(coarse)
     for name in ("crater_diameter_mean_root", "crater_volume", "crater_depth"):
-        assert np.isclose(read(name, shuffled).value, read(name, state).value, rtol=1e-10), name
+        assert np.isclose(read(name, shuffled).value, read(name, coarse).value, rtol=1e-10), name
