@@ -19,7 +19,7 @@ from solver.eos import (
     sound_speed_squared,
     temperature,
 )
-from solver.failure import Loading, floor_until_failure, grown_damage, integrity, weakens
+from solver.failure import PointLoading, floor_until_failure, grown_damage, integrity, weakens
 from solver.geometry import (
     PACK,
     dimensions,
@@ -371,7 +371,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     floor = alike(floor, density)
     pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
     borne = maximum(pressure, floor)
-    loading = Loading(
+    loading = PointLoading(
         old.plastic_strain + slip,
         slip,
         borne,

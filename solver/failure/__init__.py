@@ -22,7 +22,7 @@ class FailureEntry(NamedTuple):
     record: type
 
 
-class Loading(NamedTuple):
+class PointLoading(NamedTuple):
     """What a point bears in a step, as failures see it."""
 
     plastic_strain: float  # at the end of the step
@@ -38,7 +38,7 @@ class Loading(NamedTuple):
 
 @generic
 def grown_damage(failure, damage, loading):
-    """Damage 0..1 after a step with a ``Loading``."""
+    """Damage 0..1 after a step with a ``PointLoading``."""
 
 
 @generic

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.failure import FailureEntry, Loading, floor_until_failure, grown_damage, integrity
+from solver.failure import FailureEntry, PointLoading, floor_until_failure, grown_damage, integrity
 from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
 from solver.stress import Acts, PointState, advance
@@ -91,7 +91,7 @@ def test_damage__never_heals_and_never_exceeds_one(
     damage = plastic_strain = 0.0
     for slip, *borne in history:
         plastic_strain += slip
-        grown = grown_damage(copper(name), damage, Loading(plastic_strain, slip, *borne))
+        grown = grown_damage(copper(name), damage, PointLoading(plastic_strain, slip, *borne))
         assert damage <= grown <= 1.0
         assert 0.0 <= integrity(copper(name), grown) <= integrity(copper(name), damage)
         damage = grown
