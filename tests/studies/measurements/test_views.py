@@ -452,6 +452,7 @@ def test_crater__of_a_tilted_shot_is_measured_about_its_own_middle() -> None:
         middle = OFF_AXIS + slip * level
         return ((x - middle) / a) ** 2 + (y / b) ** 2 < 1.0 - level
 
+    # With three points a cell this would pass without walls at the circle that halves a window's area.
     state = half_block(inside, radius=16e-3, thickness=12e-3)
     # The surface of the bowl is larger than that of its mouth.
     for axis, expected in (("largest", 20e-3), ("smallest", 12e-3), ("mean_root", 15.49e-3)):
