@@ -128,6 +128,8 @@ def _millimetres(value: float) -> float:
     return value * display_of("m").factor
 
 
+RESIDUAL = "_residual"  # end of the kinds whose numbers show their sign
+
 # Kinds of numbers that a report prints, by the word that a template uses.
 KINDS: dict[str, Callable[[float], str]] = {
     "count": digits,
@@ -145,16 +147,23 @@ KINDS: dict[str, Callable[[float], str]] = {
 
 
 def kind_of(unit: str, *, residual: bool = False) -> str:
-    """The kind of number for a measured quantity of a unit."""
-    kind = {"m": "length", "1": "ratio"}.get(unit, "plain")
-    return f"{kind}_residual" if residual and kind != "plain" else kind
+    """The kind of number for a measured quantity of a unit; the unit itself where it has no kind of its own."""
+    kind = {"m": "length", "1": "ratio"}.get(unit, unit)
+    return f"{kind}{RESIDUAL}" if residual else kind
 
 
 def printed(value: float | None, kind: str) -> str:
-    """A number as a report prints it; a dash where there is none."""
+    """A number as a report prints it; a dash where there is none.
+
+    >>> printed(459e-9, "m3"), printed(5310.0, "m s-1"), printed(-2e-6, "s_residual"), printed(0.0123, "length")
+    ('459', '5.31', '−2', '12.30')
+    """
     if value is None or not math.isfinite(value):
         return NONE
-    return KINDS[kind](value)
+    if kind in KINDS:
+        return KINDS[kind](value)
+    text = printed_in(value, kind.removesuffix(RESIDUAL))
+    return f"+{text}" if kind.endswith(RESIDUAL) and value > 0.0 else text
 
 
 def printed_in(value: float | bool | None, unit: str | None) -> str:

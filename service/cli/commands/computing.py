@@ -127,7 +127,7 @@ def plot(
         str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")
     ] = "png",
 ) -> None:
-    """Draw the figures of the report of a cube into files. Needs whipple[plot]."""
+    """Draw the figures of the report of a cube into files. Needs the extra 'plot'."""
     from studies.reports.printing import FORMATS, draw_figures
     from studies.sweeps.document import no_such_file
 

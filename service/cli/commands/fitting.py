@@ -91,7 +91,7 @@ def surrogate(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Interpolate the runs of a cube with an error, and say which axis matters. Needs whipple[surrogate]."""
+    """Interpolate the runs of a cube with an error, and say which axis matters. Needs the extra 'surrogate'."""
     from service.cli.console import print_json
     from studies.fits.indices import indices_of_surrogate
     from studies.fits.measured import open_cube

@@ -209,5 +209,5 @@ def _bars(evidence: Evidence) -> str:
     missing = [HOW_PARTS_READ.get(part, part) for part in EXPECTED if not evidence.parts.get(part)]
     if not evidence.has_scatter:
         missing.append(HOW_PARTS_READ[SCATTER])
-    text = f"error bars hold {', '.join(held) or 'nothing'}"
+    text = f"the joint uncertainty holds {', '.join(held) or 'nothing'}"
     return f"{text}; not assessed: {', '.join(missing)}" if missing else text

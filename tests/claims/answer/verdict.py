@@ -187,7 +187,7 @@ def _bars(dataset: xr.Dataset, name: str) -> str:
     if f"{name}_law_scatter" not in dataset or not dataset[f"{name}_law_scatter"].notnull().any():
         missing.append("published scatter of the laws")
     lacks = f"; not assessed: {', '.join(missing)}" if missing else ""
-    return f"error bars hold {', '.join(held)}{lacks}"
+    return f"the joint uncertainty holds {', '.join(held)}{lacks}"
 
 
 # The run of a point that its numbers without a converged value are of.

@@ -11,7 +11,15 @@ import xarray as xr
 from studies.cubes import cube
 from studies.reports import page, report
 from studies.reports.compare import compare
-from studies.values.formats import KINDS, display_of, printed, printed_alone, printed_in
+from studies.values.formats import (
+    KINDS,
+    display_of,
+    kind_of,
+    printed,
+    printed_alone,
+    printed_in,
+)
+from studies.values.quantities import DISPLAY_UNITS
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Axis, Sweep
 from tests.studies.support.printed import Page, at, read_page
@@ -213,3 +221,12 @@ def test_table_of_residuals__says_how_many_points_lie_inside_the_error_bar() -> 
     row = re.search(r"<tr><td class=\"word\">[^\n]*maiden_c.*?</tr>", html, re.DOTALL)
     assert row is not None
     assert row[0].count("<td") == 2 + 6
+
+
+@pytest.mark.parametrize("unit", [*DISPLAY_UNITS, "kg", "J"])
+def test_number__with_the_unit_of_its_heading_is_the_value(unit: str) -> None:
+    value = 0.0123
+    text = printed(value, kind_of(unit)).replace("\u202f", "")
+    if "\u00b7" not in text:
+        assert float(text) == pytest.approx(value * display_of(unit).factor, rel=1e-3)
+    assert printed(value, kind_of(unit, residual=True)).startswith("+")
