@@ -93,8 +93,10 @@ def _sheared(of: Matter, held: Held, end: float, steps: int) -> tuple[list[Point
     kelvin = of.room_temperature + held.homologous * (of.melt_temperature - of.room_temperature)
     gradient, dt = held.rate * STRETCH, end / held.rate / steps
     states = [PointState(solid.density, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, kelvin)]
+    begin = solid.density
     for _ in range(steps):
-        old = states[-1]._replace(density=solid.density, energy=0.0, temperature=kelvin)
+        # The first try has the density of the step before: without its pressure matter could fail in a try.
+        old = states[-1]._replace(density=begin, energy=0.0, temperature=kelvin)
         for _ in range(TRIES):
             new = advance(of, ArtificialViscosity(), 1.0, dt, gradient, old)[0]
             if new.damage >= 1.0:
@@ -103,6 +105,7 @@ def _sheared(of: Matter, held: Held, end: float, steps: int) -> tuple[list[Point
             density = solid.density * (1.0 + pressure / solid.bulk_modulus)
             old = old._replace(density=density * old.density / new.density)
         states.append(new)
+        begin = old.density
     return states, end / steps
 
 
