@@ -1,9 +1,9 @@
 """The view of a plugging: projectile, plate and plug, and which matter of the plate hangs together.
 
-Matter that has failed joins nothing. Particles of the plate that have not failed hang together where their cells are the
-same or neighbours, as in the measurement of a hole. The *attached* plate hangs together with its rim; the plug is the
-heaviest other piece. To it belongs the failed matter of the plate in its cells and in neighbouring ones that flies with
-it, faster than half of its velocity.
+Matter that has failed joins nothing. Particles of the plate that have not failed hang together where their cells are
+the same or neighbours, as in the measurement of a hole. The *attached* plate hangs together with its rim; the plug is
+the heaviest other piece. To it belongs the failed matter of the plate in its cells and in neighbouring ones that flies
+with it, faster than half of its velocity.
 """
 
 import math

@@ -23,8 +23,8 @@ MEASUREMENT = Measurement(
     name="plug_separation",
     title="Separation of the plug",
     unit="s",
-    meaning="time of the first observation from which on a plug hangs together with the plate by no matter that has not "
-    "failed",
+    meaning="time of the first observation from which on a plug hangs together with the plate by no matter that has "
+    "not failed",
     version=1,
     read=_read,
     follows=(MASS,),
