@@ -11,6 +11,7 @@ SCENARIOS = {
     "taylor_bar": ("taylor-bar", "A Taylor bar", "the bar at the end, on its wall"),
     "elastic_bar": ("elastic-bar", "An elastic bar", "push of the wall against time, and where the energy went"),
     "plate_impact": ("plate-impact", "A plate impact", "pressure across flyer and target before waves return"),
+    "plugging": ("plugging", "Plugging of a plate", "section along the line of flight, which points down"),
     "deck": ("deck", "A deck of MPM3D", "all particles on the grid, whatever their bodies are"),
 }  # fmt: skip
 
@@ -46,6 +47,7 @@ def drawings() -> dict[str, str]:
         _taylor_bar(),
         _elastic_bar(),
         _plate_impact(),
+        _plugging(),
         _deck(),
     )
     files = (file for file, _, _ in SCENARIOS.values())
@@ -250,4 +252,31 @@ def _plate_impact() -> Sketch:
         "flyer_shock_speed, target_shock_speed: slope of the front's path",
         colour="#0072b2",
     )
+    return sketch
+
+
+def _plugging() -> Sketch:
+    sketch = Sketch("Projectile, plug and hole of a plugging", 360)
+    middle = 0.5 * WIDTH
+    half = [(20, 120), (150, 122), (268, 134), (262, 196), (150, 174), (20, 172)]
+    sketch.shape(half)
+    sketch.shape([(WIDTH - x, y) for x, y in half])
+    sketch.shape([(280, 20), (WIDTH - 280, 20), (WIDTH - 280, 180), (280, 180)], "#7f7f7f33")
+    sketch.shape([(278, 250), (WIDTH - 278, 250), (WIDTH - 280, 302), (280, 302)])
+    sketch.dashed(middle, 20, middle, 345)
+    sketch.text(24, 112, "front face", "start")
+    sketch.text(24, 190, "rear face", "start")
+    sketch.across(268, WIDTH - 268, 112, "hole_diameter_front")
+    sketch.across(262, WIDTH - 262, 216, "hole_diameter_rear")
+    sketch.dashed(60, 172, 250, 172)
+    sketch.along(205, 172, 184, "dishing")
+    sketch.text(middle, 50, "projectile_velocity, residual_velocity", colour="#0072b2")
+    sketch.text(middle, 280, "plug_mass, plug_velocity", colour="#0072b2")
+    times = (
+        "perforated: 1 or 0",
+        "first_contact: the projectile slows down",
+        "plug_separation: no whole matter joins them",
+    )
+    for row, text in enumerate(times):
+        sketch.text(WIDTH - 24, 290 + 18 * row, text, "end", "#0072b2")
     return sketch

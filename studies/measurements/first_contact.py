@@ -18,9 +18,11 @@ def _read(history: History) -> Reading:
         return Reading(math.nan, flags=("no_contact",))
     first = int(late[0])
     slope = (velocity[first + 1] - velocity[first]) / (times[first + 1] - times[first])
-    before, after = times[first - 1], times[first]
+    before, after = times[max(first - 2, 0)], times[first]
     onset = after + (velocity[0] - velocity[first]) / slope if slope < 0.0 else before
-    return Reading(float(np.clip(onset, before, after)), {"sampling": float(after - before)})
+    return Reading(
+        float(np.clip(onset, before, after)), {"sampling": float(after - times[first - 1])}
+    )
 
 
 MEASUREMENT = Measurement(
@@ -28,8 +30,7 @@ MEASUREMENT = Measurement(
     title="First contact",
     unit="s",
     meaning="time from which on the projectile slows down: where the line through the velocities of the first two "
-    "observations that show a loss of more than 0.1 % meets the impact speed, between the last observation without a "
-    "loss and the first with one",
+    "observations that show a loss of more than 0.1 % meets the impact speed, at most two observations earlier",
     version=1,
     read=_read,
     follows=(VELOCITY,),

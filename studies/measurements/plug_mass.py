@@ -28,8 +28,8 @@ MEASUREMENT = Measurement(
     title="Mass of the plug",
     unit="kg",
     meaning="mass of the heaviest piece of the plate that has not failed and does not hang together with the rim, and "
-    "of the failed matter in its cells and neighbouring ones that is faster than half of it; no plug where the piece has "
-    "less than a tenth of the mass that the projectile covers",
+    "of the failed matter in its cells and neighbouring ones that is faster than half of it; no plug where the piece "
+    "has less than a tenth of the mass that the projectile covers",
     version=1,
     read=_read,
 )

@@ -29,8 +29,8 @@ MEASUREMENT = Measurement(
     title="Residual velocity",
     unit="m s-1",
     meaning="mass-weighted mean axial velocity of the projectile at the end of the run where it perforates the plate, "
-    "0 where it does not; uncertain by its range over the last tenth of the run; in contact where that is more than 1 % "
-    "of the impact speed",
+    "0 where it does not; uncertain by its range over the last tenth of the run; in contact where that is more than "
+    "1 % of the impact speed",
     version=1,
     read=_read,
     follows=(PERFORATED, VELOCITY),

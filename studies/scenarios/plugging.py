@@ -267,12 +267,10 @@ def _check_shape(parameters: Plugging) -> list[Finding]:
         findings.append(
             Finding("projectile_length", f"{length:g} m", limit, "lengthen the projectile")
         )
-    if _plate_radius(parameters) < diameter:
-        limit, value = (
-            f"at least the projectile's diameter, {diameter:g} m",
-            _plate_radius(parameters),
-        )
-        findings.append(Finding("plate_radius", f"{value:g} m", limit, "enlarge the plate"))
+    radius = _plate_radius(parameters)
+    if radius < diameter:
+        limit = f"at least the projectile's diameter, {diameter:g} m"
+        findings.append(Finding("plate_radius", f"{radius:g} m", limit, "enlarge the plate"))
     thickness, least = parameters.plate_thickness, 2.0 * _cell(parameters)
     if thickness < least:
         cure = "raise the resolution (cells per diameter)"

@@ -37,6 +37,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "taylor_bar": {"bar_length": 10e-3, "bar_diameter": DIAMETER, "cells_per_diameter": CELLS},
     "elastic_bar": {"cells_per_diameter": CELLS},
     "plate_impact": {"flyer_thickness": 4e-3, "cells_per_thickness": 20.0},
+    "plugging": {"speed": 300.0, "cells_per_diameter": 10.0, "plate_radius": 30e-3},
     "deck": {"deck": appendix_deck()},
 }
 # Parameter that sets the resolution of a grid, and the extent that has that many cells.
@@ -123,6 +124,15 @@ OF_DECKS: tuple[Changes, ...] = (
     {"deck": soil_deck()},
     {"deck": fluid_deck()},
 )
+OF_PLUGS: tuple[Changes, ...] = (
+    {"geometry": "quarter", "nose": "hemispherical"},
+    {"nose": "conical"},
+    {"nose": "conical", "nose_length": 80e-3, "gap": 0.0},
+    {"nose": "hemispherical", "offset": 0.5, "contact": "none"},
+    {"projectile": "arne-bilinear", "target": "weldox-460-e-2002", "failure": "johnson-cook"},
+    {"failure": "none", "thermal_softening": False},
+    {"speed": 2000.0},
+)
 OF_PLATES: tuple[Changes, ...] = (
     {"geometry": "axisymmetric"},
     {"cells_across": 3},
@@ -165,6 +175,7 @@ VARIATIONS: tuple[tuple[str, Changes], ...] = (
     ("taylor_bar", {"bar": "al-2024-t3"}),
     ("taylor_bar", {"thermal_softening": False, "bar": "copper-ofhc"}),
     *(("plate_impact", change) for change in OF_PLATES),
+    *(("plugging", change) for change in OF_PLUGS),
     *(("deck", change) for change in OF_DECKS),
 )
 

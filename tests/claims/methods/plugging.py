@@ -41,8 +41,8 @@ def _value(result: RunResult, name: str) -> float:
 
 @claim(
     "plugging",
-    says="at 285.4 m/s on cells of 0.5 mm the projectile meets the plate at 7.0 us, cuts a plug of 29.6 g within 10 %, and "
-    "the plug is free near 120 us; other cells and the residual velocity are shown",
+    says="at 285.4 m/s on cells of 0.5 mm the projectile meets the plate at 7.0 us, cuts a plug of 29.6 g within 10 %, "
+    "and the plug is free near 120 us; other cells and the residual velocity are shown",
 )
 def plugging() -> Iterator[Row]:
     for cell in CELLS:

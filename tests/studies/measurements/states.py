@@ -18,6 +18,7 @@ from studies.measurements._push import MOMENTUM
 from studies.measurements._whole import WholeView
 from studies.measurements.rear_face import PLACE
 from studies.scenarios import Melting
+from tests.studies.measurements.plugs import PlugView, plugged, slowed
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -452,6 +453,11 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "scattered": lambda: plates(LATE, scatter=0.05),
         "through": lambda: plates(1.3 * PLATE / SHOCK),
     },
+    PlugView: {
+        "through": plugged,
+        "stuck": lambda: plugged(free=False, is_open=False, speed=0.0),
+        "in it": lambda: plugged(free=False, is_open=False),
+    },
     History: {
         "nothing yet": lambda: joined(pushed(np.zeros(0)), running("", 0.0, placed=0)),
         "rebound": lambda: joined(pushed(rectangle(1.2e-6)), running("", SHOCK)),
@@ -462,10 +468,11 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
 
 
 def joined(push: History, front: History) -> History:
-    """Everything that any measurement follows, cut to the shorter of two histories."""
+    """Everything that any measurement follows, cut to the shortest history."""
     size = min(push.times.size, front.times.size)
+    plug = slowed(5e-6).values
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
-    values = {**push.values, **front.values, "crater_depth": rise, PLACE: BAR_LENGTH - rise}
+    values = {**push.values, **front.values, **plug, "crater_depth": rise, PLACE: BAR_LENGTH - rise}
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
 
 
