@@ -18,7 +18,8 @@ from studies.values.results import Measured, RunResult
 from tests.claims import Row, at_most, claim
 from tests.claims.proven.robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
 
-SEED, RUNS = 20261122, 40
+# Of one seed some 45 measurements settle, and one of them is 2 %: three seeds tell 95 % from 93 %.
+SEEDS, RUNS = (20261122, 101, 102), 40
 INSIDE, FLAGGED = 0.95, 0.20  # shares of the measurements
 # Two blocks to eight plates, as in other draws; six cells across the projectile keep a block to a minute.
 SHARES = {**COARSE, "thick_plate": {6.0: 1.0}}
@@ -64,17 +65,18 @@ def _ending(early: Measured, late: Measured) -> Ending:
 
 @claim(
     "settled",
-    says=f"of {RUNS} random coarse runs, each continued to twice its time, 95 % of the measurements called settled end "
-    "inside their error bar, and at most a fifth are flagged as still growing",
+    says=f"of {len(SEEDS) * RUNS} random coarse runs, each continued to twice its time, 95 % of the measurements "
+    "called settled end inside their error bar, and at most a fifth are flagged as still growing",
 )
 def settled() -> Iterator[Row]:
-    drawn = draws(RUNS, ORDINARY_SPEEDS, SEED, SHARES)
+    drawn = [draw for seed in SEEDS for draw in draws(RUNS, ORDINARY_SPEEDS, seed, SHARES)]
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
         measured = [each for ended in pool.map(endings, drawn) for each in ended]
     calm = [each for each in measured if each.settled]
     inside = sum(each.inside for each in calm)
+    seeds = ", ".join(map(str, SEEDS))
     yield Row(
-        f"of {len(calm)} settled measurements (seed {SEED}), inside their bar at twice the time",
+        f"of {len(calm)} settled measurements (seeds {seeds}), inside their bar at twice the time",
         f"at least {INSIDE:.0%}",
         f"{inside / len(calm):.1%}",
         inside >= INSIDE * len(calm),
