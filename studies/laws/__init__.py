@@ -19,7 +19,7 @@ from typing import Any
 
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Pascal, Radian
-from studies.laws._range import NOT_FOUND, OTHER_MATERIAL, Limit, Range
+from studies.laws._range import NO_RANGE, NOT_FOUND, OTHER_MATERIAL, Limit, Range
 from studies.materials import Material
 from studies.values.nearest import nearest_cure
 from studies.values.quantities import refusal
@@ -28,6 +28,7 @@ __all__ = [
     "CAVEATS",
     "DRAWN_ONLY",
     "NOT_FOUND",
+    "NO_RANGE",
     "OTHER_MATERIAL",
     "Law",
     "LawValue",

@@ -10,6 +10,10 @@ if TYPE_CHECKING:
 
 # In place of the source of a limit that none states. Such a limit is what is commonly quoted: it marks, and says so.
 NOT_FOUND = "source not found"
+# How the words of a range begin where no limit is one that the law's source states: reports read it in cubes.
+NO_RANGE = "no range stated by its source"
+# Sources of limits that follow from the equation or from what it is about, and that no source states as a range.
+DERIVED = ("computed from", "the law is about", "the equation is about", "the definition of")
 
 ROUND_OFF = (
     1e-9  # relative: a speed of exactly the limit, reached through a unit conversion, is inside
@@ -23,6 +27,11 @@ class Limit:
     words: str  # "like on like"
     source: str  # where the limit is stated, or NOT_FOUND
     outside: Callable[["Shot"], str] | None = field(default=None, repr=False)  # the reason, or ""
+
+    @property
+    def is_published(self) -> bool:
+        """Whether a source states this limit."""
+        return self.source != NOT_FOUND and not self.source.startswith(DERIVED)
 
     @property
     def machine_checked(self) -> bool:
@@ -50,8 +59,14 @@ class Range:
 
     @property
     def words(self) -> str:
-        """All limits as one text."""
-        return "; ".join(_words(limit) for limit in self.every)
+        """All limits as one text, after the words that no source states any, where none does."""
+        limits = "; ".join(_words(limit) for limit in self.every)
+        return limits if self.is_published else f"{NO_RANGE}: {limits}"
+
+    @property
+    def is_published(self) -> bool:
+        """Whether a source states any of the limits."""
+        return any(limit.is_published for limit in self.every)
 
     def reasons(self, shot: "Shot") -> list[str]:
         """Why a shot lies outside; empty inside."""

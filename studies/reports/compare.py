@@ -8,7 +8,7 @@ how far off it is.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
@@ -26,10 +26,10 @@ from studies.cubes.points import (
     refinements_of,
     simulated,
 )
-from studies.laws import DRAWN_ONLY
+from studies.laws import DRAWN_ONLY, NO_RANGE
 from studies.reports.matched import MatchedObservation, interpolate, matched_observations
 from studies.reports.verdict import Verdict, verdict
-from studies.reports.verdict.evidence import axes_in, evidence_of
+from studies.reports.verdict.evidence import axes_in, evidence_of, without_range
 from studies.reports.verdict.trends import is_uneven
 from studies.values.formats import display_of, of_share, printed_in
 
@@ -102,6 +102,7 @@ class Residual:
     in_range: Statistics | None  # inside the law's range; None for the simulation
     points: int  # at which the reference has a value; the subject need not answer at all of them
     drawn_only: str = ""  # why the law enters no average and no verdict; empty where it does
+    no_range: str = ""  # "no range stated by its source"; empty where a range is stated
 
 
 @dataclass(frozen=True)
@@ -266,7 +267,8 @@ def _against_simulation(cube: xr.Dataset, points: xr.Dataset, name: str) -> Iter
         titles = cubes.LAW_TITLE.of(points, name)
         confidences = reading.confidences_of(points, name)
         answers = cubes.BY_LAW.of(points, name)
-        yield from _of_laws(name, answers, inside, titles, confidences, reference)
+        rangeless = without_range(points, name)
+        yield from _of_laws(name, answers, inside, titles, confidences, reference, rangeless)
 
 
 def _against_observations(
@@ -303,6 +305,7 @@ def _against_observations(
             cubes.OBSERVED_LAW_TITLE.of(points, name),
             reading.confidences_of(points, name, cubes.OBSERVED_LAW_CONFIDENCE),
             References("observation", values, places, bars),
+            without_range(points, name),
         )
 
 
@@ -313,8 +316,9 @@ def _of_laws(
     titles: xr.DataArray,
     confidences: Sequence[str],
     reference: References,
+    rangeless: Collection[str],
 ) -> Iterator[Residual]:
-    """Each law, along the last dimension of its answers."""
+    """Each law, along the last dimension of its answers; ``rangeless`` are labels of those without a stated range."""
     labels = answers[str(answers.dims[-1])].values
     for number, label in enumerate(labels):
         answer = answers.values[..., number].ravel()
@@ -334,6 +338,7 @@ def _of_laws(
             in_range=ranged,
             points=int(np.isfinite(reference.values).sum()),
             drawn_only=drawn_only,
+            no_range=NO_RANGE if str(label) in rangeless else "",
         )
 
 
@@ -361,14 +366,16 @@ def sentence(residual: Residual) -> str:
         return f"{subject}: no point to compare."
     if inside is None:
         return f"{subject} gives a {quantity} {_difference(everywhere, residual)}."
+    limits = "the limits that are quoted for it" if residual.no_range else "its stated range"
+    subject += f" ({residual.no_range})" if residual.no_range else ""
     if not inside.n:
         return (
-            f"{subject}: no point lies inside its stated range; outside of it, its {quantity} is "
+            f"{subject}: no point lies inside {limits}; outside of it, its {quantity} is "
             f"{_difference(everywhere, residual)}."
         )
     share = "all" if inside.n == residual.points else f"{inside.n} of {residual.points}"
     return (
-        f"{subject}, inside its stated range ({share} points), gives a {quantity} "
+        f"{subject}, inside {limits} ({share} points), gives a {quantity} "
         f"{_difference(inside, residual)}."
     )
 

@@ -13,7 +13,8 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, places_of, plain, simulated
 from studies.cubes.variable import variable_name
 
-ELSEWHERE = "not simulated: different"
+ELSEWHERE = "the shot has another"
+BEYOND_AXES = "the shot lies outside the axis"
 LINEAR = "linear between neighbouring runs"
 SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
 
@@ -85,26 +86,31 @@ def interpolate(dataset: xr.Dataset, name: str, at: Place) -> tuple[float, float
     axes = axes_of(dataset)
     absent = [axis for axis in axes if axis not in at]
     if absent:
-        return math.nan, math.nan, f"the shot does not state {', '.join(absent)}"
+        return math.nan, math.nan, f"the shot does not state {_listed(absent)}"
     other = [name for name in at if name not in axes and _is_another(dataset, name, at[name])]
     if other:
-        return math.nan, math.nan, f"{ELSEWHERE} {', '.join(other)}"
+        return math.nan, math.nan, f"{ELSEWHERE} {_listed(other)}"
     try:
         sides = _sides_of(dataset, axes, at)
     except LookupError as error:
         return math.nan, math.nan, str(error.args[0])
     values = comparable(dataset, name)
     value = float(_weighted(values, sides))
-    if math.isnan(value):
-        return value, math.nan, "a neighbouring run has no comparable value"
-    weighted = float(_weighted(simulated(dataset, name, cubes.UNCERTAINTY), sides))
     chords = [axis for axis, around in sides.items() if len(around) > 1]
+    if math.isnan(value):
+        which = "a neighbouring run" if chords else "the run at these parameters"
+        return value, math.nan, f"{which} has no comparable value"
+    weighted = float(_weighted(simulated(dataset, name, cubes.UNCERTAINTY), sides))
     if not chords:
         return value, weighted, "computed"
     # Plainly summed: chords err by the curve's bend, and two axes that bend the same way err the same way.
     bent = sum(_chord_error(values, sides, axis, dataset[axis].values) for axis in chords)
     barred = "" if math.isnan(weighted) else "; the error bar includes the interpolation error"
     return value, math.hypot(weighted, bent), LINEAR + barred
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(name.replace("_", " ") for name in names)
 
 
 def _is_another(dataset: xr.Dataset, name: str, wanted: float | str) -> bool:
@@ -124,7 +130,7 @@ def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
     for run, place in enumerate(places_of(dataset)):
         if all(_same(place[axis], at[axis]) for axis in axes):
             return {"run": [(1.0, run)]}
-    raise LookupError("no run has these parameters")
+    raise LookupError("no run has the parameters of the shot")
 
 
 def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[float, int]]:
@@ -133,7 +139,7 @@ def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[flo
         if _same(value, wanted):
             return [(1.0, place)]
     if isinstance(wanted, str) or not values.min() < wanted < values.max():
-        raise LookupError(f"outside the axis {axis}")
+        raise LookupError(f"{BEYOND_AXES} {_listed([axis])}")
     above = int(np.searchsorted(values, wanted))
     share = float((wanted - values[above - 1]) / (values[above] - values[above - 1]))
     return [(1.0 - share, above - 1), (share, above)]

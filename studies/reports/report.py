@@ -49,7 +49,8 @@ from studies.sweeps.sweep import OFFSET, RESOLUTION
 # 4: figures of residuals have the error bar as a band
 # 5: the verdict; no mean of residuals that change sign or vary by more than a factor of two
 # 6: what the verdict rests on and what error bars hold, once for all quantities; numbers of the model part
-REPORT_VERSION = 6
+# 7: the words of bands are those of the text (trusted, within); laws without a stated range; the shots of a material
+REPORT_VERSION = 7
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "

@@ -34,7 +34,7 @@ RATIO = "thickness_ratio"
 AXES = (AxisOfSweep("speed", "m s-1"), AxisOfSweep(RATIO, "1"))
 PER = {"speed": ("km/s", 1.0), RATIO: ("0.1 of t/d", 0.1)}
 WORDS = {
-    "close": "trusted to 10 %",
+    "close": "within 10 %",
     "agrees": "inside the joint uncertainty",
     "under": "under-predicted",
     "over": "over-predicted",

@@ -19,8 +19,8 @@ from studies.reports.verdict.evidence import (
     AxisOfSweep,
     Evidence,
     Reference,
+    StatedWord,
     Subject,
-    Word,
 )
 from studies.reports.verdict.trends import Exponent, Trend, exponents_of, is_uneven, trend_of
 
@@ -31,7 +31,7 @@ __all__ = ["LawVerdict", "QuantityVerdict", "StatedBand", "Verdict", "of_law", "
 class StatedBand:
     """A band with the words for it; shares are over the reference."""
 
-    word: Word
+    word: StatedWord
     where: str  # "from 6 km/s"
     says: str  # "trusted to 6 %"
     abscissa: str
@@ -42,6 +42,7 @@ class StatedBand:
     smallest: float | None  # residual
     largest: float | None
     limit: float  # largest difference or joint uncertainty of the judged points
+    beyond: int  # judged points with a difference beyond the joint uncertainty
     untested: int  # judged points at which error bars are no test
     unjudged: tuple[str, ...]  # why points of the band are not judged
 
@@ -54,13 +55,14 @@ class LawVerdict:
     title: str
     reference: Reference
     caveat: str  # "recalled, cross-checked"; empty where the law was read in a source
+    no_range: str  # "no range stated by its source"; empty where one is
     other_material: (
         bool  # whether every point is outside its range because of the material of the target
     )
     bands: tuple[StatedBand, ...]
     points: int
     judged: int  # points inside the range with a value and without a flag
-    trusted_points: frozenset[int]  # numbers of the points at which it is close
+    close_points: frozenset[int]  # numbers of the points at which it is close
     smallest: float | None  # residual over the reference, of the judged points
     largest: float | None
     average: float | None  # None where it would hide what the residuals do
@@ -72,9 +74,9 @@ class LawVerdict:
     details: tuple[str, ...] = ()  # sentences on residuals, exponents and error bars
 
     @property
-    def trusted(self) -> int:
+    def close(self) -> int:
         """Number of points at which it is close."""
-        return len(self.trusted_points)
+        return len(self.close_points)
 
 
 @dataclass(frozen=True)
@@ -86,7 +88,7 @@ class QuantityVerdict:
     reason: str  # why no law is recommended; empty where one is
     laws: tuple[
         LawVerdict, ...
-    ]  # against observations first, and those that are trusted at most points
+    ]  # against observations first, and those that are close at most points
     unjudged: tuple[str, ...]  # sentences on the laws that no point can judge
     drawn: tuple[str, ...]  # sentences on the laws that enter no verdict
     flags: tuple[str, ...]  # sentences
@@ -109,7 +111,7 @@ class Verdict:
         plain = asdict(self)
         for quantity in plain["quantities"]:
             for law in quantity["laws"]:
-                law["trusted"] = len(law.pop("trusted_points"))
+                law["close"] = len(law.pop("close_points"))
         return {**plain, "terms": [{"word": word, "meaning": text} for word, text in self.terms]}
 
 
@@ -162,8 +164,8 @@ def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep]) -> QuantityVer
 
 
 def _rank(law: LawVerdict) -> tuple[int, float]:
-    """The place among laws of one reference: trusted at most points, then nearest."""
-    return -law.trusted, max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
+    """The place among laws of one reference: close at most points, then nearest."""
+    return -law.close, max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
 
 
 def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = False) -> LawVerdict:
@@ -178,6 +180,7 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         title=subject.title,
         reference=subject.reference,
         caveat=subject.caveat,
+        no_range=subject.no_range,
         other_material=bool(subject.points)
         and all(OTHER_MATERIAL in point.outside for point in subject.points),
         bands=tuple(
@@ -186,7 +189,7 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         ),
         points=len(subject.points),
         judged=len(judged),
-        trusted_points=frozenset(
+        close_points=frozenset(
             number for number, point in enumerate(subject.points) if point.word == "close"
         ),
         smallest=float(residuals.min()) if judged else None,
@@ -210,7 +213,7 @@ def _stated(
 ) -> StatedBand:
     residuals = band.residuals
     return StatedBand(
-        word=band.word,
+        word=band.stated,
         where=texts.where(band, axes),
         says=texts.word_of(band, reference, is_simulation),
         abscissa=band.abscissa,
@@ -221,6 +224,7 @@ def _stated(
         smallest=min(residuals, default=None),
         largest=max(residuals, default=None),
         limit=band.limit,
+        beyond=band.beyond,
         untested=band.untested,
         unjudged=tuple(f"{reason} ({count})" for reason, count in band.unjudged),
     )

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from studies.cubes.points import Place
-from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint, Word
+from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint, StatedWord, Word
 from studies.reports.view import PREFERRED
 
 Value = float | str | None
@@ -51,6 +51,20 @@ class Band:
     def untested(self) -> int:
         """Judged points whose uncertainty is no test."""
         return sum(not point.tests for point in self.judged)
+
+    @property
+    def beyond(self) -> int:
+        """Judged points whose uncertainty is a test, with a difference beyond it."""
+        return sum(point.tests and abs(point.residual) > point.bar for point in self.judged)
+
+    @property
+    def stated(self) -> StatedWord:
+        """The word for the whole band."""
+        if self.word == "close":
+            return "within" if self.untested or self.beyond else "trusted"
+        if self.word == "agrees" and self.untested:
+            return "unjudged"
+        return self.word
 
     @property
     def outside(self) -> list[tuple[str, int]]:

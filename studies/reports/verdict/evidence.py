@@ -21,20 +21,41 @@ from studies.cubes.points import (
     simulated,
 )
 from studies.cubes.variable import Variable
-from studies.laws import CAVEATS, DRAWN_ONLY, FITTED
+from studies.laws import CAVEATS, DRAWN_ONLY, FITTED, NO_RANGE
 from studies.reports.joint import joint_uncertainty, law_scatter
-from studies.reports.matched import ELSEWHERE, MatchedObservation, interpolate
+from studies.reports.matched import (
+    BEYOND_AXES,
+    ELSEWHERE,
+    MatchedObservation,
+    interpolate,
+)
 
 Reference = Literal["simulation", "observation"]
 State = Literal["judged", "outside", "unjudged"]
-Word = Literal["close", "agrees", "under", "over", "outside", "unjudged"]
+Word = Literal["close", "agrees", "under", "over", "outside", "unjudged"]  # for a point
+# For a band: "trusted" where all points are close and inside their joint uncertainty, which is a test; else "within".
+StatedWord = Literal["trusted", "within", "agrees", "under", "over", "outside", "unjudged"]
 
-# The largest difference with which a law is called trusted: a tenth, by convention and whatever the numbers are.
+# The largest difference and joint uncertainty of a point that is close: a tenth, by convention and whatever the
+# numbers are.
 TRUST = 0.10
 # Parts of an error bar that no run states by itself; each is a variable of the cube where it was assessed.
 DEFINITION, MODEL, SCATTER = "definition", "model", "scatter"
-NO_SIZE = "nothing is relative to zero"
+NO_SIZE = "nothing is relative to a value of zero"
 UNSTATED = "a limit of its source is not met"
+# Why a point without a value judges nothing, by the state of its run.
+UNJUDGED_STATES = {
+    "succeeded": "the run measured no value",
+    "failed": "the run failed",
+    "crashed": "the run crashed",
+    "timed_out": "the run timed out",
+    "out_of_memory": "the run ran out of memory",
+    "cancelled": "the run was cancelled",
+    "running": "the run has not ended",
+    "pending": "the run has not begun",
+    "missing": "the run left no result",
+    "other": "the run did not succeed",
+}
 # The parts that a run states, as people call them.
 PARTS = {
     "resolution": "position on the grid",
@@ -105,6 +126,7 @@ class Subject:
     reference: Reference
     points: tuple[JudgedPoint, ...]
     confidence: str = ""  # in the equation of a law
+    no_range: str = ""  # NO_RANGE of a law whose source states no range; else empty
 
     @property
     def caveat(self) -> str:
@@ -245,17 +267,17 @@ class _Quantity:
                     for number, place in enumerate(self.places)
                 ),
                 law.confidence,
+                law.no_range,
             )
 
     def _why_unjudged(self, number: int) -> str:
         """Why the value of a point judges no law; empty where it does."""
         if self.flags[number]:
-            return ", ".join(flag.replace("_", " ") for flag in self.flags[number])
+            return f"flagged as {', '.join(flag.replace('_', ' ') for flag in self.flags[number])}"
         value = self.values[number]
         if math.isfinite(value):
             return "" if value else NO_SIZE
-        state = cubes.STATES[cubes.RUN_STATE.of(self.points).values.ravel()[number]]
-        return "no value" if state == "succeeded" else state.replace("_", " ")
+        return UNJUDGED_STATES[cubes.STATES[cubes.RUN_STATE.of(self.points).values.ravel()[number]]]
 
     def against_shots(self, shots: Sequence[MatchedObservation]) -> Iterator[Subject]:
         """The simulation and each law against the observed shots."""
@@ -292,6 +314,7 @@ class _Quantity:
                     for number, shot in enumerate(shots)
                 ),
                 law.confidence,
+                law.no_range,
             )
 
     def _simulated_shot(self, shot: MatchedObservation) -> JudgedPoint:
@@ -311,7 +334,7 @@ class _Quantity:
             shot.value,
             _over(math.hypot(_zero(bar), shot.uncertainty or 0.0), shot.value),
             known and shot.uncertainty is not None,
-            outside=away if away.startswith((ELSEWHERE, "outside")) else "",
+            outside=away if away.startswith((ELSEWHERE, BEYOND_AXES)) else "",
             unjudged=away or ("" if shot.value else NO_SIZE),
         )
 
@@ -340,7 +363,7 @@ class _Quantity:
             if reasons.is_in(self.points, self.name)
             else None
         )
-        scatter = self.scatter()
+        scatter, rangeless = self.scatter(), without_range(self.points, self.name)
         stated_confidences = reading.confidences_of(self.points, self.name, confidences)
         for number, label in enumerate(found[str(found.dims[-1])].values):
             values = found.values[..., number].ravel()
@@ -358,6 +381,7 @@ class _Quantity:
                 ],
                 scatter.get(str(label), math.nan),
                 stated_confidences[number] if stated_confidences else "",
+                NO_RANGE if str(label) in rangeless else "",
             )
 
     def scatter(self) -> dict[str, float]:
@@ -379,10 +403,22 @@ class _Law:
     outside: Sequence[str]  # why an answer is outside the range; empty inside
     scatter: float  # published, relative; NaN where none is
     confidence: str  # in the equation
+    no_range: str  # NO_RANGE where its source states none; else empty
 
     def spread(self, number: int) -> float:
         """The published scatter about an answer, in its unit; 0 where none is published."""
         return _zero(self.scatter * self.answers[number])
+
+
+def without_range(points: xr.Dataset, quantity: str) -> frozenset[str]:
+    """Labels of the laws of the runs whose source states no range."""
+    if not cubes.LAW_RANGE.is_in(points, quantity):
+        return frozenset()
+    labels, ranges = (
+        variable.of(points, quantity).values for variable in (cubes.LAW_LABEL, cubes.LAW_RANGE)
+    )
+    each = zip(map(str, labels), map(str, ranges), strict=True)
+    return frozenset(label for label, words in each if words.startswith(NO_RANGE))
 
 
 def _zero(number: float) -> float:

@@ -20,13 +20,13 @@ from studies.reports.verdict.texts import (
     joined,
     plural,
     title,
-    untested,
     words,
 )
 
 if TYPE_CHECKING:
     from studies.reports.verdict import LawVerdict, StatedBand
 
+CLOSE = ("trusted", "within")  # words of bands in which a law is recommended
 MOST_NAMED = 6  # quantities without a law that have the same reason
 NO_LAW = "no law"
 HOW_PARTS_READ = {
@@ -109,40 +109,50 @@ def _of_simulation(law: "LawVerdict") -> str:
 def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
     """Which of some judged laws to use where, against one reference; beside shots the simulation recommends none."""
     best = max(laws, key=_merit)
-    if best.trusted:
-        clauses = [_use(best, recommended), _doing(best, "it ", ("agrees", "under", "over"))]
+    if best.close:
+        clauses = [_use(best, recommended), _doing(best, "it ")]
         second = _second(best, laws)
         clauses.append("" if second is None else _use(second, recommended))
         return "; ".join(filter(None, clauses))
-    nearest = f"{title(best)}, {_doing(best, '', ('agrees', 'under', 'over'))}"
+    nearest = f"{_named(best)}, {_doing(best, '')}"
     return (
-        f"no law is trusted to {at_most(TRUST)} against {OF[best.reference]} at any judged point; the nearest, "
+        f"no law is within {at_most(TRUST)} of {OF[best.reference]} at any judged point; the nearest, "
         f"{nearest}"
     )
 
 
 def _merit(law: "LawVerdict") -> tuple[int, float, int, float]:
-    """Trusted points first, and the smaller limit of these; then points that agree, and the smaller difference."""
-    limit = max((band.limit for band in law.bands if band.word == "close"), default=1.0)
-    agreeing = sum(band.judged for band in law.bands if band.word == "agrees")
-    return law.trusted, -limit, agreeing, -max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
+    """Close points first, and the smaller limit of these; then points that agree, and the smaller difference."""
+    limit = max((band.limit for band in law.bands if band.word in CLOSE), default=1.0)
+    agreeing = sum(band.judged for band in law.bands if band.word in ("agrees", "unjudged"))
+    return law.close, -limit, agreeing, -max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
 
 
 def _use(law: "LawVerdict", recommended: bool) -> str:
-    close = [band for band in law.bands if band.word == "close"]
-    places = joined([band.where for band in close])
-    limit = at_most(max(band.limit for band in close))
-    judged, unknown = sum(band.judged for band in close), sum(band.untested for band in close)
-    notes = [untested(unknown, judged, law.reference, is_simulation=False)] if unknown else []
-    notes += ["a single point"] if law.trusted == 1 else []
-    note = f" ({', '.join(notes)})" if notes else ""
-    use = f"use {title(law)}:" if recommended else f"{title(law)} is"
-    return f"{places} {use} within {limit} of {OF[law.reference]}{note}"
+    """A law with each band in which it is close by itself: what lies between two of them is not recommended."""
+    places = [f"{band.where}: {band.says}" for band in law.bands if band.word in CLOSE]
+    use = "use " if recommended else ""
+    text = ", ".join(places)
+    if law.close == 1:
+        text = f"{text[:-1]}, a single point)" if text.endswith(")") else f"{text} (a single point)"
+    each = ", each" if len(places) > 1 else ""
+    return f"{use}{_named(law)} {text}{each} against {OF[law.reference]}"
 
 
-def _doing(law: "LawVerdict", it: str, words: Sequence[str]) -> str:
-    """What a law does in its bands of some words, in their order: "up to 4 km/s it under-predicts by 16 to 25 %"."""
-    return joined([f"{band.where} {it}{_verb(band)}" for band in law.bands if band.word in words])
+def _named(law: "LawVerdict") -> str:
+    """The title of a law, and that no range of it is stated."""
+    return f"{title(law)}, {law.no_range}," if law.no_range else title(law)
+
+
+def _doing(law: "LawVerdict", it: str) -> str:
+    """What a law does where it is judged and not close: "up to 4 km/s it under-predicts by 16 to 25 %"."""
+    return joined(
+        [
+            f"{band.where} {it}{_verb(band)}"
+            for band in law.bands
+            if band.judged and band.word not in CLOSE
+        ]
+    )
 
 
 def _verb(band: "StatedBand") -> str:
@@ -151,12 +161,12 @@ def _verb(band: "StatedBand") -> str:
 
 
 def _second(best: "LawVerdict", laws: Sequence["LawVerdict"]) -> "LawVerdict | None":
-    """The law that is trusted at most points at which the best is not; None where no other is."""
-    done = best.trusted_points
-    others = [law for law in laws if law is not best and law.trusted_points - done]
+    """The law that is close at most points at which the best is not; None where no other is."""
+    done = best.close_points
+    others = [law for law in laws if law is not best and law.close_points - done]
     if not others:
         return None
-    return max(others, key=lambda law: (len(law.trusted_points - done), _merit(law)))
+    return max(others, key=lambda law: (len(law.close_points - done), _merit(law)))
 
 
 # ---- what it rests on ----------------------------------------------------------------------------

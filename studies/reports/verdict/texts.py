@@ -28,6 +28,7 @@ LARGEST_DENOMINATOR = 6
 SAME = 5e-4  # a difference that rounds to 0.0 %
 OF = {"simulation": "the simulation", "observation": "the observed shots"}
 NONE_AT_ALL = "no difference"
+BEYOND = "beyond the joint uncertainty"
 UNTESTED = {
     ("simulation", False): "mesh error unknown",
     ("observation", False): "the shots state no uncertainty",
@@ -41,11 +42,13 @@ NUMERICS_ONLY = "rests on numerics only: the model part is not assessed"
 
 def word_of(band: Band, reference: Reference, is_simulation: bool) -> str:
     """How a law does in a band: "trusted to 6 %", "under-predicts by 16 to 25 %"."""
-    if band.word == "close":
-        limit = at_most(band.limit)
-        if not band.untested:
-            return f"trusted to {limit}"
-        return f"within {limit} ({untested(band.untested, len(band.judged), reference, is_simulation)})"
+    if band.stated == "trusted":
+        return f"trusted to {at_most(band.limit)}"
+    if band.stated == "within":
+        reasons = [BEYOND + _at(band.beyond, len(band.judged))] if band.beyond else []
+        if band.untested:
+            reasons.append(untested(band.untested, len(band.judged), reference, is_simulation))
+        return f"within {at_most(band.limit)} ({', '.join(reasons)})"
     if band.word in ("under", "over"):
         return f"{band.word}-predicts by {spread(map(abs, band.residuals))}"
     if band.word == "agrees":
@@ -58,15 +61,20 @@ def word_of(band: Band, reference: Reference, is_simulation: bool) -> str:
             )
         return f"agrees within the joint uncertainty of up to ±{bar} ({gives})"
     if band.word == "unjudged":
-        return f"not judged because of {listed(band.unjudged)}"
+        return f"not judged: {listed(band.unjudged)}"
+    if is_simulation:
+        return f"not simulated: {listed(band.outside)}"
     gives = f" (it gives {difference(band.residuals)})" if band.residuals else ""
     return f"outside its range: {listed(band.outside)}{gives}"
 
 
 def untested(count: int, judged: int, reference: Reference, is_simulation: bool) -> str:
     """Why error bars are no test at some or all points: "mesh error unknown"."""
-    text = UNTESTED[reference, is_simulation]
-    return text if count == judged else f"{text} at {count} of {judged} points"
+    return UNTESTED[reference, is_simulation] + _at(count, judged)
+
+
+def _at(count: int, judged: int) -> str:
+    return "" if count == judged else f" at {count} of {judged} points"
 
 
 def where(band: Band, axes: Sequence[AxisOfSweep]) -> str:
@@ -132,7 +140,7 @@ def listed(reasons: Sequence[tuple[str, int]]) -> str:
 
 def sentence(law: "LawVerdict") -> str:
     """The verdict on a law as a sentence."""
-    name = title(law)
+    name = f"{title(law)} ({law.no_range})" if law.no_range else title(law)
     parts = [f"{band.where} {band.says}" for band in law.bands]
     if not parts:
         return f"{name}: nothing to compare."
@@ -185,10 +193,20 @@ def exponents_text(law: "LawVerdict") -> str:
 
 
 def _exponents(mine: Sequence[Exponent]) -> str:
+    """Fitted exponents; one whose interval is larger than its value is not determined."""
+    sure = [each for each in mine if each.interval <= abs(each.reference)]
+    if not sure:
+        low, high = (
+            pick(each.reference + sign * each.interval for each in mine)
+            for pick, sign in ((min, -1.0), (max, 1.0))
+        )
+        return f"not determined (interval {decimals(low, 2)} to {decimals(high, 2)})"
     if len(mine) == 1:
-        return f"{decimals(mine[0].reference, 2)} ± {decimals(mine[0].interval, 2)}"
-    values = [each.reference for each in mine]
-    return f"{decimals(min(values), 2)} to {decimals(max(values), 2)}"
+        return f"{decimals(sure[0].reference, 2)} ± {decimals(sure[0].interval, 2)}"
+    values = [each.reference for each in sure]
+    lost = len(mine) - len(sure)
+    note = f" (not determined in {lost} of {len(mine)} fits)" if lost else ""
+    return f"{decimals(min(values), 2)} to {decimals(max(values), 2)}{note}"
 
 
 def _of_law(mine: Sequence[Exponent]) -> str:
@@ -268,14 +286,15 @@ def terms() -> tuple[tuple[str, str], ...]:
     return (
         (
             "trusted to x",
-            "at every judged point of the band the law lies inside its stated range, differs from the reference by at "
-            f"most x, and the joint uncertainty is at most x too; x is at most {limit} and rounded up to whole per "
-            "cent. It says that the law meets this reference, not why.",
+            "at every judged point of the band the difference from the reference is inside the joint uncertainty, and "
+            f"both are at most x; x is at most {limit} and rounded up to whole per cent. The point is inside the range "
+            "that the law's source states, if it states one. It says that the law meets this reference, not why.",
         ),
         (
             "within x",
-            "the same, where an error without which error bars are no test is unknown: the mesh error of a single "
-            "resolution, or the error of an observed shot.",
+            "difference and joint uncertainty are at most x too, but at some points the difference is beyond the joint "
+            "uncertainty, or an error without which error bars are no test is unknown: the mesh error of a single "
+            "resolution, or the error of an observed shot. The brackets say which.",
         ),
         (
             "under-predicts, over-predicts by a to b",

@@ -1,5 +1,6 @@
 """The verdict: its sentences recomputed from cube.nc, and its words on cubes whose answer is known."""
 
+import json
 import math
 import re
 import tempfile
@@ -12,13 +13,15 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import cube
+from studies.laws import NO_RANGE
 from studies.reports.compare import compare
 from studies.values.results import Measured, RunResult
 from tests.claims import Row, claim
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"
-MOST = 0.10  # the difference up to which the report calls a law trusted
+MOST = 0.10  # the difference up to which the report calls a law trusted, or within so much
+CLOSE = ("trusted", "within")
 PERCENT = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))?\u202f%")
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?")
 BAR = 0.001  # relative uncertainty of the invented runs
@@ -149,10 +152,14 @@ def _recomputed(dataset: xr.Dataset, case: str, stated: Mapping[str, Any]) -> It
             yield from _details(where, law["details"], frame)
     if not stated["laws"]:
         return
-    best = max(stated["laws"], key=lambda law: law["trusted"])
-    clauses = [band["where"] for band in best["bands"] if band["word"] == "close"]
-    said = all(clause in stated["recommendation"] for clause in clauses)
-    yield Row(f"{case}: recommendation names the bands", clauses, stated["recommendation"], said)
+    best = max(stated["laws"], key=lambda law: law["close"])
+    clauses = [
+        f"{each['where']}: {each['says']}" for each in best["bands"] if each["word"] in CLOSE
+    ]
+    places = [stated["recommendation"].find(clause) for clause in clauses]
+    said = -1 not in places and places == sorted(places)
+    where = f"{case}: recommendation names each band by itself, in the words of the list"
+    yield Row(where, clauses, stated["recommendation"], said)
 
 
 # Parts of an error bar as people call them, with the variable of each in the cube.
@@ -233,6 +240,9 @@ def _bands(where: str, bands: list[dict[str, Any]], frame: xr.Dataset) -> Iterat
         covered += int(mask.sum())
         right = _fits(band["says"], frame, mask)
         yield Row(f"{where}: {band['where']}", "as the cube has it", band["says"], right)
+        if band["word"] in CLOSE or band["says"].startswith(CLOSE):
+            same = band["says"].startswith(band["word"])
+            yield Row(f"{where}: {band['where']}, word", band["says"], band["word"], same)
     yield Row(
         f"{where}: points in bands",
         int(frame.residual.size),
@@ -267,7 +277,7 @@ def _fits(says: str, frame: xr.Dataset, mask: xr.DataArray) -> bool:
     sizes = np.abs(residual)
     if says.startswith("outside its range"):
         return not bool((mask & frame.inside).any())
-    if says.startswith("not judged because of"):
+    if says.startswith("not judged") and "error bars" not in says:
         return not bool(judged.any())
     if bool((mask & ~frame.inside).any()) or not bool(judged.any()):
         return False
@@ -276,13 +286,29 @@ def _fits(says: str, frame: xr.Dataset, mask: xr.DataArray) -> bool:
     percent = [float(each) for each in PERCENT.findall(says)[0] if each]
     if says.startswith(("trusted", "within")):
         limit = max(float(sizes.max()), float(bar.fillna(0.0).max()))
-        known = bool(frame.tests.broadcast_like(mask).where(judged, True).all())
+        tests = frame.tests.broadcast_like(mask)
+        beyond = judged & tests & (sizes > bar)
         rounded = max(1, math.ceil(round(100.0 * limit, 6)))
-        return limit <= MOST and percent == [rounded] and known == says.startswith("trusted")
+        return (
+            limit <= MOST
+            and percent == [rounded]
+            and says.startswith("trusted") != bool((beyond | judged & ~tests).any())
+            and _counted("beyond the joint uncertainty", says, int(beyond.sum()), int(judged.sum()))
+        )
     sign = -1.0 if says.startswith("under") else 1.0
     ends = [round(100.0 * float(end)) for end in (sizes.min(), sizes.max())]
     beyond = (sign * residual > np.maximum(MOST, bar.fillna(0.0))) | ~judged
     return bool(beyond.all()) and percent == (ends if ends[0] < ends[1] else ends[:1])
+
+
+def _counted(words: str, says: str, count: int, points: int) -> bool:
+    """Whether a text has some words with the number of points that they are about, or none where that is 0."""
+    _, stated, rest = says.partition(words)
+    if not stated:
+        return count == 0
+    numbers = re.match(r" at (\d+) of (\d+) points", rest)
+    said = (int(numbers[1]), int(numbers[2])) if numbers else (points, points)
+    return said == (count, points)
 
 
 def _details(where: str, details: list[str], frame: xr.Dataset) -> Iterator[Row]:
@@ -423,7 +449,7 @@ def verdict_words() -> Iterator[Row]:
     yield _says("exact law", "from 2 to 7 km/s: trusted to 1\u202f%", band)
     yield _has(
         "exact law",
-        "from 2 to 7 km/s use the law: within 1\u202f% of the simulation.",
+        "use the law from 2 to 7 km/s: trusted to 1\u202f% against the simulation.",
         quantity["recommendation"],
     )
     bands, quantity, _ = _synthetic(low)
@@ -433,9 +459,11 @@ def verdict_words() -> Iterator[Row]:
     )
     yield _has(
         "law 20 % low above 5 km/s",
-        "up to 5 km/s use the law: within 1\u202f% of the simulation; from 6 km/s it under-predicts by 20\u202f%.",
+        "use the law up to 5 km/s: trusted to 1\u202f% against the simulation; from 6 km/s it under-predicts by "
+        "20\u202f%.",
         quantity["recommendation"],
     )
+    yield from _words_of_one_kind()
     bands, _, _ = _synthetic(lambda v: 1.2 if v > 5e3 else 1.0)
     yield _says("law 20 % high above 5 km/s", "from 6 km/s: over-predicts by 20\u202f%", bands[-1])
     (band,), quantity, _ = _synthetic(exact, speeds=(5e3,))
@@ -449,21 +477,25 @@ def verdict_words() -> Iterator[Row]:
     (band,), _, document = _synthetic(
         exact, change=lambda result: replace(result, state="failed", reason="no")
     )
-    yield _says("all failed", "from 2 to 7 km/s: not judged because of failed", band)
-    yield _is("all failed", "No recommendation for hole diameter (not judged: failed).", document)
+    yield _says("all failed", "from 2 to 7 km/s: not judged: the run failed", band)
+    yield _is(
+        "all failed", "No recommendation for hole diameter (not judged: the run failed).", document
+    )
     (band,), quantity, document = _synthetic(
         exact, change=lambda result: replace(result, flags=("under_resolved",))
     )
-    yield _says("all flagged", "from 2 to 7 km/s: not judged because of under resolved", band)
+    yield _says("all flagged", "from 2 to 7 km/s: not judged: flagged as under resolved", band)
     yield _is(
         "all flagged",
-        "No recommendation for hole diameter (not judged: under resolved).",
+        "No recommendation for hole diameter (not judged: flagged as under resolved).",
         document,
     )
     yield _has("all flagged", "Under resolved: 6 of 6 points", " ".join(quantity["flags"]))
     (band,), quantity, document = _synthetic(lambda v: 1.0 + (v - 4500.0) / 5e4)
     law = quantity["laws"][0]
-    yield _says("mixed sign", "from 2 to 7 km/s: trusted to 5\u202f%", band)
+    yield _says(
+        "mixed sign", "from 2 to 7 km/s: within 5\u202f% (beyond the joint uncertainty)", band
+    )
     yield _has(
         "mixed sign", "no average is given; linear trend over 6 points: +2.0 ±", law["details"][0]
     )
@@ -487,6 +519,34 @@ def verdict_words() -> Iterator[Row]:
     )
 
 
+def _words_of_one_kind() -> Iterator[Row]:
+    """A law off by more than its uncertainty is not trusted; beside a contradicted point bands are named apart."""
+    (band,), quantity, _ = _synthetic(lambda v: 1.05)
+    text = "from 2 to 7 km/s: within 5\u202f% (beyond the joint uncertainty)"
+    yield _says("law 5 % high, error bars of 0.1 %", text, band)
+    yield _has("law 5 % high, error bars of 0.1 %", text, quantity["recommendation"])
+    words = [band["word"], "trusted" in json.dumps(quantity)]
+    yield Row("law 5 % high: words of report.json", ["within", False], words, not words[1])
+    bands, quantity, _ = _synthetic(lambda v: 1.05 if v < 2.5e3 else 1.0)
+    text = "from 2 to 7 km/s: within 5\u202f% (beyond the joint uncertainty at 1 of 6 points)"
+    yield _says("law 5 % high at 2 km/s", text, bands[0])
+    bands, quantity, _ = _synthetic(lambda v: 1.3 if v == 4e3 else 1.0)
+    yield _says(
+        "contradicted at 4 km/s, between", "at 4 km/s: over-predicts by 30\u202f%", bands[1]
+    )
+    yield _has(
+        "contradicted at 4 km/s",
+        "use the law up to 3 km/s: trusted to 1\u202f%, from 5 km/s: trusted to 1\u202f%, each against the "
+        "simulation; at 4 km/s it over-predicts by 30\u202f%.",
+        quantity["recommendation"],
+    )
+    _, quantity, document = _synthetic(lambda v: 1.0, rangeless=True)
+    yield _has("no range is stated", f"use the law, {NO_RANGE},", quantity["recommendation"])
+    (residual,) = document["residuals"]
+    claimed = "inside its" in residual["sentence"]
+    yield Row("no range is stated: inside it", False, residual["sentence"], not claimed)
+
+
 Change = Callable[[RunResult], RunResult]
 
 
@@ -494,9 +554,11 @@ def _synthetic(
     factor: Callable[[float], float],
     speeds: tuple[float, ...] = fakes.SPEEDS,
     change: Change = lambda result: result,
+    *,
+    rangeless: bool = False,
 ) -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, Any]]:
     """Bands of the only law, the verdict on the quantity, and the whole report."""
-    document = _document(factor, speeds, change)
+    document = _document(factor, speeds, change, rangeless=rangeless)
     (quantity,) = document["verdict"]["quantities"]
     (law,) = quantity["laws"]
     return law["bands"], quantity, document
@@ -506,10 +568,16 @@ def _document(
     factor: Callable[[float], float],
     speeds: tuple[float, ...] = fakes.SPEEDS,
     change: Change = lambda result: result,
+    *,
+    rangeless: bool = False,
 ) -> dict[str, Any]:
     """The comparison of holes of 2 v/(5 km/s) d on every grid with a law that gives this times a factor, as JSON."""
     law = fakes.Law(
-        "law", NAME, lambda shot, _: _ratio(shot.speed) * factor(shot.speed), title="the law"
+        "law",
+        NAME,
+        lambda shot, _: _ratio(shot.speed) * factor(shot.speed),
+        title="the law",
+        rangeless=rangeless,
     )
     fixed = {"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3}
     sweep = fakes.Sweep(

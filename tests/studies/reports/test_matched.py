@@ -128,12 +128,12 @@ def test_shot_on_a_run__that_closed_on_its_axis_is_not_compared(flag: int, compa
 @pytest.mark.parametrize(
     ("at", "reason"),
     [
-        ({"speed": 9.0, "plate_thickness": 3.0}, "outside the axis speed"),
-        ({"speed": 3.0}, "the shot does not state plate_thickness"),
+        ({"speed": 9.0, "plate_thickness": 3.0}, "the shot lies outside the axis speed"),
+        ({"speed": 3.0}, "the shot does not state plate thickness"),
         ({"speed": 1.5, "plate_thickness": 1.0}, "a neighbouring run has no comparable value"),
         (
             {"speed": 2.0, "plate_thickness": 3.0, "target": "tin"},
-            "not simulated: different target",
+            "the shot has another target",
         ),
     ],
 )
@@ -157,4 +157,7 @@ def test_shot_in_a_zip__is_matched_by_the_run_with_its_parameters_alone() -> Non
     )
     at = {"speed": 2.0, "plate_thickness": 2.0}
     assert interpolate(dataset, "depth", at) == (4.0, 0.2, "computed")
-    assert interpolate(dataset, "depth", {**at, "speed": 2.5})[2] == "no run has these parameters"
+    assert (
+        interpolate(dataset, "depth", {**at, "speed": 2.5})[2]
+        == "no run has the parameters of the shot"
+    )

@@ -11,7 +11,7 @@ from typing import Any
 from studies.cubes.catalogue import Catalogue, Observed
 from studies.cubes.cells import MissingResult
 from studies.cubes.variable import Quantity
-from studies.laws import LawValue
+from studies.laws import NO_RANGE, LawValue
 from studies.sweeps.axes import Axis
 from studies.values.parameters import Parameter
 from studies.values.results import DEFINITION, Measured, RunResult
@@ -127,11 +127,12 @@ class Law:
     source: str = "Nobody (1999), Eq. 1"
     confidence: str = "read"
     scatter: float | None = None
+    rangeless: bool = False  # whether its source states no range
 
     @property
     def range(self) -> Range:
         low, high = (bound / 1000 for bound in self.valid)
-        return Range(f"{low:g} to {high:g} km/s")
+        return Range(f"{NO_RANGE}: " * self.rangeless + f"{low:g} to {high:g} km/s")
 
     def variants(self, shot: Shot) -> tuple[str, ...]:
         return self.labels
