@@ -99,6 +99,19 @@ class ArtificialViscosity(NamedTuple):
     heating: float = 1.0
 
 
+class Smoothing(NamedTuple):
+    """The numerics of smoothed particles: ``solver/sph``.
+
+    The viscosity acts between pairs of particles, in place of that of the problem; with ``heating`` 1 its work heats.
+    """
+
+    function: Any  # a record of solver/sph/smoothing.py
+    ratio: Dimensionless = 1.3  # smoothing length over the particle spacing, (m / rho)^(1/d)
+    corrected: bool = True  # gradients that are exact for linear fields
+    viscosity: ArtificialViscosity = ArtificialViscosity(1.0, 2.0)
+    tensile: Dimensionless = 0.0  # artificial stress, of the tension
+
+
 class Damping(NamedTuple):
     """The part of a velocity that its neighbours do not share decays at ``rate``; the energy it removes is accumulated.
 
@@ -175,6 +188,8 @@ class Problem:
     absorbers: tuple[Absorber, ...] = ()  # away from fixed faces and walls
     tractions: tuple[Traction, ...] = ()  # likewise
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)  # on all matter, m/s2
+    # None: particles meet on the grid. Else in sums over neighbours, without the shape, viscosity and step rule above.
+    smoothing: Smoothing | None = None
 
     def __post_init__(self) -> None:
         if not self.bodies or not all(body.mass.size for body in self.bodies):
@@ -198,6 +213,8 @@ class Problem:
                 raise ProblemError(
                     "times of a traction ascend and its pressures are finite; sort the table"
                 )
+        if self.smoothing and not 1.0 <= self.smoothing.ratio <= 3.0:
+            raise ProblemError(f"smoothing ratio = {self.smoothing.ratio} lies outside [1, 3]")
         if not 0.0 < self.travel <= 1.0:
             raise ProblemError(f"travel = {self.travel} lies outside (0, 1]")
         if not self.end_time > 0.0:

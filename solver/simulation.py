@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, fields
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.failure import weakens
 from solver.geometry import exit_face, node_count
 from solver.problem import Body, Problem
+from solver.sph.step import ParticleStepper
 from solver.state import (
     LIGHTING,
     MASS,
@@ -145,7 +146,8 @@ class Simulation:
         self.particles = views(self.table)
         self.limits = _limits(problem)
         self.shares = self.shares or shares_for(self.particles.mass.size)
-        self.stepper = Stepper(problem, self.limits, self.pool, self.shares)
+        method: Any = Stepper if problem.smoothing is None else ParticleStepper
+        self.stepper = method(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
         self._departures = [NONE_DEPARTED]
         self.dt = problem.fixed_dt or _first_step(problem)

@@ -26,7 +26,7 @@ from solver.geometry import (
     unpacked,
     velocity_gradient,
 )
-from solver.jit import device, kernel
+from solver.jit import device, generic, implements, kernel
 from solver.shapes import weights, width
 from solver.state import (
     DENSITY,
@@ -76,9 +76,13 @@ def new_pack():
     )
 
 
-@device
+@generic
 def find_nodes(geometry, shape, table, start, stop, pack):
     """First node, weights and slopes of the particles start..stop of a table, eight at a time."""
+
+
+@implements(find_nodes, object)
+def _(geometry, shape, table, start, stop, pack):
     inverse = 1.0 / geometry.spacing
     lanes = first_lanes(LANES)
     for p in range(start, stop, LANES):

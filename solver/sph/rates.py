@@ -1,0 +1,281 @@
+"""The sums over neighbours: forces at n, and after them the velocity gradients at n+1.
+
+With F (x_i - x_j) the gradient of W at i, B the correction and v_ij = v_i - v_j
+
+    L_i = -(1 / rho_i) sum_j m_j v_ij (B_i grad W)^T                       velocity gradient
+    T_i = sigma_i B_i / rho_i^2
+    a_i = sum_j m_j (T_i + T_j - Pi_ij - R_ij) grad W                      its adjoint, and what is artificial
+    e_i' = sigma_i : L_i / rho_i + 1/2 sum_j m_j (Pi_ij + R_ij) v_ij . grad W
+
+the forces of a pair are opposite, and in the mean of the velocities before and after them they do the work that the
+internal energies take: Bonet and Lok (1999), section 3; Monaghan (1992), Eqs. 3.3 and 4.1. Forces of shear have a
+moment, which vanishes in the sum where B is there, because L_i of a rotation has no strain then.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.jit import device, kernel
+from solver.problem import ArtificialViscosity
+from solver.sph.artificial import approach, pair_viscosity, repulsion, tensile_part
+from solver.sph.neighbours import apart, row, rows
+from solver.sph.tables import HEAVY, IMAGE, LENGTH, MOVED, RHO, SOUND, SPEED, T33, TENSILE
+from solver.state import (
+    DENSITY,
+    ENERGY,
+    KELVIN,
+    MASS,
+    NEW_X,
+    PRESSURE,
+    S11,
+    S12,
+    S22,
+    S23,
+    S31,
+    S33,
+    VX,
+    VY,
+    VZ,
+    X,
+    Y,
+    Z,
+)
+from solver.stress import PointState, signal_speed
+from solver.vectors import (
+    LANES,
+    bare,
+    first_lanes,
+    largest,
+    load,
+    maximum,
+    number,
+    power,
+    spread,
+    store,
+    total,
+    where,
+)
+
+STILL = ArtificialViscosity(0.0, 0.0)  # of the point update: viscosity acts between particles
+
+# Of the viscosity's part in the signal speed, and of the path in a step under the force: Monaghan (1992), section 10.
+VISCOUS = 0.6
+
+IMPULSE, WEIGHT, WORK, FASTEST = 0, 3, 4, 5  # of the sums of a share
+
+
+class Lists(NamedTuple):
+    """Where the neighbours of each particle stand."""
+
+    neighbours: np.ndarray  # (k,) int32, of a share
+    first: np.ndarray  # (n,) int64
+    stop: np.ndarray  # (n,) int64
+
+
+@kernel
+def measure(matter, ratio, dimensions, thinnest, table, begin, end, measures):
+    """Smoothing lengths and sound speeds of the particles begin..end of a body, into the rows of ``measures`` (2, n).
+
+    h = ratio (m / rho)^(1/d), with the density not below ``thinnest``: matter in flight does not reach ever farther.
+    """
+    none = spread(0.0)
+    for p in range(begin, end, LANES):
+        within = first_lanes(end - p)
+        mass = load(table, MASS, p, within)
+        lanes = within & (mass > 0.0)
+        point = PointState(
+            load(table, DENSITY, p, lanes),
+            load(table, ENERGY, p, lanes),
+            load(table, PRESSURE, p, lanes),
+            none,
+            (none, none, none, none, none, none),
+            none,
+            load(table, KELVIN, p, lanes),
+        )
+        volume = mass / maximum(point.density, thinnest)
+        length = ratio * power(volume, 1.0 / dimensions)
+        store(measures, 0, p, where(lanes, length, 0.0), within)
+        sound, _ = signal_speed(matter, STILL, 1.0, none, point)
+        store(measures, 1, p, where(lanes, sound, 0.0), within)
+
+
+@kernel
+def lay_out(smoothing, table, measures, ranges, place, other):
+    """What neighbours see of particles before the corrections are there."""
+    for body in range(ranges.shape[0]):
+        for i in range(ranges[body, 0], ranges[body, 1]):
+            for axis in range(3):
+                place[i, axis] = table[X + axis, i]
+                place[i, SPEED + axis] = table[VX + axis, i]
+            place[i, LENGTH], place[i, HEAVY] = measures[0, i], table[MASS, i]
+            other[i, SOUND], other[i, RHO] = measures[1, i], table[DENSITY, i]
+            other[i, TENSILE] = tensile_part(smoothing, table[PRESSURE, i], table[DENSITY, i])
+            other[i, IMAGE] = 0.0
+
+
+@kernel
+def set_stress(table, correction, ranges, stress, other):
+    """T = sigma B / rho^2 of particles."""
+    for body in range(ranges.shape[0]):
+        for i in range(ranges[body, 0], ranges[body, 1]):
+            over = 1.0 / (table[DENSITY, i] * table[DENSITY, i])
+            pressure = table[PRESSURE, i]
+            s11, s22, s33 = (
+                table[S11, i] - pressure,
+                table[S22, i] - pressure,
+                table[S33, i] - pressure,
+            )
+            s12, s23, s31 = table[S12, i], table[S23, i], table[S31, i]
+            b11, b22, b33 = correction[i, 0], correction[i, 1], correction[i, 2]
+            b12, b23, b31 = correction[i, 3], correction[i, 4], correction[i, 5]
+            stress[i, 0] = over * (s11 * b11 + s12 * b12 + s31 * b31)
+            stress[i, 1] = over * (s11 * b12 + s12 * b22 + s31 * b23)
+            stress[i, 2] = over * (s11 * b31 + s12 * b23 + s31 * b33)
+            stress[i, 3] = over * (s12 * b11 + s22 * b12 + s23 * b31)
+            stress[i, 4] = over * (s12 * b12 + s22 * b22 + s23 * b23)
+            stress[i, 5] = over * (s12 * b31 + s22 * b23 + s23 * b33)
+            stress[i, 6] = over * (s31 * b11 + s23 * b12 + s33 * b31)
+            stress[i, 7] = over * (s31 * b12 + s23 * b22 + s33 * b23)
+            other[i, T33] = over * (s31 * b31 + s23 * b23 + s33 * b33)
+
+
+@device
+def viscous(smoothing, dimensions, own, others, near, nearby, d, squared, length, q):
+    """Pi + R of eight pairs, and the speed mu of their approach; ``near`` are rows of places, ``nearby`` of others."""
+    along = (
+        (own[SPEED] - near[SPEED]) * d[0]
+        + (own[SPEED + 1] - near[SPEED + 1]) * d[1]
+        + (own[SPEED + 2] - near[SPEED + 2]) * d[2]
+    )
+    mu = approach(along, squared, length)
+    sound, density = 0.5 * (others[SOUND] + nearby[SOUND]), 0.5 * (others[RHO] + nearby[RHO])
+    pressure = pair_viscosity(smoothing.viscosity, mu, sound, density)
+    if smoothing.tensile > 0.0:
+        part = others[TENSILE] + nearby[TENSILE]
+        pressure = pressure + part * repulsion(smoothing, dimensions, q)
+    return pressure, mu, along
+
+
+@kernel
+def accelerate(smoothing, dimensions, tables, table, ranges, lists, gravity, dt, sums):
+    """Velocities at n+1 and new positions of particles; their energy takes the half of the work in those at n.
+
+    ``sums`` (8,) gets the impulse of images (3), the mass, the work of gravity, and the largest inverse of a stable
+    step for a Courant number of 1 (1/s).
+    """
+    place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
+    neighbours, moved = bare(lists.neighbours), tables.other
+    none = spread(0.0)
+    viscosity = smoothing.viscosity
+    px = py = pz = weight = work = fastest = 0.0
+    for body in range(ranges.shape[0]):
+        for i in range(ranges[body, 0], ranges[body, 1]):
+            mass = table[MASS, i]
+            if mass <= 0.0:
+                continue
+            own, t, others = row(place, i), row(stress, i), row(other, i)
+            t33 = others[T33]
+            ax = ay = az = bx = by = bz = power_of_stress = heat = nearest = none
+            for k in range(lists.first[i], lists.stop[i], LANES):
+                near, s, nearby = (
+                    rows(place, neighbours, k),
+                    rows(stress, neighbours, k),
+                    rows(other, neighbours, k),
+                )
+                d, squared, length, force, q = apart(smoothing, dimensions, own, near)
+                weighted = near[HEAVY] * force
+                gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
+                pressure, mu, along = viscous(
+                    smoothing, dimensions, own, others, near, nearby, d, squared, length, q
+                )
+                fx = (t[0] * gx + t[1] * gy) + t[2] * gz
+                fy = (t[3] * gx + t[4] * gy) + t[5] * gz
+                fz = (t[6] * gx + t[7] * gy) + t33 * gz
+                power_of_stress = power_of_stress - (
+                    fx * (own[SPEED] - near[SPEED])
+                    + fy * (own[SPEED + 1] - near[SPEED + 1])
+                    + fz * (own[SPEED + 2] - near[SPEED + 2])
+                )
+                heat = heat + pressure * weighted * along
+                fx = fx + ((s[0] * gx + s[1] * gy) + s[2] * gz) - pressure * gx
+                fy = fy + ((s[3] * gx + s[4] * gy) + s[5] * gz) - pressure * gy
+                fz = fz + ((s[6] * gx + s[7] * gy) + nearby[T33] * gz) - pressure * gz
+                ax, ay, az = ax + fx, ay + fy, az + fz
+                bx, by, bz = (
+                    bx + nearby[IMAGE] * fx,
+                    by + nearby[IMAGE] * fy,
+                    bz + nearby[IMAGE] * fz,
+                )
+                nearest = maximum(nearest, -mu)
+            a = total(ax) + gravity[0], total(ay) + gravity[1], total(az) + gravity[2]
+            old = table[VX, i], table[VY, i], table[VZ, i]
+            new = old[0] + a[0] * dt, old[1] + a[1] * dt, old[2] + a[2] * dt
+            table[VX, i], table[VY, i], table[VZ, i] = new
+            table[NEW_X, i] = table[X, i] + new[0] * dt
+            table[NEW_X + 1, i] = table[Y, i] + new[1] * dt
+            table[NEW_X + 2, i] = table[Z, i] + new[2] * dt
+            moved[i, MOVED], moved[i, MOVED + 1], moved[i, MOVED + 2] = new
+            gained = total(power_of_stress) + 0.5 * viscosity.heating * total(heat)
+            table[ENERGY, i] += 0.5 * dt * gained
+            px, py, pz = px + mass * total(bx), py + mass * total(by), pz + mass * total(bz)
+            weight += mass
+            for axis in range(3):
+                work += 0.5 * mass * gravity[axis] * (old[axis] + new[axis]) * dt
+            length, sound = number(place, i, LENGTH), number(other, i, SOUND)
+            signal = sound + VISCOUS * (
+                viscosity.linear * sound + viscosity.quadratic * largest(nearest)
+            )
+            force = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) ** 0.25
+            fastest = max(fastest, signal / length, force / length**0.5)
+    sums[IMPULSE], sums[IMPULSE + 1], sums[IMPULSE + 2] = px * dt, py * dt, pz * dt
+    sums[WEIGHT], sums[WORK], sums[FASTEST] = weight, work, fastest
+
+
+@kernel
+def find_gradients(smoothing, dimensions, tables, table, ranges, lists, correction, gradients, dt):
+    """Velocity gradients of the velocities at n+1, into three lines of ``gradients`` (3 n, 8) for each particle.
+
+    The energy takes the other half of the work of the viscosity, in these velocities.
+    """
+    place, other = bare(tables.place), bare(tables.other)
+    neighbours = bare(lists.neighbours)
+    none = spread(0.0)
+    for body in range(ranges.shape[0]):
+        for i in range(ranges[body, 0], ranges[body, 1]):
+            own, others = row(place, i), row(other, i)
+            l11 = l12 = l13 = l21 = l22 = l23 = l31 = l32 = l33 = heat = none
+            for k in range(lists.first[i], lists.stop[i], LANES):
+                near, nearby = rows(place, neighbours, k), rows(other, neighbours, k)
+                d, squared, length, force, q = apart(smoothing, dimensions, own, near)
+                weighted = near[HEAVY] * force
+                gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
+                pressure, _, _ = viscous(
+                    smoothing, dimensions, own, others, near, nearby, d, squared, length, q
+                )
+                vx, vy = others[MOVED] - nearby[MOVED], others[MOVED + 1] - nearby[MOVED + 1]
+                vz = others[MOVED + 2] - nearby[MOVED + 2]
+                heat = heat + pressure * (vx * gx + vy * gy + vz * gz)
+                l11, l12, l13 = l11 - vx * gx, l12 - vx * gy, l13 - vx * gz
+                l21, l22, l23 = l21 - vy * gx, l22 - vy * gy, l23 - vy * gz
+                l31, l32, l33 = l31 - vz * gx, l32 - vz * gy, l33 - vz * gz
+            table[ENERGY, i] += 0.25 * dt * smoothing.viscosity.heating * total(heat)
+            over = 1.0 / number(other, i, RHO)
+            b11, b22, b33 = (
+                correction[i, 0] * over,
+                correction[i, 1] * over,
+                correction[i, 2] * over,
+            )
+            b12, b23, b31 = (
+                correction[i, 3] * over,
+                correction[i, 4] * over,
+                correction[i, 5] * over,
+            )
+            first = total(l11), total(l12), total(l13)
+            second = total(l21), total(l22), total(l23)
+            third = total(l31), total(l32), total(l33)
+            line = 3 * i
+            for component, raw in enumerate((first, second, third)):
+                gradients[line, 1 + component] = raw[0] * b11 + raw[1] * b12 + raw[2] * b31
+                gradients[line + 1, 1 + component] = raw[0] * b12 + raw[1] * b22 + raw[2] * b23
+                gradients[line + 2, 1 + component] = raw[0] * b31 + raw[1] * b23 + raw[2] * b33

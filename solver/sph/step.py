@@ -1,0 +1,290 @@
+"""One step by smoothed particles, in its stages.
+
+Particles hold x, v, sigma at time n; all sums take the neighbours and weights of x at n.
+
+forces   v(n+1) = v(n) + a(n) dt, x(n+1) = x(n) + v(n+1) dt: with a constant step the leapfrog whose velocities live
+         half a step before
+strain   the gradient of v(n+1), from which density, stress and energy at n+1 follow, point by point as on the grid
+
+The forces of stress n change the kinetic energy by f . (v(n) + v(n+1)) / 2 dt, and the internal energy takes minus
+that with the same weights, as in ``solver/step.py``: their sum is kept to round-off, whatever the stress is.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from solver.eos import burns
+from solver.errors import ProblemError
+from solver.faces import cross_faces
+from solver.geometry.cartesian3d import Cartesian3D
+from solver.jit import Bound
+from solver.problem import Face, Problem, Scheme, Smoothing
+from solver.sph.mirrors import images_of, set_places, set_stresses, set_velocities
+from solver.sph.neighbours import find_neighbours, sort_into_cells
+from solver.sph.rates import (
+    FASTEST,
+    IMPULSE,
+    STILL,
+    WEIGHT,
+    WORK,
+    Lists,
+    accelerate,
+    find_gradients,
+    lay_out,
+    measure,
+    set_stress,
+)
+from solver.sph.scattered import AXES, Scattered
+from solver.sph.smoothing import SUPPORT
+from solver.sph.tables import new_memory, tables_of
+from solver.state import lines
+from solver.step import Partition, StepBalance
+from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
+from solver.threads import ThreadPool
+from solver.transfer import new_pack
+
+STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
+LISTED = 100  # neighbours of a particle in the first lists; lists that are too short double
+SPARE = 1.2  # of the rows of the tables
+
+
+class ParticleStepper:
+    """The stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
+
+    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+        if problem.smoothing is None:
+            raise ProblemError("smoothed particles need the numerics of their smoothing")
+        _check(problem, problem.smoothing)
+        self.problem = problem
+        self.smoothing = problem.smoothing
+        self.limits = limits
+        self.pool = pool
+        self.axes = _axes(problem)
+        self.space = Scattered(
+            problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes
+        )
+        self.packs = [new_pack() for _ in range(shares)]
+        self.tallies = empty_tallies(shares * len(problem.bodies))
+        self.summary = np.zeros(len(Tally._fields))
+        self.sums = np.zeros((shares, 8))
+        self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
+        self.gravity = np.array(problem.gravity)
+        self.lists = [np.zeros(0, np.int32)] * shares
+        self.memory = new_memory(0)
+        self.measures = np.zeros((2, 0))
+        bodies = range(len(problem.bodies))
+        self.measure = [Bound(measure) for _ in bodies]
+        self.update_particles = [Bound(update_particles) for _ in bodies]
+        self.lay_out, self.set_stress = Bound(lay_out), Bound(set_stress)
+        self.find_neighbours = Bound(find_neighbours)
+        self.accelerate, self.find_gradients = Bound(accelerate), Bound(find_gradients)
+        self.summarise = Bound(summarise)
+
+    def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
+        """Take the particles from n, at a time, to n+1."""
+        smoothing, axes, impulse = self.smoothing, self.axes, np.zeros(3)
+        table, count = partition.table, partition.particles.mass.size
+        self._room(count)
+        self._over_bodies(partition, self._measure)
+        images = images_of(self.problem, axes, partition.particles.position, self.measures[0])
+        whole = count + images.source.size
+        if whole >= self.memory.place.shape[0]:
+            self.memory = new_memory(int(SPARE * whole) + 1)
+        tables = tables_of(self.memory, whole)
+        self._over_shares(
+            partition,
+            lambda share, ranges: self.lay_out(
+                smoothing, table, self.measures, ranges, tables.place, tables.other
+            ),
+        )
+        set_places(tables, images, count)
+        cells = sort_into_cells(tables.place, whole)
+        self._over_shares(partition, lambda share, ranges: self._find(share, ranges, cells, tables))
+        self._over_shares(
+            partition,
+            lambda share, ranges: self.set_stress(
+                table, self.correction, ranges, tables.stress, tables.other
+            ),
+        )
+        set_stresses(tables, images, count)
+        self._over_shares(
+            partition,
+            lambda share, ranges: self.accelerate(
+                smoothing,
+                axes,
+                tables,
+                table,
+                ranges,
+                self._lists(share),
+                self.gravity,
+                dt,
+                self.sums[share],
+            ),
+        )
+        set_velocities(tables, images, count)
+        self._over_shares(
+            partition,
+            lambda share, ranges: self.find_gradients(
+                smoothing,
+                axes,
+                tables,
+                table,
+                ranges,
+                self._lists(share),
+                self.correction,
+                self.gradients,
+                dt,
+            ),
+        )
+        self._over_bodies(
+            partition,
+            lambda share, body, begin, end: self._update(
+                share, body, begin, end, table, time + dt, dt
+            ),
+        )
+        return self._balance(partition, impulse, dt)
+
+    def _balance(self, partition: Partition, impulse: np.ndarray, dt: float) -> StepBalance:
+        self.summarise(self.tallies, self.summary)
+        # The signal that takes as long through a cell as the one that decides through its smoothing length.
+        signal = self.problem.geometry.spacing * float(self.sums[:, FASTEST].max())
+        tally = Tally(*self.summary.tolist())._replace(signal=signal, convected=signal)
+        impulse += self.sums[:, IMPULSE : IMPULSE + 3].sum(axis=0)
+        impulse += self.sums[:, WEIGHT].sum() * self.gravity * dt
+        gone, reflected = 0, 0
+        if tally.outside:
+            gone, reflected = cross_faces(
+                self.problem.geometry,
+                self.faces,
+                self.problem.clamp,
+                partition.particles,
+                impulse,
+            )
+        work = float(self.sums[:, WORK].sum())
+        return StepBalance(impulse, 0.0, 0.0, work, gone, reflected, tally)
+
+    def _room(self, count: int) -> None:
+        """Scratch for so many particles."""
+        if self.measures.shape[1] != count:
+            self.measures = np.zeros((2, count))
+            self.first, self.stop = np.zeros((2, count), np.int64)
+            self.correction = lines(count)
+            self.gradients = lines(AXES * count)
+
+    def _measure(self, share: int, body: int, begin: int, end: int) -> None:
+        made = self.problem.bodies[body]
+        self.measure[body](
+            made.matter,
+            self.smoothing.ratio,
+            self.axes,
+            made.density / STRETCHED**self.axes,
+            self.table,
+            begin,
+            end,
+            self.measures,
+        )
+
+    def _find(self, share: int, ranges: np.ndarray, cells: Any, tables: Any) -> None:
+        if not self.lists[share].size:
+            size = int((ranges[:, 1] - ranges[:, 0]).sum())
+            self.lists[share] = np.zeros(LISTED * (size + 1), np.int32)
+        while (
+            self.find_neighbours(
+                self.smoothing,
+                self.axes,
+                cells,
+                tables.place,
+                tables.other,
+                ranges,
+                self.lists[share],
+                self.first,
+                self.stop,
+                self.correction,
+            )
+            < 0
+        ):
+            self.lists[share] = np.zeros(2 * self.lists[share].size, np.int32)
+
+    def _lists(self, share: int) -> Lists:
+        return Lists(self.lists[share], self.first, self.stop)
+
+    def _update(
+        self, share: int, body: int, begin: int, end: int, table: Any, time: float, dt: float
+    ) -> None:
+        problem = self.problem
+        self.update_particles[body](
+            self.space,
+            problem.shape,
+            self.packs[share],
+            problem.bodies[body].matter,
+            problem.stress_rate,
+            STILL,
+            self.limits,
+            table,
+            begin,
+            end,
+            self.gradients,
+            self.tallies,
+            share * len(problem.bodies) + body,
+            time,
+            dt,
+            0,
+        )
+
+    def _over_shares(self, partition: Partition, call: Any) -> None:
+        """A kernel over each share of the particles of all bodies."""
+        self.pool.run(lambda share: call(share, partition.shares[share]), range(len(self.packs)))
+
+    def _over_bodies(self, partition: Partition, call: Any) -> None:
+        """A kernel over each body in each share."""
+        self.table = partition.table
+
+        def work(share: int) -> None:
+            for body, (begin, end) in enumerate(partition.shares[share].tolist()):
+                call(share, body, begin, end)
+
+        self.pool.run(work, range(len(self.packs)))
+
+
+def _axes(problem: Problem) -> int:
+    """Axes along which the problem has extent."""
+    return int((np.asarray(problem.geometry.cells) > 0).sum())
+
+
+def _narrow(problem: Problem, smoothing: Smoothing) -> bool:
+    """Whether images of particles at one closed face would lie beyond the other one."""
+    reach = (
+        SUPPORT
+        * smoothing.ratio
+        * max(max(body.spacing[: _axes(problem)]) for body in problem.bodies)
+    )
+    return any(
+        Face.FREE not in problem.faces[axis]
+        and problem.geometry.cells[axis] * problem.geometry.spacing < reach
+        for axis in range(_axes(problem))
+    )
+
+
+def _check(problem: Problem, smoothing: Smoothing) -> None:
+    """Refuse what the method cannot compute, by name."""
+    cells = np.asarray(problem.geometry.cells) > 0
+    kinds = {face for axis in range(_axes(problem)) for face in problem.faces[axis]}
+    refused = {
+        "an axisymmetric geometry (take a box)": not isinstance(problem.geometry, Cartesian3D),
+        "an axis with cells behind one without (reorder them)": bool(np.diff(cells * 1).max() > 0),
+        "walls that let go (take symmetric faces)": Face.WALL in kinds,
+        "another scheme than musl": problem.scheme != Scheme.MUSL,
+        "damping (set its rate to 0)": problem.damping.rate > 0.0,
+        "contact with fields of their own (bodies meet in the sums)": problem.contact is not None,
+        "retired debris (follow it)": problem.retirement is not None,
+        "absorbing surfaces (take free ones)": bool(problem.absorbers),
+        "tractions (let a body strike instead)": bool(problem.tractions),
+        "explosives": any(burns(body.matter.eos) for body in problem.bodies),
+        "a box too narrow for images behind both of its faces (widen it)": _narrow(
+            problem, smoothing
+        ),
+    }
+    found = [name for name, is_there in refused.items() if is_there]
+    if found:
+        raise ProblemError(f"smoothed particles do not compute {', '.join(found)}")

@@ -1,0 +1,177 @@
+"""Smoothed particles: their functions, neighbours, balances and bits, and what they refuse."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.checkpoint import Checkpointing
+from solver.errors import Interrupted, ProblemError
+from solver.geometry import grid
+from solver.geometry.cartesian3d import Cartesian3D
+from solver.problem import (
+    ArtificialViscosity,
+    Body,
+    Contact,
+    Damping,
+    Face,
+    Problem,
+    Smoothing,
+)
+from solver.simulation import Simulation, simulate, start
+from solver.sph.neighbours import find_neighbours, sort_into_cells
+from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
+from solver.sph.tables import HEAVY, LENGTH, RHO, new_memory, tables_of
+from solver.vectors import LANES
+from tests.solver.bodies import DENSITY, FREE, SPACING, SYMMETRIC, box, elastic_copper
+
+ROUND_OFF = 1e-12  # of sums over a few hundred particles in some steps, relative
+STEPS, STOPPED = 12, 7
+SPEED = 500.0  # m/s
+FUNCTIONS = (CubicSpline(), WendlandC2())
+each_function = pytest.mark.parametrize("function", FUNCTIONS)
+
+
+def block(name: str, begin: tuple[float, ...], counts: tuple[int, int, int], speed: float) -> Body:
+    lines = [
+        SPACING * (low + np.arange(count) + 0.5) for low, count in zip(begin, counts, strict=True)
+    ]
+    position = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+    return Body(
+        name=name,
+        matter=elastic_copper(),
+        position=position,
+        velocity=np.array([0.0, 0.0, -speed]),
+        mass=np.full(len(position), DENSITY * SPACING**3),
+        density=DENSITY,
+        spacing=(SPACING,) * 3,
+    )
+
+
+def impact(**changes: Any) -> Problem:
+    """A quarter of a block that falls onto another: two planes of symmetry, the rest free."""
+    bodies = (
+        block("target", (0, 0, 3), (7, 7, 3), 0.0),
+        block("flyer", (0, 0, 6), (3, 3, 3), SPEED),
+    )
+    mirror = (Face.SYMMETRIC, Face.FREE)
+    values: dict[str, Any] = {
+        "geometry": box(12, 12, 12),
+        "smoothing": Smoothing(CubicSpline(), tensile=0.2),
+        "end_time": 1.0,
+        **changes,
+    }
+    return Problem(
+        bodies=bodies,
+        faces=(mirror, mirror, FREE),
+        courant=0.3,
+        **values,
+    )
+
+
+def advanced(problem: Problem, threads: int = 1) -> Simulation:
+    made = start(problem, threads=threads, shares=3)
+    for _ in range(STEPS):
+        made.advance()
+    return made
+
+
+@each_function
+@pytest.mark.parametrize("dimensions", [1, 2, 3])
+def test_smoothing_function__has_the_integral_1_and_its_own_slope(
+    function: Any, dimensions: int
+) -> None:
+    q = np.linspace(0.0, 2.0, 20_001)
+    shell = {1: 2.0 + 0.0 * q, 2: 2.0 * np.pi * q, 3: 4.0 * np.pi * q * q}[dimensions]
+    w = height(function, dimensions, q)
+    assert factor(function, dimensions) * np.trapezoid(w * shell, q) == pytest.approx(1.0, rel=1e-7)
+    inner = slice(1, -1)
+    assert slope(function, dimensions, q)[inner] * q[inner] == pytest.approx(
+        np.gradient(w, q)[inner], abs=1e-3
+    )
+
+
+def test_neighbours__are_those_of_all_pairs() -> None:
+    random = np.random.default_rng(7)
+    count = 200
+    tables = tables_of(new_memory(count + 1), count)
+    tables.place[:count, :3] = random.uniform(0.0, 1.0, (count, 3))
+    tables.place[:count, LENGTH] = random.uniform(0.03, 0.12, count)
+    tables.place[:count, HEAVY] = tables.other[:count, RHO] = 1.0
+    neighbours = np.zeros(count * count, np.int32)
+    first, stop = np.zeros((2, count), np.int64)
+    correction = np.zeros((count, 8))
+    find_neighbours(
+        Smoothing(CubicSpline()),
+        3,
+        sort_into_cells(tables.place, count),
+        tables.place,
+        tables.other,
+        np.array([[0, count]]),
+        neighbours,
+        first,
+        stop,
+        correction,
+    )
+    place, length = tables.place[:count, :3], tables.place[:count, LENGTH]
+    for i in range(count):
+        apart = np.linalg.norm(place - place[i], axis=1)
+        expected = np.flatnonzero((apart < length + length[i]) & (apart > 0.0))
+        listed = neighbours[first[i] : stop[i]]
+        assert sorted(listed[listed < count]) == expected.tolist()
+        assert listed.size % LANES == 0
+
+
+def test_impact__keeps_momentum_and_energy_to_round_off() -> None:
+    audit = advanced(impact()).audit()
+    assert audit.momentum_error < ROUND_OFF
+    assert abs(audit.energy_drift) < ROUND_OFF
+
+
+def test_viscosity__that_does_not_heat_is_noticed_by_the_audit() -> None:
+    cold = Smoothing(CubicSpline(), viscosity=ArtificialViscosity(1.0, 2.0, heating=0.0))
+    assert advanced(impact(smoothing=cold)).audit().energy_drift < -1e-5
+
+
+def test_impact__has_the_same_bits_with_two_threads() -> None:
+    one, two = (advanced(impact(), threads) for threads in (1, 2))
+    np.testing.assert_array_equal(one.table, two.table)
+    assert one.audit() == two.audit()
+
+
+def test_restart__ends_with_the_same_bits(tmp_path: Path) -> None:
+    whole = advanced(impact())
+    problem = impact(end_time=whole.time)
+    steps = iter(range(STEPS))
+    leaving = Checkpointing(path=tmp_path / "file", must_stop=lambda: next(steps) >= STOPPED)
+    with pytest.raises(Interrupted):
+        simulate(problem, checkpoint=leaving, shares=3)
+    resumed = simulate(problem, checkpoint=Checkpointing(path=tmp_path / "file"), shares=3)
+    np.testing.assert_array_equal(whole.particles.position, resumed.snapshot.particles.position)
+    np.testing.assert_array_equal(whole.particles.deviator, resumed.snapshot.particles.deviator)
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"contact": Contact()}, "contact"),
+        ({"damping": Damping(1e5)}, "damping"),
+        ({"geometry": box(12, 12)}, "axisymmetric"),
+        ({"smoothing": Smoothing(CubicSpline(), ratio=0.5)}, "ratio"),
+    ],
+)
+def test_problem__that_smoothed_particles_do_not_compute_is_refused_by_name(
+    changes: dict[str, Any], word: str
+) -> None:
+    with pytest.raises(ProblemError, match=word):
+        start(impact(**changes))
+
+
+def test_planes_of_symmetry__that_leave_no_room_for_images_are_refused() -> None:
+    narrow = grid(Cartesian3D, lower=(0.0, 0.0, 0.0), cells=(1, 12, 12), spacing=SPACING)
+    body = block("bar", (0, 0, 3), (1, 7, 7), 0.0)
+    problem = replace(impact(), geometry=narrow, bodies=(body,), faces=(SYMMETRIC, FREE, FREE))
+    with pytest.raises(ProblemError, match="narrow"):
+        start(problem)
