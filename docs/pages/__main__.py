@@ -1,6 +1,7 @@
 """``python -m docs.pages`` writes the made pages, ``... compute NAME`` computes the results behind one first."""
 
 import sys
+from argparse import ArgumentParser
 from pathlib import Path
 
 from docs.pages import DOCS, accuracy, laws, measurements, shots, validation
@@ -16,14 +17,33 @@ COMPUTED = {"accuracy": accuracy, "shots": shots, "validation": validation}
 
 
 def main(arguments: list[str]) -> None:
-    """Compute results where asked to (``compute NAME [DIRECTORY [CASE ...]]``), then write every page and drawing."""
-    if arguments:
-        _, name, *directory = arguments
-        COMPUTED[name].compute(*(Path(each) for each in directory))
+    """Compute results where asked to, then write every page and drawing."""
+    asked = _parser().parse_args(arguments)
+    if asked.command:
+        # A directory of the computation, which then resumes, and names of cases.
+        COMPUTED[asked.name].compute(*map(Path, asked.rest))
     for name, module in PAGES.items():
         (DOCS / f"{name}.md").write_text(module.page(), encoding="utf-8")
         for file, text in module.drawings().items():
             (DOCS / "drawings" / file).write_text(text, encoding="utf-8")
+    limits = DOCS / "limits.md"
+    lines = limits.read_text(encoding="utf-8").splitlines()
+    lines = [shots.limit() if line.startswith(shots.LIMIT) else line for line in lines]
+    limits.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser("python -m docs.pages", description="Write the made pages of docs/.")
+    commands = parser.add_subparsers(dest="command", metavar="compute")
+    compute = commands.add_parser("compute", help="compute the results behind a page first")
+    compute.add_argument("name", choices=COMPUTED)
+    compute.add_argument(
+        "rest",
+        nargs="*",
+        metavar="DIRECTORY [CASE]",
+        help="keeps what is computed, so that the command resumes; the cases of a validation, all by default",
+    )
+    return parser
 
 
 if __name__ == "__main__":

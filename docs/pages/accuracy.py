@@ -54,7 +54,9 @@ def page() -> str:
     longer = f" Longer cases, which the table does not have: {', '.join(absent)}." if absent else ""
     parts = [
         "# How accurate is it\n",
-        MADE.format(source=f"`docs/results/{STORED.name}` and `docs/results/{shots.STORED.name}`"),
+        MADE.format(
+            source=f"`docs/results/{STORED.name}` and `studies/observations/{shots.STORED.name}`"
+        ),
         "Three kinds of evidence: problems with an exact answer (here), [published shots](shots.md), and the error "
         "bar of each result, from its own resolutions and offsets (`accuracy: standard` or `fine`).\n",
         "## Against experiments\n",

@@ -1,26 +1,33 @@
-"""whipple against all published shots that ship: computed once, kept in docs/results/shots.json, printed as a page.
+"""whipple against all published shots that ship: computed once, kept in studies/observations/compared.json, from which
+reports take bias and scatter too, and printed as a page.
 
 Bias and scatter are those of simulation / observation - 1: its mean, and its standard deviation about the mean.
 """
 
-import json
 import math
-import statistics
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, keep, plots, table
+from docs.pages import MADE, keep, plots, table
 from solver import PHYSICS_VERSION
 from studies import measurements, observations, scenarios
 from studies.observations import written
+from studies.observations.compared import (
+    STORED,
+    bias_and_scatter,
+    compared_shots,
+    ratio,
+    stored,
+)
+from studies.reports.verdict.summary import of_shots
 from studies.sweeps.sweep import vocabulary
 from studies.values.formats import NONE, decimals, display_of, signed
 from studies.values.parameters import declared
 
-STORED = RESULTS / "shots.json"
 COMMAND = "python -m docs.pages compute shots"
 
 # Scenario and accuracy of each table: a bar of ten diameters takes five minutes at `standard`, 15 s at `draft`.
@@ -42,6 +49,8 @@ TITLES = {
 }
 DOUBTFUL = "contradicts"  # in the note of a shot that is faster than another of its series, and shortened less
 
+LIMIT = "- Beside [published shots](shots.md)"  # how the line of docs/limits.md begins
+
 Rows = Sequence[Mapping[str, Any]]
 
 
@@ -49,7 +58,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def compute(directory: Path | None = None) -> None:
-    """Every shot of every table, into ``docs/results/shots.json``; a directory that is kept resumes."""
+    """Every shot of every table, into ``studies/observations/compared.json``; a directory that is kept resumes."""
     with tempfile.TemporaryDirectory() as temporary:
         place = directory or Path(temporary)
         document = {
@@ -136,31 +145,6 @@ def computed(
 # ---- printed -------------------------------------------------------------------------------------
 
 
-def stored() -> dict[str, Any]:
-    """The results as they were computed."""
-    document: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
-    return document
-
-
-def ratio(row: Mapping[str, Any]) -> float:
-    """Simulation over observation, less 1; NaN where there is no simulation."""
-    if row["simulated"] is None:
-        return math.nan
-    return float(row["simulated"] / row["observed"] - 1.0)
-
-
-def bias_and_scatter(rows: Rows) -> tuple[int, float, float]:
-    """Number of compared shots, mean and standard deviation of their ratios less 1."""
-    ratios = [value for value in map(ratio, rows) if not math.isnan(value)]
-    if not ratios:
-        return 0, math.nan, math.nan
-    return (
-        len(ratios),
-        statistics.mean(ratios),
-        statistics.stdev(ratios) if len(ratios) > 1 else math.nan,
-    )
-
-
 def page() -> str:
     """docs/shots.md."""
     document = stored()
@@ -168,7 +152,7 @@ def page() -> str:
     versions = ", ".join(f"`{name}` {number}" for name, number in document["measurements"].items())
     parts = [
         "# whipple against published shots\n",
-        MADE.format(source=f"`docs/results/{STORED.name}`"),
+        MADE.format(source=f"`studies/observations/{STORED.name}`"),
         "Every shot of `studies/observations/` that a scenario computes, at its own speed and size. Nothing is tuned: "
         "each material has the constants that ship, with the sources in its file, and the numerics are the default "
         "recipe. Bias is the mean of simulation / observation − 1, scatter its standard deviation.\n",
@@ -188,6 +172,16 @@ def page() -> str:
         mine = [row for row in shots if row["table"] == name]
         parts += [f"## {TITLES[name]}\n", _by_source(mine), _rows(mine)]
     return "\n".join(parts)
+
+
+def limit() -> str:
+    """The line of docs/limits.md on the bias of holes and craters."""
+    listed = [group for group in compared_shots() if group.quantity.startswith(("hole", "crater"))]
+    texts = "; ".join(of_shots(asdict(group)) for group in listed)
+    return (
+        f"{LIMIT} whipple itself, simulation over observation less 1: {texts}. A law that meets the simulation is as "
+        "far from the shots as the simulation is; each report states the bias for its metal."
+    )
 
 
 def summary(shots: Rows) -> str:

@@ -58,6 +58,8 @@ class Catalogue:
     shot_of: Callable[[Any], Any | None]  # from a Run
     observations: Sequence[Observed] = ()
     materials: Mapping[str, Any] = field(default_factory=dict)  # each with its numbers and sources
+    # What whipple gives for published shots: records (studies.observations.compared.ComparedShots).
+    compared_shots: Sequence[Any] = ()
 
     def choices(self, quantity: str, shots: Iterable[Any]) -> list[LawChoice]:
         """Each law of a quantity with each variant that it states for one of the shots, in that order."""
@@ -108,6 +110,7 @@ def catalogue_of(sweep: Any) -> Catalogue:
         shot_of=_shot_of,
         observations=[_observed(shot, sweep, scenario) for shot in sweep.observations],
         materials=_materials(sweep),
+        compared_shots=sweep.compared_shots(),
     )
 
 

@@ -21,7 +21,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from functools import partial
 from math import prod
@@ -439,6 +439,7 @@ def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
         "undeclared_numbers": " ".join(sorted(numbers - {each.name for each in audit.AUDIT})),
         "sweep": json_text(document),
         "materials": json_text(catalogue.materials),
+        "compared_shots": json_text([asdict(each) for each in catalogue.compared_shots]),
         "software": json_text(versions),
         "measurement_versions": json_text(_definitions(cells)),
         "vocabulary": json_text(_vocabulary(layout, catalogue)),

@@ -7,6 +7,7 @@ An error bar of the simulation judges only where it includes the mesh error: a s
 how far off it is.
 """
 
+import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -156,9 +157,20 @@ def compare(cube: xr.Dataset) -> Comparison:
         statement=WITH_OBSERVATIONS if observations else ONLY_SIMULATION,
         residuals=(*against_simulation, *against_observations),
         observations=tuple(observations),
-        verdict=verdict(list(evidence_of(points, observations)), axes_in(points), unlike),
+        verdict=verdict(
+            list(evidence_of(points, observations)),
+            axes_in(points),
+            unlike,
+            published_shots(cube),
+        ),
         mixed=unlike,
     )
+
+
+def published_shots(cube: xr.Dataset) -> list[dict[str, Any]] | None:
+    """Groups of published shots with the bias of whipple itself; None of a cube that was made without them."""
+    groups: list[dict[str, Any]] | None = json.loads(cube.attrs.get("compared_shots", "null"))
+    return groups
 
 
 def mixed(cube: xr.Dataset) -> dict[str, str]:

@@ -38,7 +38,7 @@ from studies.cubes.points import (
 )
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
-from studies.reports.compare import Comparison
+from studies.reports.compare import Comparison, published_shots
 from studies.reports.figures import figures
 from studies.reports.pictures import pictures_of
 from studies.sweeps.screening import CONTRIBUTIONS
@@ -108,6 +108,7 @@ def document(
         "audit": list(_audit(dataset)),
         "laws": list(_laws(dataset)),
         "model_part": list(_model_part(dataset)),
+        "published_shots": published_shots(dataset),
         "materials": _materials(dataset),
         "provenance": _provenance(dataset),
     }

@@ -12,6 +12,7 @@ from studies import materials as shipped
 from studies import measurements, scenarios
 from studies.materials import Material
 from studies.observations import AllowedNames, Observation, written
+from studies.observations.compared import ComparedShots, compared_shots
 from studies.runs import run
 from studies.sweeps.axes import Axis
 from studies.sweeps.sampling import Sampling
@@ -235,6 +236,18 @@ class Sweep:
     def material(self, name: str) -> Material:
         """A material by name: the user's own, or one that ships."""
         return self.materials[name] if name in self.materials else shipped.load(name)
+
+    def compared_shots(self) -> list[ComparedShots]:
+        """What whipple gives for published shots of these quantities, on targets of the same families of materials."""
+        roles = self.roles()
+        targets = roles.get("target") or tuple(name for names in roles.values() for name in names)
+        families = {self.material(name).family for name in targets}
+        quantities = scenarios.load(self.scenario).measurements
+        return [
+            each
+            for each in compared_shots()
+            if each.quantity in quantities and shipped.load(each.materials[-1]).family in families
+        ]
 
     def at_accuracy(self, name: str) -> "Sweep":
         """The sweep with the resolutions, offsets and number of particles of a preset.

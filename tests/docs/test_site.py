@@ -54,6 +54,11 @@ def test_made_page__is_what_the_command_makes_now(name: str) -> None:
     assert (DOCS / f"{name}.md").read_text(encoding="utf-8") == MADE[name].page()
 
 
+def test_limits__have_the_bias_of_the_stored_shots() -> None:
+    """``python -m docs.pages`` writes the line."""
+    assert shots.limit() in (DOCS / "limits.md").read_text(encoding="utf-8").splitlines()
+
+
 def test_drawings__have_a_name_for_every_measurement() -> None:
     drawn = " ".join(measurements.drawings().values())
     for name in measured.names():

@@ -104,6 +104,7 @@ class Verdict:
     without_recommendation: str = ""  # a sentence on all quantities without a law to recommend
     rests: str = ""  # what the judgement rests on
     bars: str = ""  # what the error bars hold
+    shots: str = ""  # how whipple itself does beside published shots
     terms: tuple[tuple[str, str], ...] = ()  # each word with its definition
 
     def as_json(self) -> dict[str, Any]:
@@ -119,11 +120,13 @@ def verdict(
     evidence: Sequence[Evidence],
     axes: Sequence[AxisOfSweep],
     mixed: Mapping[str, str],
+    published: Sequence[Mapping[str, Any]] | None = None,
 ) -> Verdict:
     """The verdict on the quantities of a sweep.
 
     ``mixed`` has the quantities whose runs mix versions of the definition, each with a sentence: their values do not
-    compare, so there is no verdict.
+    compare, so there is no verdict. ``published`` has the groups of published shots (``ComparedShots`` as plain
+    values); None where nothing is known of them.
     """
     if mixed_mains := [
         text for name, text in mixed.items() if name in {each.quantity for each in evidence}
@@ -140,9 +143,17 @@ def verdict(
     )
     compared = [each for each in evidence if each.subjects]
     rests, bars = summary.rests_text(compared), summary.bars_text(compared)
-    lines = (*(each.recommendation for each in quantities), without, rests)
+    shots = summary.shots_text(published)
+    lines = (*(each.recommendation for each in quantities), without, rests, shots)
     return Verdict(
-        "", tuple(filter(None, lines)), tuple(quantities), without, rests, bars, texts.terms()
+        "",
+        tuple(filter(None, lines)),
+        tuple(quantities),
+        without,
+        rests,
+        bars,
+        shots,
+        texts.terms(),
     )
 
 

@@ -1,7 +1,7 @@
 """The verdict in a few sentences: which law to use where, which quantities have none, and what that rests on."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from studies.reports.verdict.evidence import (
     DEFINITION,
@@ -22,11 +22,13 @@ from studies.reports.verdict.texts import (
     title,
     words,
 )
+from studies.values.formats import NARROW_SPACE, decimals, signed
 
 if TYPE_CHECKING:
     from studies.reports.verdict import LawVerdict, StatedBand
 
 CLOSE = ("trusted", "within")  # words of bands in which a law is recommended
+MOST_GROUPS = 3  # groups of published shots
 MOST_NAMED = 6  # quantities without a law that have the same reason
 NO_LAW = "no law"
 HOW_PARTS_READ = {
@@ -167,6 +169,33 @@ def _second(best: "LawVerdict", laws: Sequence["LawVerdict"]) -> "LawVerdict | N
     if not others:
         return None
     return max(others, key=lambda law: (len(law.close_points - done), _merit(law)))
+
+
+def shots_text(groups: Sequence[Mapping[str, Any]] | None) -> str:
+    """How whipple itself does beside the published shots that ship; empty of a cube that does not say so."""
+    if groups is None:
+        return ""
+    if not groups:
+        return "No published shot of these quantities in this metal ships, so the bias of whipple itself is unknown."
+    texts = [of_shots(each) for each in groups[:MOST_GROUPS]]
+    more = len(groups) - len(texts)
+    rest = f"; {plural(more, 'more group')} below" if more else ""
+    return f"Bias of whipple itself beside published shots: {'; '.join(texts)}{rest}."
+
+
+def of_shots(group: Mapping[str, Any]) -> str:
+    """ "hole diameter −24.4 % (1 shot, al-2024-t3 on al-2024-t3, stated to ±11.3 %)"."""
+    scatter = "" if group["scatter"] is None else f", scatter {_percent(group['scatter'])}"
+    error = "" if group["stated"] is None else f", stated to ±{_percent(group['stated'])}"
+    shots = plural(group["shots"], "shot")
+    return (
+        f"{words(group['quantity'])} {signed(100.0 * group['bias'], 1)}{NARROW_SPACE}%{scatter} ({shots}, "
+        f"{' on '.join(group['materials'])}{error})"
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{decimals(100.0 * share, 1)}{NARROW_SPACE}%"
 
 
 # ---- what it rests on ----------------------------------------------------------------------------

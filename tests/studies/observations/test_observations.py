@@ -5,7 +5,8 @@ import pytest
 from studies import observations, scenarios
 from studies.materials.schema import CONFIDENCES
 from studies.observations import AllowedNames, Observation, read_observations
-from studies.sweeps.sweep import vocabulary
+from studies.observations.compared import stored
+from studies.sweeps.sweep import Sweep, vocabulary
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, Value
 
@@ -130,3 +131,26 @@ def test_refusal__lists_every_wrong_row() -> None:
 )
 def test_refusal__says_what_is_wrong_with_a_table(given: object, words: str) -> None:
     assert words in refused(given)
+
+
+def test_compared_shots__are_those_of_the_family_of_the_target() -> None:
+    document = {
+        "name": "shots",
+        "scenario": "thin_plate",
+        "fixed": {
+            "projectile": "copper-thesis-plastic",
+            "target": "copper-thesis-plastic",
+            "projectile_diameter": "8 mm",
+            "plate_thickness": "2 mm",
+        },
+        "axes": {"speed": ["5 km/s"]},
+    }
+    (holes,) = Sweep.parse(document).compared_shots()
+    (row,) = [
+        row
+        for row in stored()["shots"]
+        if row["quantity"] == "hole_diameter" and row["parameters"]["target"] == "copper-ofhc"
+    ]
+    assert holes.materials == ("al-2024-t3", "copper-ofhc")
+    assert (holes.shots, holes.scatter, holes.stated) == (1, None, None)
+    assert holes.bias == row["simulated"] / row["observed"] - 1.0

@@ -200,6 +200,30 @@ def test_template__refuses_a_number_without_a_format() -> None:
         template.render(report=page.Node({"n": 3.5}))
 
 
+def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
+    group = {
+        "table": "holes",
+        "quantity": "hole_diameter",
+        "materials": ["tin", "lead"],
+        "shots": 3,
+        "bias": -0.053,
+        "scatter": 0.021,
+        "stated": 0.1,
+    }
+    dataset = cube_of("one run").assign_attrs(compared_shots=json.dumps([group]))
+    document = document_of(dataset)
+    assert document["verdict"]["shots"] == (
+        "Bias of whipple itself beside published shots: hole diameter \u22125.3\u202f%, scatter 2.1\u202f% (3 shots, "
+        "tin on lead, stated to ±10.0\u202f%)."
+    )
+    html = page.page(document)
+    assert '<a href="#published">' in html
+    assert '<section id="published">' in html
+    document = document_of(dataset.assign_attrs(compared_shots="[]"))
+    assert document["verdict"]["shots"].startswith("No published shot")
+    assert '"#published"' not in page.page(document)
+
+
 def test_table_of_residuals__says_how_many_points_lie_inside_the_error_bar() -> None:
     document = document_of(cube_of("refined"))
     html = page.page(document)
