@@ -1,15 +1,17 @@
 """The frozen input of one simulation: bodies, grid, faces and numerics."""
 
+import math
 from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.eos import burns
+from solver.eos import burns, pressure_terms, temperature
 from solver.errors import ProblemError
 from solver.failure.none import NoFailure
 from solver.shapes.linear import Linear
+from solver.state import Particles
 from solver.tensor import Jaumann
 from solver.units import (
     Dimensionless,
@@ -70,6 +72,13 @@ class Matter(NamedTuple):
     failure: Any = NoFailure()
 
 
+class Mesh(NamedTuple):
+    """The elements between the nodes of a body: ``solver/fem``."""
+
+    kind: Any  # a record of solver/fem/elements.py
+    nodes: np.ndarray  # (e, nodes of an element) indices of the body's particles
+
+
 @dataclass(frozen=True)
 class Body:
     """A set of particles of one matter."""
@@ -84,6 +93,17 @@ class Body:
     energy: JoulePerKilogram = 0.0  # initial specific internal energy
     # (n,) s, of an explosive alone: the time at which the detonation arrives.
     lighting: np.ndarray | None = None
+    # With a mesh the particles are its nodes, and their masses those of ``fem.mesh.node_masses``.
+    mesh: Mesh | None = None
+
+    def fill(self, particles: Particles) -> None:
+        """Write the initial state of the matter, in which particles are alike."""
+        eos = self.matter.eos
+        particles.density[:] = self.density
+        particles.energy[:] = self.energy
+        a, b = pressure_terms(eos, self.density, self.energy)
+        particles.pressure[:] = a + b * self.energy
+        particles.temperature[:] = temperature(eos, self.density, self.energy)
 
 
 class ArtificialViscosity(NamedTuple):
@@ -190,6 +210,10 @@ class Problem:
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)  # on all matter, m/s2
     # None: particles meet on the grid. Else in sums over neighbours, without the shape, viscosity and step rule above.
     smoothing: Smoothing | None = None
+    # Of bodies with a mesh: stiffness against hourglass modes (``fem.rates``), and the plastic strain at which an
+    # element is deleted.
+    hourglass: Dimensionless = 0.05
+    erosion: Dimensionless = math.inf
 
     def __post_init__(self) -> None:
         if not self.bodies or not all(body.mass.size for body in self.bodies):

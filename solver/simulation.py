@@ -12,9 +12,10 @@ from solver.audit import Audit, Ledger, Totals, audit, body_balances, totals
 from solver.checkpoint import Carried, Checkpointing
 from solver.checkpointing import CheckpointWriter, Observing
 from solver.debris import clear_debris
-from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
+from solver.eos import reference_density, reference_sound_speed
 from solver.errors import ProblemError, UnphysicalState
 from solver.failure import weakens
+from solver.fem.step import ElementStepper
 from solver.geometry import exit_face, node_count
 from solver.problem import Body, Problem
 from solver.sph.step import ParticleStepper
@@ -31,7 +32,7 @@ from solver.state import (
     reordered,
     views,
 )
-from solver.step import Partition, Stepper, shares_of
+from solver.step import Method, Partition, Stepper, shares_of
 from solver.strength import stored_part
 from solver.stress import QUANTITIES, Limits, Tally, find_fault
 from solver.threads import ThreadPool, asked_threads
@@ -146,8 +147,7 @@ class Simulation:
         self.particles = views(self.table)
         self.limits = _limits(problem)
         self.shares = self.shares or shares_for(self.particles.mass.size)
-        method: Any = Stepper if problem.smoothing is None else ParticleStepper
-        self.stepper = method(problem, self.limits, self.pool, self.shares)
+        self.stepper = _method(problem)(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
         self._departures = [NONE_DEPARTED]
         self.dt = problem.fixed_dt or _first_step(problem)
@@ -156,6 +156,7 @@ class Simulation:
 
     def snapshot(self) -> Snapshot:
         """The present state; the arrays are those of the simulation."""
+        self.stepper.show(self.table)
         return Snapshot(self.time, self.step, self.particles, self.body, self.departed)
 
     @property
@@ -167,6 +168,7 @@ class Simulation:
 
     def audit(self) -> Audit:
         """The present balances."""
+        self.stepper.show(self.table)
         return audit(
             self.problem.geometry,
             self.particles,
@@ -198,6 +200,7 @@ class Simulation:
             "ledger_momentum": ledger.pop("momentum"),
             "start_momentum": first.pop("momentum"),
             **{DEPARTED + name: array for name, array in self.departed._asdict().items()},
+            **self.stepper.carried(),
         }
         numbers = {
             **{name: getattr(self, name) for name in CARRIED},
@@ -219,6 +222,7 @@ class Simulation:
         self.impulse = arrays["impulse"]
         self._departures = [Departed(*(arrays[DEPARTED + name] for name in Departed._fields))]
         self.table, self.body = arrays["table"], arrays["body"]
+        self.stepper.take_over(arrays)
         self._lay_out(arrays["number"], arrays["alive"])
 
     def advance(self) -> None:
@@ -269,20 +273,16 @@ class Simulation:
         self._drop(gone)
 
     def _raise(self, first: int) -> None:
+        particles, body = self.stepper.material_points(self.particles, self.body)
         found = [
-            (
-                p,
-                *find_fault(
-                    self.problem.bodies[int(self.body[p])].matter, self.limits, self.particles, p
-                ),
-            )
-            for p in range(first, min(first + LANES, self.body.size))
-            if self.particles.mass[p] > 0.0
+            (p, *find_fault(self.problem.bodies[int(body[p])].matter, self.limits, particles, p))
+            for p in range(first, min(first + LANES, body.size))
+            if particles.mass[p] > 0.0
         ]
         culprit, kind, value = next(one for one in found if one[1])
         raise UnphysicalState(
-            particle=int(self.particles.number[culprit]),
-            body=self.problem.bodies[int(self.body[culprit])].name,
+            particle=int(particles.number[culprit]),
+            body=self.problem.bodies[int(body[culprit])].name,
             time=self.time,
             step=self.step,
             quantity=QUANTITIES[kind],
@@ -299,6 +299,8 @@ class Simulation:
                 place /= geometry.spacing
                 cell *= geometry.nodes[axis]
                 cell += place.astype(np.int64)
+        if any(body.mesh for body in self.problem.bodies):
+            cell[:] = 0  # the nodes of a mesh keep their order
         cell += self.body * node_count(geometry)
         order = np.argsort(cell, kind="stable")
         if not self.particles.alive.all():
@@ -420,6 +422,13 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     return Simulation(problem, table, index, pool=pool, shares=shares)
 
 
+def _method(problem: Problem) -> type[Method]:
+    """The class whose steps compute a problem."""
+    if any(body.mesh for body in problem.bodies):
+        return ElementStepper
+    return Stepper if problem.smoothing is None else ParticleStepper
+
+
 def _remembers(body: Body) -> bool:
     """Whether the matter of a body needs the rows ``HARDENED`` and ``STORED``."""
     return bool(weakens(body.matter.failure) or stored_part(body.matter.strength) > 0.0)
@@ -430,14 +439,12 @@ def _fill(particles: Particles, body: Body) -> None:
     particles.position[:] = body.position
     particles.velocity[:] = body.velocity
     particles.mass[:] = body.mass
-    particles.density[:] = body.density
-    particles.energy[:] = body.energy
-    a, b = pressure_terms(body.matter.eos, body.density, body.energy)
-    particles.pressure[:] = a + b * body.energy
-    particles.temperature[:] = temperature(body.matter.eos, body.density, body.energy)
+    body.fill(particles)
 
 
 def _check_inside(problem: Problem, body: Body) -> None:
+    if body.mesh:  # of which the grid's box holds the faces alone
+        return
     corners = np.stack([body.position.min(axis=0), body.position.max(axis=0)])
     for corner in range(2):
         face = exit_face(problem.geometry, corners, corner)

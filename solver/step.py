@@ -99,6 +99,33 @@ class StepBalance(NamedTuple):
     tally: Tally
 
 
+class Method:
+    """A way to compute steps; the particles of a method are its whole state where it says nothing else."""
+
+    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+        """The steps of a problem; ``shares`` of its particles or elements may be done at once."""
+
+    def advance(self, partition: "Partition", time: float, dt: float) -> "StepBalance":
+        """Take the particles from n, at a time, to n+1."""
+        raise NotImplementedError
+
+    def material_points(
+        self, particles: Particles, body: np.ndarray
+    ) -> tuple[Particles, np.ndarray]:
+        """The points with a stress, and the index of each one's body."""
+        return particles, body
+
+    def show(self, table: np.ndarray) -> None:
+        """Write the present state into the table (ROWS, n) of particles."""
+
+    def carried(self) -> dict[str, np.ndarray]:
+        """Arrays that pass from step to step beside the particles."""
+        return {}
+
+    def take_over(self, arrays: dict[str, np.ndarray]) -> None:
+        """Go on from what ``carried`` gave."""
+
+
 class Kernels:
     """The kernels of each step, bound to the types of one problem."""
 
@@ -190,7 +217,7 @@ class Field:
         self.kernels.mirror_nodes(self.closed, self.nodes.motion, self.nodes.mapped)
 
 
-class Stepper:
+class Stepper(Method):
     """The ordered stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
     def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):

@@ -35,11 +35,11 @@ from solver.sph.rates import (
     measure,
     set_stress,
 )
-from solver.sph.scattered import AXES, Scattered
+from solver.scattered import AXES, Scattered
 from solver.sph.smoothing import SUPPORT
 from solver.sph.tables import new_memory, tables_of
 from solver.state import lines
-from solver.step import Partition, StepBalance
+from solver.step import Method, Partition, StepBalance
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
 from solver.transfer import new_pack
@@ -49,7 +49,7 @@ LISTED = 100  # neighbours of a particle in the first lists; lists that are too 
 SPARE = 1.2  # of the rows of the tables
 
 
-class ParticleStepper:
+class ParticleStepper(Method):
     """The stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
     def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):

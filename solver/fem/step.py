@@ -1,0 +1,381 @@
+"""One step by finite elements, in its stages.
+
+Nodes hold x and v, integration points sigma at time n; operators take the positions of n.
+
+forces   of the elements on their nodes; v(n+1) = v(n) + f dt / m, x(n+1) = x(n) + v(n+1) dt: central differences, with
+         velocities that live half a step before
+strain   the gradient of v(n+1), from which density, stress and energy at n+1 follow, point by point as on the grid
+
+The forces change the kinetic energy by f . (v(n) + v(n+1)) / 2 dt, and the points take minus that, half with the forces
+and half with the strain, as in ``solver/step.py``: their sum is kept to round-off, whatever the stress is.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from solver.eos import burns, reference_density, reference_sound_speed
+from solver.errors import ProblemError
+from solver.fem.elements import Hexahedron, mode_count
+from solver.fem.mesh import end_faces, face_areas, node_shares, point_volumes
+from solver.fem.rates import (
+    AXES,
+    HELD,
+    IMPULSE,
+    SLOWEST,
+    TAKEN,
+    WORK,
+    Meshed,
+    move_nodes,
+    new_scratch,
+    push_nodes,
+    strain_elements,
+)
+from solver.geometry.cartesian3d import Cartesian3D
+from solver.jit import Bound
+from solver.loads import mean_pressure
+from solver.problem import Body, Face, Problem, Scheme
+from solver.scattered import Scattered
+from solver.state import (
+    DENSITY,
+    ENERGY,
+    MASS,
+    NEW_X,
+    NEW_Z,
+    STRAIN,
+    Particles,
+    X,
+    Z,
+    empty_table,
+    lines,
+    views,
+)
+from solver.step import Method, Partition, StepBalance
+from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
+from solver.threads import ThreadPool
+from solver.transfer import new_pack
+
+AT_FACE = 1e-6  # of a cell: nodes within it stand on a face of the grid
+# Rows of the state of elements that nodes show as means over their elements.
+SHOWN = slice(DENSITY, NEW_X)
+
+
+@dataclass
+class Loaded:
+    """The end faces of a body that a traction presses on."""
+
+    load: Any  # a Traction
+    kind: Any  # of the elements
+    faces: np.ndarray  # (k, nodes of a face) columns of the table of nodes
+
+
+class ElementStepper(Method):
+    """The stages of a step over one problem's meshes; ``shares`` of the elements may be done at once."""
+
+    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+        _check(problem)
+        self.problem, self.limits, self.pool, self.shares = problem, limits, pool, shares
+        geometry = problem.geometry
+        self.space = Scattered(geometry.lower, geometry.spacing, geometry.cells, AXES)
+        meshes = [body.mesh for body in problem.bodies]
+        counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.kind.points for mesh in meshes)])
+        nodes = np.cumsum([0, *(body.mass.size for body in problem.bodies)])
+        self.starts = counts
+        self.states = empty_table(int(counts[-1]), remembers=True)
+        self.bodies = np.repeat(np.arange(len(meshes)), np.diff(counts))
+        self.meshes, self.loaded, pairs, parts = [], [], [], []
+        for number, body in enumerate(problem.bodies):
+            mesh = body.mesh
+            volumes = point_volumes(mesh, body.position)
+            state = views(self.states[:, counts[number] : counts[number + 1]])
+            body.fill(state)
+            state.mass[:] = body.density * volumes.ravel()
+            self.meshes.append(
+                Meshed(
+                    mesh.kind,
+                    np.ascontiguousarray(mesh.nodes + nodes[number]),
+                    int(counts[number]),
+                    np.zeros((mesh.nodes.shape[0], mode_count(mesh.kind), AXES)),
+                    problem.hourglass * _modulus(body),
+                )
+            )
+            pairs.append(self.meshes[-1].nodes.ravel())
+            parts.append((volumes.sum(axis=1)[:, None] * node_shares(mesh, body.position)).ravel())
+            self.loaded += [
+                Loaded(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
+                for load in problem.tractions
+                if load.body == number
+            ]
+        self.node_of = np.concatenate(pairs)  # of each pair of an element and a node of it
+        # Mass that the pair has.
+        self.part = np.concatenate(parts) * np.repeat(
+            [body.density for body in problem.bodies], [pair.size for pair in pairs]
+        )
+        self.point_of = np.concatenate(
+            [
+                np.repeat(
+                    mesh.first + np.arange(mesh.nodes.shape[0]) * mesh.kind.points,
+                    mesh.nodes.shape[1],
+                )
+                for mesh in self.meshes
+            ]
+        )
+        order = np.argsort(self.node_of, kind="stable")
+        begin = np.searchsorted(self.node_of[order], np.arange(nodes[-1] + 1))
+        self.around = (begin, order)
+        self.forces = [np.zeros((*mesh.nodes.shape, AXES)) for mesh in self.meshes]
+        self.all_forces = np.zeros((self.node_of.size, AXES))
+        edge = 0
+        for number, mesh in enumerate(self.meshes):
+            size = mesh.nodes.size
+            self.forces[number] = self.all_forces[edge : edge + size].reshape(
+                *mesh.nodes.shape, AXES
+            )
+            edge += size
+        position = np.concatenate([body.position for body in problem.bodies])
+        self.held = held_components(problem, position)
+        self.walls = np.array(problem.faces, dtype=np.int64).reshape(3, 2) == Face.WALL
+        self.lower = np.asarray(geometry.lower, np.float64)
+        self.upper = self.lower + np.asarray(geometry.cells) * geometry.spacing
+        self.loads = np.zeros((position.shape[0], AXES))
+        self.gradients = lines(AXES * self.states.shape[1])
+        self.scratch = [new_scratch() for _ in range(shares)]
+        self.packs = [new_pack() for _ in range(shares)]
+        self.tallies = empty_tallies(shares * len(meshes))
+        self.summary = np.zeros(len(Tally._fields))
+        self.sums = np.zeros((shares, 2))
+        self.node_sums = np.zeros((shares, 5))
+        self.push_nodes = [Bound(push_nodes) for _ in meshes]
+        self.strain_elements = [Bound(strain_elements) for _ in meshes]
+        self.update_particles = [Bound(update_particles) for _ in meshes]
+        self.move_nodes, self.summarise = Bound(move_nodes), Bound(summarise)
+
+    def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
+        """Take nodes and integration points from n, at a time, to n+1."""
+        problem, table = self.problem, partition.table
+        self.sums[:], self.node_sums[:] = 0.0, 0.0
+        self._load(table, time, dt)
+        self._over_elements(
+            lambda share, body, begin, end: self.push_nodes[body](
+                self.meshes[body],
+                table,
+                self.states,
+                begin,
+                end,
+                dt,
+                float(problem.viscosity.heating),
+                self.scratch[share],
+                self.forces[body],
+                self.sums[share],
+            )
+        )
+        edges = np.linspace(0, table.shape[1], self.shares + 1).astype(int)
+        self.pool.run(
+            lambda share: self.move_nodes(
+                self.around,
+                self.all_forces,
+                self.held,
+                self.walls,
+                self.lower,
+                self.upper,
+                self.loads,
+                table,
+                edges[share],
+                edges[share + 1],
+                dt,
+                self.node_sums[share],
+            ),
+            range(self.shares),
+        )
+        self._over_elements(
+            lambda share, body, begin, end: self._strain(share, body, begin, end, table, time, dt)
+        )
+        table[X : Z + 1] = table[NEW_X : NEW_Z + 1]
+        return self._balance(dt)
+
+    def material_points(
+        self, particles: Particles, body: np.ndarray
+    ) -> tuple[Particles, np.ndarray]:
+        """The integration points and the index of each one's body: what a fault is about."""
+        return views(self.states), self.bodies
+
+    def show(self, table: np.ndarray) -> None:
+        """Give the nodes of a table the means of the elements around them, by the mass that each has of them."""
+        points = self.states[SHOWN]
+        mass = self.states[MASS]
+        of_pair = np.empty((points.shape[0], self.node_of.size))
+        for mesh, begin, end in zip(self.meshes, self.starts, self.starts[1:], strict=False):
+            own = slice(begin, end)
+            shape = (-1, mesh.kind.points)
+            weight = mass[own].reshape(shape)
+            whole = weight.sum(axis=1)
+            mean = (points[:, own].reshape(-1, *weight.shape) * weight).sum(axis=2)
+            mean /= np.where(whole > 0.0, whole, 1.0)
+            pairs = np.flatnonzero((self.point_of >= begin) & (self.point_of < end))
+            of_pair[:, pairs] = np.repeat(mean, mesh.nodes.shape[1], axis=1)
+        part = np.where(mass[self.point_of] > 0.0, self.part, 0.0)
+        count = table.shape[1]
+        live = np.bincount(self.node_of, part, minlength=count)
+        for row, values in zip(range(SHOWN.start, SHOWN.stop), of_pair, strict=True):
+            total = np.bincount(self.node_of, part * values, minlength=count)
+            if row == ENERGY:
+                table[row] = total / table[MASS]
+            else:
+                np.divide(total, live, out=table[row], where=live > 0.0)
+
+    def carried(self) -> dict[str, np.ndarray]:
+        """The state of the elements that passes from step to step."""
+        springs = {f"springs_{number}": mesh.springs for number, mesh in enumerate(self.meshes)}
+        return {"elements": self.states, **springs}
+
+    def take_over(self, arrays: dict[str, np.ndarray]) -> None:
+        """Go on from what ``carried`` gave."""
+        self.states[:] = arrays["elements"]
+        for number, mesh in enumerate(self.meshes):
+            mesh.springs[:] = arrays[f"springs_{number}"]
+
+    def _load(self, table: np.ndarray, time: float, dt: float) -> None:
+        """External forces on the nodes: gravity, and pressures on end faces as they stand."""
+        gravity = np.array(self.problem.gravity)
+        if not self.loaded and not gravity.any():
+            return
+        self.loads[:] = table[MASS, :, None] * gravity
+        for loaded in self.loaded:
+            load = loaded.load
+            pressure = mean_pressure(load, time, time + dt)
+            if pressure:
+                areas = face_areas(loaded.kind, loaded.faces, table[X : Z + 1].T, load.axis)
+                outward = 1.0 if load.side else -1.0
+                np.add.at(
+                    self.loads[:, load.axis],
+                    loaded.faces.ravel(),
+                    -outward * pressure * areas.ravel(),
+                )
+
+    def _strain(
+        self, share: int, body: int, begin: int, end: int, table: np.ndarray, time: float, dt: float
+    ) -> None:
+        problem, mesh = self.problem, self.meshes[body]
+        self.strain_elements[body](
+            mesh,
+            table,
+            self.states,
+            begin,
+            end,
+            problem.geometry.spacing,
+            dt,
+            self.scratch[share],
+            self.gradients,
+            self.sums[share],
+        )
+        self.update_particles[body](
+            self.space,
+            problem.shape,
+            self.packs[share],
+            problem.bodies[body].matter,
+            problem.stress_rate,
+            problem.viscosity,
+            self.limits,
+            self.states,
+            mesh.first + begin * mesh.kind.points,
+            mesh.first + end * mesh.kind.points,
+            self.gradients,
+            self.tallies,
+            share * len(self.meshes) + body,
+            time + dt,
+            dt,
+            0,
+        )
+
+    def _balance(self, dt: float) -> StepBalance:
+        self.summarise(self.tallies, self.summary)
+        tally = Tally(*self.summary.tolist())
+        # The signal that takes as long through a cell as the one that decides through its element.
+        signal = tally.signal * float(self.sums[:, SLOWEST].max())
+        tally = tally._replace(signal=signal, convected=signal, outside=0.0)
+        sums = self.node_sums.sum(axis=0)
+        impulse = sums[IMPULSE : IMPULSE + 3] + self.loads.sum(axis=0) * dt
+        removed = float(sums[HELD] + self.sums[:, TAKEN].sum()) + self._erode()
+        return StepBalance(impulse, removed, 0.0, float(sums[WORK]), 0, 0, tally)
+
+    def _erode(self) -> float:
+        """Delete the elements that have strained beyond the limit; their energy, J. Their mass stays with the nodes."""
+        limit = self.problem.erosion
+        if not math.isfinite(limit):
+            return 0.0
+        lost = 0.0
+        for mesh, begin, end in zip(self.meshes, self.starts, self.starts[1:], strict=False):
+            state = self.states[:, begin:end].reshape(self.states.shape[0], -1, mesh.kind.points)
+            gone = (state[STRAIN] >= limit).any(axis=1) & (state[MASS, :, 0] > 0.0)
+            if gone.any():
+                lost += float((state[MASS][gone] * state[ENERGY][gone]).sum())
+                state[MASS][gone] = 0.0
+                mesh.springs[gone] = 0.0
+        if lost and not self.states[MASS].any():
+            raise ProblemError("every element has eroded; raise the limit or end earlier")
+        return lost
+
+    def _over_elements(self, call: Any) -> None:
+        """A call over each share of the elements of each body."""
+
+        def work(share: int) -> None:
+            for body, mesh in enumerate(self.meshes):
+                count = mesh.nodes.shape[0]
+                call(
+                    share,
+                    body,
+                    count * share // self.shares,
+                    count * (share + 1) // self.shares,
+                )
+
+        self.pool.run(work, range(self.shares))
+
+
+def held_components(problem: Problem, position: np.ndarray) -> np.ndarray:
+    """The components of the velocity that closed faces hold at nodes that stand on them, (n, 3), 0 or 1."""
+    geometry = problem.geometry
+    held = np.zeros(position.shape, np.uint8)
+    for axis in range(3):
+        for side, face in enumerate(problem.faces[axis]):
+            if face not in (Face.FIXED, Face.SYMMETRIC) or not geometry.cells[axis]:
+                continue
+            wall = geometry.lower[axis] + side * geometry.cells[axis] * geometry.spacing
+            on = np.abs(position[:, axis] - wall) <= AT_FACE * geometry.spacing
+            if face == Face.SYMMETRIC:
+                held[on, axis] = 1
+                continue
+            along = np.arange(3) != axis
+            place = position[:, along]
+            inside = (place >= problem.clamp.lower[along]) & (place <= problem.clamp.upper[along])
+            held[on & inside.all(axis=1)] = 1
+    return held
+
+
+def _modulus(body: Body) -> float:
+    """The longitudinal modulus of matter at rest, Pa."""
+    eos = body.matter.eos
+    bulk: float = reference_density(eos) * reference_sound_speed(eos) ** 2
+    return bulk + 4.0 / 3.0 * body.matter.shear_modulus
+
+
+def _check(problem: Problem) -> None:
+    """Refuse what the method cannot compute, by name."""
+    is_box = isinstance(problem.geometry, Cartesian3D)
+    kinds = {type(body.mesh.kind) is Hexahedron for body in problem.bodies if body.mesh}
+    refused = {
+        "bodies without a mesh beside those with one": any(
+            body.mesh is None for body in problem.bodies
+        ),
+        "hexahedra of revolution, or quadrilaterals in a box": kinds != {is_box},
+        "another scheme than musl": problem.scheme != Scheme.MUSL,
+        "damping (set its rate to 0)": problem.damping.rate > 0.0,
+        "contact between bodies": problem.contact is not None,
+        "retired debris": problem.retirement is not None,
+        "absorbing surfaces (take free ones)": bool(problem.absorbers),
+        "explosives": any(burns(body.matter.eos) for body in problem.bodies),
+    }
+    found = [name for name, is_there in refused.items() if is_there]
+    if found:
+        raise ProblemError(f"finite elements do not compute {', '.join(found)}")
