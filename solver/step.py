@@ -19,7 +19,7 @@ velocities that the particles end with, so that their sums drift, and the audit 
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -122,7 +122,7 @@ class Method:
         """Arrays that pass from step to step beside the particles."""
         return {}
 
-    def take_over(self, arrays: dict[str, np.ndarray]) -> None:
+    def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from what ``carried`` gave."""
 
 

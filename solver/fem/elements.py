@@ -62,6 +62,11 @@ def strained(kind, v, operator):
 
 
 @generic
+def dilation(kind, v, operator, node):
+    """The part of a node in the third diagonal component of a velocity gradient, 1/s."""
+
+
+@generic
 def thrust(kind, stress, factor, operator, force):
     """Add a factor (m3) times stress (6 components) times an operator to the forces of nodes (nodes, 3), N."""
 
@@ -143,8 +148,8 @@ def _(kind, x, operator):
 
 @implements(point_operator, Hexahedron)
 def _(kind, x, point, operator):
-    u, v, w = _CORNERS[point]
-    u, v, w = GAUSS * u, GAUSS * v, GAUSS * w
+    corner = _CORNERS[point]
+    u, v, w = GAUSS * corner[0], GAUSS * corner[1], GAUSS * corner[2]
     for node in range(8):
         p, q, r = _CORNERS[node]
         operator[node, 0] = 0.125 * p * (1.0 + q * v) * (1.0 + r * w)
@@ -178,6 +183,11 @@ def _(kind, v, operator):
         d, e, f = d + v[node, 1] * p, e + v[node, 1] * q, f + v[node, 1] * r
         g, h, i = g + v[node, 2] * p, h + v[node, 2] * q, i + v[node, 2] * r
     return ((a, b, c), (d, e, f), (g, h, i))
+
+
+@implements(dilation, Hexahedron)
+def _(kind, v, operator, node):
+    return v[node, 2] * operator[node, 2]
 
 
 @implements(thrust, Hexahedron)
@@ -263,6 +273,11 @@ def _(kind, v, operator):
         d, e = d + v[node, 1] * p, e + v[node, 1] * q
         i += v[node, 0] * operator[node, 2]
     return ((a, b, 0.0), (d, e, 0.0), (0.0, 0.0, i))
+
+
+@implements(dilation, Quadrilateral)
+def _(kind, v, operator, node):
+    return v[node, 0] * operator[node, 2]
 
 
 @implements(thrust, Quadrilateral)

@@ -15,8 +15,9 @@ from solver.fem.elements import (
 )
 from solver.problem import Mesh, Traction
 
-_CORNERS = {2: ((0, 0), (1, 0), (1, 1), (0, 1))}
-_CORNERS[3] = tuple((*corner, level) for level in (0, 1) for corner in _CORNERS[2])
+_SQUARE = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+# (nodes, axes) of an element with so many axes, 0 at its lower and 1 at its upper side along each.
+_CORNERS = {2: _SQUARE, 3: np.array([(*corner, level) for level in (0, 1) for corner in _SQUARE])}
 
 
 def lattice(kind: Any, *coordinates: np.ndarray) -> tuple[np.ndarray, Mesh]:
@@ -69,7 +70,7 @@ def node_shares(mesh: Mesh, position: np.ndarray) -> np.ndarray:
     """
     kind = mesh.kind
     full = type(kind)(points=node_count(kind))
-    corners = 2.0 * np.array(_CORNERS[axes(kind)]) - 1.0
+    corners = 2.0 * _CORNERS[axes(kind)] - 1.0
     # (points, nodes): the shape function of each node at each point of the full rule.
     values = np.prod(0.5 * (1.0 + GAUSS * corners[:, None, :] * corners[None, :, :]), axis=-1)
     parts = point_volumes(Mesh(full, mesh.nodes), position)

@@ -19,6 +19,7 @@ import numpy as np
 
 from solver.fem.elements import (
     axes,
+    dilation,
     mean_operator,
     mode,
     mode_count,
@@ -54,138 +55,154 @@ TAKEN, SLOWEST = range(
 IMPULSE, HELD, WORK = 0, 3, 4  # of the sums over nodes
 
 
-class Scratch(NamedTuple):
-    """Scratch of one element: rows are its nodes."""
-
-    x: np.ndarray  # (8, 3) m
-    v: np.ndarray  # (8, 3) m/s
-    mean: np.ndarray  # (8, 3) the mean operator, 1/m
-    operator: np.ndarray  # (8, 3) that of an integration point, 1/m
-    force: np.ndarray  # (8, 3) N
-    gamma: np.ndarray  # (8,)
-
-
-def new_scratch():
-    """Scratch for one element after another."""
-    return Scratch(*(np.zeros((8, AXES)) for _ in range(5)), np.zeros(8))
-
-
 class Meshed(NamedTuple):
-    """The elements of a body in the tables of the problem."""
+    """The elements of a body in the tables of the problem, and their operators at n."""
 
     kind: Any
     nodes: np.ndarray  # (e, nodes) columns of the table of particles
     first: int  # column of the first integration point in the table of states
-    springs: np.ndarray  # (e, modes, 3) hourglass forces Q, N
     stiffness: float  # ``hourglass`` times the longitudinal modulus at rest, Pa
+    springs: np.ndarray  # (e, modes, 3) hourglass forces Q, N
+    # (e, 1 or 1 + points, nodes, 3) the mean operator, and those of the points where there are several; 1/m.
+    operators: np.ndarray
+    gamma: np.ndarray  # (e, modes, nodes); without modes where there are several points
+    volume: np.ndarray  # (e,) m3
+    x: np.ndarray  # (e, nodes, 3) m
+    forces: np.ndarray  # (e, nodes, 3) on its nodes, N
 
 
-@device
-def gather(nodes, element, table, scratch):
-    """Positions and velocities of the nodes of an element."""
-    for node in range(nodes.shape[1]):
-        column = nodes[element, node]
-        for axis in range(AXES):
-            scratch.x[node, axis] = table[X + axis, column]
-            scratch.v[node, axis] = table[VX + axis, column]
-
-
-@device
-def find_gamma(kind, number, scratch):
-    """gamma of an hourglass mode, and its product with the velocities, (3,)."""
-    a = b = c = p = q = r = 0.0
-    for node in range(node_count(kind)):
-        sign = mode(kind, number, node)
-        a, b = a + sign * scratch.x[node, 0], b + sign * scratch.x[node, 1]
-        c += sign * scratch.x[node, 2]
-    away = (a, b, c)
-    for node in range(node_count(kind)):
-        gamma = float(mode(kind, number, node))
-        for axis in range(axes(kind)):
-            gamma -= away[axis] * scratch.mean[node, axis]
-        scratch.gamma[node] = gamma
-        p += gamma * scratch.v[node, 0]
-        q += gamma * scratch.v[node, 1]
-        r += gamma * scratch.v[node, 2]
-    return p, q, r
-
-
-@device
-def find_operator(kind, point, scratch):
-    """The operator of an integration point, into ``scratch``: the mean one where there is a single point."""
-    if kind.points == 1:
-        scratch.operator[:] = scratch.mean
-    else:
-        point_operator(kind, scratch.x, point, scratch.operator)
-
-
-@device
-def find_gradient(kind, scratch):
-    """The velocity gradient of an integration point: with the volume change of the whole element."""
-    gradient = strained(kind, scratch.v, scratch.operator)
-    if kind.points == 1:
-        return gradient
-    whole = strained(kind, scratch.v, scratch.mean)
-    trace = gradient[0][0] + gradient[1][1] + gradient[2][2]
-    more = (whole[0][0] + whole[1][1] + whole[2][2] - trace) / 3.0
-    return (
-        (gradient[0][0] + more, gradient[0][1], gradient[0][2]),
-        (gradient[1][0], gradient[1][1] + more, gradient[1][2]),
-        (gradient[2][0], gradient[2][1], gradient[2][2] + more),
+def meshed(kind, nodes, first, stiffness, forces):
+    """The tables of a body's elements; ``forces`` is memory that all bodies share."""
+    elements, count = nodes.shape
+    modes = mode_count(kind) if kind.points == 1 else 0
+    operators = 1 if kind.points == 1 else 1 + kind.points
+    return Meshed(
+        kind,
+        nodes,
+        first,
+        stiffness,
+        np.zeros((elements, modes, AXES)),
+        np.zeros((elements, operators, count, AXES)),
+        np.zeros((elements, modes, count)),
+        np.zeros(elements),
+        np.zeros((elements, count, AXES)),
+        forces,
     )
 
 
 @kernel
-def push_nodes(meshed, table, states, begin, end, dt, heating, scratch, forces, sums):
-    """Forces of the elements begin..end on each of their nodes, into ``forces`` (e, nodes, 3).
+def find_operators(meshed, table, begin, end):
+    """The operators, volumes and hourglass vectors gamma of the elements begin..end."""
+    kind = meshed.kind
+    for element in range(begin, end):
+        x, operators = meshed.x[element], meshed.operators[element]
+        for node in range(node_count(kind)):
+            for axis in range(AXES):
+                x[node, axis] = table[X + axis, meshed.nodes[element, node]]
+        meshed.volume[element] = mean_operator(kind, x, operators[0])
+        for point in range(1, operators.shape[0]):
+            point_operator(kind, x, point - 1, operators[point])
+        for number in range(meshed.gamma.shape[1]):
+            gamma = meshed.gamma[element, number]
+            for node in range(node_count(kind)):
+                gamma[node] = mode(kind, number, node)
+            for axis in range(axes(kind)):
+                away = 0.0
+                for node in range(node_count(kind)):
+                    away += mode(kind, number, node) * x[node, axis]
+                for node in range(node_count(kind)):
+                    gamma[node] -= away * operators[0, node, axis]
+
+
+@device
+def strain_rate(meshed, element, point, v):
+    """The velocity gradient of an integration point, with the volume change of the whole element."""
+    operators = meshed.operators[element]
+    if operators.shape[0] == 1:
+        return strained(meshed.kind, v, operators[0])
+    own = strained(meshed.kind, v, operators[1 + point])
+    mean = operators[0]
+    whole = 0.0
+    for node in range(v.shape[0]):
+        whole += v[node, 0] * mean[node, 0] + v[node, 1] * mean[node, 1]
+        whole += dilation(meshed.kind, v, mean, node)
+    more = (whole - (own[0][0] + own[1][1] + own[2][2])) / 3.0
+    return (
+        (own[0][0] + more, own[0][1], own[0][2]),
+        (own[1][0], own[1][1] + more, own[1][2]),
+        (own[2][0], own[2][1], own[2][2] + more),
+    )
+
+
+@device
+def flow_of(gamma, v, axis):
+    """gamma . v of a component of the velocity."""
+    flow = 0.0
+    for node in range(v.shape[0]):
+        flow += gamma[node] * v[node, axis]
+    return flow
+
+
+@kernel
+def push_nodes(meshed, table, states, begin, end, dt, heating, v, sums):
+    """Forces of the elements begin..end on each of their nodes; ``v`` (nodes, 3) is scratch.
 
     The energy of each integration point takes the half of its stress' work in the velocities before the forces.
     """
     kind = meshed.kind
     for element in range(begin, end):
-        scratch.force[:] = 0.0
+        force, operators = meshed.forces[element], meshed.operators[element]
+        force[:] = 0.0
         start = meshed.first + element * kind.points
-        if states[MASS, start] > 0.0:
-            gather(meshed.nodes, element, table, scratch)
-            mean_operator(kind, scratch.x, scratch.mean)
-            for point in range(kind.points):
-                p = start + point
-                find_operator(kind, point, scratch)
-                volume = states[MASS, p] / states[DENSITY, p]
-                shear = (
-                    states[S11, p],
-                    states[S22, p],
-                    states[S33, p],
-                    states[S12, p],
-                    states[S23, p],
-                    states[S31, p],
-                )
-                thrust(kind, shear, -volume, scratch.operator, scratch.force)
-                pressure = states[PRESSURE, p] + states[VISCOSITY, p]
-                isotropic = (pressure, pressure, pressure, 0.0, 0.0, 0.0)
-                thrust(kind, isotropic, volume, scratch.mean, scratch.force)
-                rate = symmetric(find_gradient(kind, scratch))
-                heated = states[PRESSURE, p] + heating * states[VISCOSITY, p]
-                power = contract(shear, rate) - heated * (rate[0] + rate[1] + rate[2])
-                states[ENERGY, p] += 0.5 * dt * power / states[DENSITY, p]
-            if kind.points == 1:
-                for number in range(mode_count(kind)):
-                    flow = find_gamma(kind, number, scratch)
-                    for axis in range(AXES):
-                        spring = meshed.springs[element, number, axis]
-                        sums[TAKEN] += 0.5 * dt * spring * flow[axis]
-                        for node in range(node_count(kind)):
-                            scratch.force[node, axis] -= spring * scratch.gamma[node]
-        for node in range(node_count(kind)):
+        if states[MASS, start] <= 0.0:
+            continue
+        for node in range(v.shape[0]):
             for axis in range(AXES):
-                forces[element, node, axis] = scratch.force[node, axis]
+                v[node, axis] = table[VX + axis, meshed.nodes[element, node]]
+        for point in range(kind.points):
+            p = start + point
+            volume = states[MASS, p] / states[DENSITY, p]
+            shear = (
+                states[S11, p],
+                states[S22, p],
+                states[S33, p],
+                states[S12, p],
+                states[S23, p],
+                states[S31, p],
+            )
+            pressure = states[PRESSURE, p] + states[VISCOSITY, p]
+            if operators.shape[0] == 1:
+                stress = (
+                    shear[0] - pressure,
+                    shear[1] - pressure,
+                    shear[2] - pressure,
+                    shear[3],
+                    shear[4],
+                    shear[5],
+                )
+                thrust(kind, stress, -volume, operators[0], force)
+            else:
+                thrust(kind, shear, -volume, operators[1 + point], force)
+                isotropic = (pressure, pressure, pressure, 0.0, 0.0, 0.0)
+                thrust(kind, isotropic, volume, operators[0], force)
+            rate = symmetric(strain_rate(meshed, element, point, v))
+            heated = states[PRESSURE, p] + heating * states[VISCOSITY, p]
+            power = contract(shear, rate) - heated * (rate[0] + rate[1] + rate[2])
+            states[ENERGY, p] += 0.5 * dt * power / states[DENSITY, p]
+        for number in range(meshed.gamma.shape[1]):
+            gamma = meshed.gamma[element, number]
+            for axis in range(AXES):
+                spring = meshed.springs[element, number, axis]
+                sums[TAKEN] += 0.5 * dt * spring * flow_of(gamma, v, axis)
+                for node in range(v.shape[0]):
+                    force[node, axis] -= spring * gamma[node]
 
 
 @kernel
-def strain_elements(meshed, table, states, begin, end, spacing, dt, scratch, gradients, sums):
+def strain_elements(meshed, table, states, begin, end, spacing, dt, v, gradients, sums):
     """Velocity gradients of the velocities at n+1, into three lines of ``gradients`` for each integration point.
 
-    The springs of hourglass modes act half of their power in these velocities, and stretch.
+    The springs of hourglass modes take the other half of their power in these velocities, and stretch.
     """
     kind = meshed.kind
     nodes = node_count(kind)
@@ -193,47 +210,47 @@ def strain_elements(meshed, table, states, begin, end, spacing, dt, scratch, gra
         start = meshed.first + element * kind.points
         if states[MASS, start] <= 0.0:
             continue
-        gather(meshed.nodes, element, table, scratch)
-        volume = mean_operator(kind, scratch.x, scratch.mean)
         squares = 0.0
         for node in range(nodes):
             for axis in range(AXES):
-                squares += scratch.mean[node, axis] ** 2
+                v[node, axis] = table[VX + axis, meshed.nodes[element, node]]
+                squares += meshed.operators[element, 0, node, axis] ** 2
+        volume = meshed.volume[element]
         if volume <= 0.0:  # an element that is inside out: the update reports its density
             states[DENSITY, start] = states[MASS, start] / volume
         # A wave of speed c through the element asks for dt < 2 / (c sqrt(n sum(G^2))).
         sums[SLOWEST] = max(sums[SLOWEST], 0.5 * spacing * math.sqrt(nodes * squares))
         for point in range(kind.points):
             p = start + point
-            find_operator(kind, point, scratch)
-            gradient = find_gradient(kind, scratch)
+            gradient = strain_rate(meshed, element, point, v)
             for axis in range(AXES):
                 place = speed = 0.0
                 for node in range(nodes):
                     place += table[NEW_X + axis, meshed.nodes[element, node]]
-                    speed += scratch.v[node, axis]
+                    speed += v[node, axis]
                 states[NEW_X + axis, p] = place / nodes
                 states[VX + axis, p] = speed / nodes
                 for component in range(AXES):
                     gradients[AXES * p + axis, VELOCITY + component] = gradient[component][axis]
-        if kind.points > 1:
-            continue
-        stiffness = meshed.stiffness * volume * squares / nodes
-        spin = strained(kind, scratch.v, scratch.mean)
-        for number in range(mode_count(kind)):
-            flow = find_gamma(kind, number, scratch)
-            q0, q1, q2 = (
-                meshed.springs[element, number, 0],
-                meshed.springs[element, number, 1],
-                meshed.springs[element, number, 2],
-            )
-            sums[TAKEN] += 0.5 * dt * (q0 * flow[0] + q1 * flow[1] + q2 * flow[2])
-            a = 0.5 * dt * (spin[1][0] - spin[0][1])  # about axis 3
-            b = 0.5 * dt * (spin[2][1] - spin[1][2])
-            c = 0.5 * dt * (spin[0][2] - spin[2][0])
-            meshed.springs[element, number, 0] = q0 + c * q2 - a * q1 + stiffness * flow[0] * dt
-            meshed.springs[element, number, 1] = q1 + a * q0 - b * q2 + stiffness * flow[1] * dt
-            meshed.springs[element, number, 2] = q2 + b * q1 - c * q0 + stiffness * flow[2] * dt
+        if kind.points == 1:
+            stretch_springs(meshed, element, v, gradient, squares, dt, sums)
+
+
+@device
+def stretch_springs(meshed, element, v, gradient, squares, dt, sums):
+    """The hourglass springs of an element, turned by the spin of its gradient and stretched by its velocities."""
+    stiffness = meshed.stiffness * meshed.volume[element] * squares / v.shape[0]
+    a = 0.5 * dt * (gradient[1][0] - gradient[0][1])  # about axis 3
+    b = 0.5 * dt * (gradient[2][1] - gradient[1][2])
+    c = 0.5 * dt * (gradient[0][2] - gradient[2][0])
+    for number in range(meshed.gamma.shape[1]):
+        gamma, spring = meshed.gamma[element, number], meshed.springs[element, number]
+        p, q, r = spring[0], spring[1], spring[2]
+        flow = flow_of(gamma, v, 0), flow_of(gamma, v, 1), flow_of(gamma, v, 2)
+        sums[TAKEN] += 0.5 * dt * (p * flow[0] + q * flow[1] + r * flow[2])
+        spring[0] = p + c * r - a * q + stiffness * flow[0] * dt
+        spring[1] = q + a * p - b * r + stiffness * flow[1] * dt
+        spring[2] = r + b * q - c * p + stiffness * flow[2] * dt
 
 
 @kernel

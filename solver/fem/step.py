@@ -11,6 +11,7 @@ and half with the strain, as in ``solver/step.py``: their sum is kept to round-o
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,7 @@ import numpy as np
 
 from solver.eos import burns, reference_density, reference_sound_speed
 from solver.errors import ProblemError
-from solver.fem.elements import Hexahedron, mode_count
+from solver.fem.elements import Hexahedron
 from solver.fem.mesh import end_faces, face_areas, node_shares, point_volumes
 from solver.fem.rates import (
     AXES,
@@ -27,9 +28,9 @@ from solver.fem.rates import (
     SLOWEST,
     TAKEN,
     WORK,
-    Meshed,
+    find_operators,
+    meshed,
     move_nodes,
-    new_scratch,
     push_nodes,
     strain_elements,
 )
@@ -79,61 +80,42 @@ class ElementStepper(Method):
         self.problem, self.limits, self.pool, self.shares = problem, limits, pool, shares
         geometry = problem.geometry
         self.space = Scattered(geometry.lower, geometry.spacing, geometry.cells, AXES)
-        meshes = [body.mesh for body in problem.bodies]
+        meshes = [body.mesh for body in problem.bodies if body.mesh]
         counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.kind.points for mesh in meshes)])
         nodes = np.cumsum([0, *(body.mass.size for body in problem.bodies)])
         self.starts = counts
         self.states = empty_table(int(counts[-1]), remembers=True)
         self.bodies = np.repeat(np.arange(len(meshes)), np.diff(counts))
-        self.meshes, self.loaded, pairs, parts = [], [], [], []
-        for number, body in enumerate(problem.bodies):
-            mesh = body.mesh
+        sizes = np.cumsum([0, *(mesh.nodes.size for mesh in meshes)])
+        # Of each pair of an element and a node of it: its force, the node, a point of the element, the mass it has.
+        self.forces = np.zeros((int(sizes[-1]), AXES))
+        self.node_of, self.point_of = np.zeros((2, int(sizes[-1])), np.int64)
+        self.part = np.zeros(int(sizes[-1]))
+        self.meshes, self.loaded = [], []
+        for number, (body, mesh) in enumerate(zip(problem.bodies, meshes, strict=True)):
+            first, pairs = int(counts[number]), slice(sizes[number], sizes[number + 1])
+            elements, count = mesh.nodes.shape
             volumes = point_volumes(mesh, body.position)
-            state = views(self.states[:, counts[number] : counts[number + 1]])
+            state = views(self.states[:, first : counts[number + 1]])
             body.fill(state)
             state.mass[:] = body.density * volumes.ravel()
-            self.meshes.append(
-                Meshed(
-                    mesh.kind,
-                    np.ascontiguousarray(mesh.nodes + nodes[number]),
-                    int(counts[number]),
-                    np.zeros((mesh.nodes.shape[0], mode_count(mesh.kind), AXES)),
-                    problem.hourglass * _modulus(body),
-                )
-            )
-            pairs.append(self.meshes[-1].nodes.ravel())
-            parts.append((volumes.sum(axis=1)[:, None] * node_shares(mesh, body.position)).ravel())
+            columns = np.ascontiguousarray(mesh.nodes + nodes[number])
+            forces = self.forces[pairs].reshape(elements, count, AXES)
+            stiffness = problem.hourglass * _modulus(body)
+            self.meshes.append(meshed(mesh.kind, columns, first, stiffness, forces))
+            self.node_of[pairs] = columns.ravel()
+            self.point_of[pairs] = np.repeat(first + np.arange(elements) * mesh.kind.points, count)
+            shares_of_nodes = node_shares(mesh, body.position)
+            whole = body.density * volumes.sum(axis=1, keepdims=True)
+            self.part[pairs] = (whole * shares_of_nodes).ravel()
             self.loaded += [
                 Loaded(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
                 for load in problem.tractions
                 if load.body == number
             ]
-        self.node_of = np.concatenate(pairs)  # of each pair of an element and a node of it
-        # Mass that the pair has.
-        self.part = np.concatenate(parts) * np.repeat(
-            [body.density for body in problem.bodies], [pair.size for pair in pairs]
-        )
-        self.point_of = np.concatenate(
-            [
-                np.repeat(
-                    mesh.first + np.arange(mesh.nodes.shape[0]) * mesh.kind.points,
-                    mesh.nodes.shape[1],
-                )
-                for mesh in self.meshes
-            ]
-        )
         order = np.argsort(self.node_of, kind="stable")
         begin = np.searchsorted(self.node_of[order], np.arange(nodes[-1] + 1))
         self.around = (begin, order)
-        self.forces = [np.zeros((*mesh.nodes.shape, AXES)) for mesh in self.meshes]
-        self.all_forces = np.zeros((self.node_of.size, AXES))
-        edge = 0
-        for number, mesh in enumerate(self.meshes):
-            size = mesh.nodes.size
-            self.forces[number] = self.all_forces[edge : edge + size].reshape(
-                *mesh.nodes.shape, AXES
-            )
-            edge += size
         position = np.concatenate([body.position for body in problem.bodies])
         self.held = held_components(problem, position)
         self.walls = np.array(problem.faces, dtype=np.int64).reshape(3, 2) == Face.WALL
@@ -141,12 +123,15 @@ class ElementStepper(Method):
         self.upper = self.lower + np.asarray(geometry.cells) * geometry.spacing
         self.loads = np.zeros((position.shape[0], AXES))
         self.gradients = lines(AXES * self.states.shape[1])
-        self.scratch = [new_scratch() for _ in range(shares)]
+        self.scratch = [
+            [np.zeros((mesh.nodes.shape[1], AXES)) for mesh in meshes] for _ in range(shares)
+        ]
         self.packs = [new_pack() for _ in range(shares)]
         self.tallies = empty_tallies(shares * len(meshes))
         self.summary = np.zeros(len(Tally._fields))
         self.sums = np.zeros((shares, 2))
         self.node_sums = np.zeros((shares, 5))
+        self.find_operators = [Bound(find_operators) for _ in meshes]
         self.push_nodes = [Bound(push_nodes) for _ in meshes]
         self.strain_elements = [Bound(strain_elements) for _ in meshes]
         self.update_particles = [Bound(update_particles) for _ in meshes]
@@ -154,28 +139,17 @@ class ElementStepper(Method):
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take nodes and integration points from n, at a time, to n+1."""
-        problem, table = self.problem, partition.table
+        table = partition.table
         self.sums[:], self.node_sums[:] = 0.0, 0.0
         self._load(table, time, dt)
         self._over_elements(
-            lambda share, body, begin, end: self.push_nodes[body](
-                self.meshes[body],
-                table,
-                self.states,
-                begin,
-                end,
-                dt,
-                float(problem.viscosity.heating),
-                self.scratch[share],
-                self.forces[body],
-                self.sums[share],
-            )
+            lambda share, body, begin, end: self._push(share, body, begin, end, table, dt)
         )
         edges = np.linspace(0, table.shape[1], self.shares + 1).astype(int)
         self.pool.run(
             lambda share: self.move_nodes(
                 self.around,
-                self.all_forces,
+                self.forces,
                 self.held,
                 self.walls,
                 self.lower,
@@ -230,7 +204,7 @@ class ElementStepper(Method):
         springs = {f"springs_{number}": mesh.springs for number, mesh in enumerate(self.meshes)}
         return {"elements": self.states, **springs}
 
-    def take_over(self, arrays: dict[str, np.ndarray]) -> None:
+    def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from what ``carried`` gave."""
         self.states[:] = arrays["elements"]
         for number, mesh in enumerate(self.meshes):
@@ -254,6 +228,23 @@ class ElementStepper(Method):
                     -outward * pressure * areas.ravel(),
                 )
 
+    def _push(
+        self, share: int, body: int, begin: int, end: int, table: np.ndarray, dt: float
+    ) -> None:
+        mesh = self.meshes[body]
+        self.find_operators[body](mesh, table, begin, end)
+        self.push_nodes[body](
+            mesh,
+            table,
+            self.states,
+            begin,
+            end,
+            dt,
+            float(self.problem.viscosity.heating),
+            self.scratch[share][body],
+            self.sums[share],
+        )
+
     def _strain(
         self, share: int, body: int, begin: int, end: int, table: np.ndarray, time: float, dt: float
     ) -> None:
@@ -266,7 +257,7 @@ class ElementStepper(Method):
             end,
             problem.geometry.spacing,
             dt,
-            self.scratch[share],
+            self.scratch[share][body],
             self.gradients,
             self.sums[share],
         )
