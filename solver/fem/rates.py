@@ -254,30 +254,41 @@ def stretch_springs(meshed, element, v, gradient, squares, dt, sums):
 
 
 @kernel
-def move_nodes(around, forces, held, walls, lower, upper, loads, table, begin, end, dt, sums):
-    """Velocities at n+1 and new positions of the nodes begin..end: sums of the forces of the elements around each.
+def move_nodes(around, joints, forces, held, walls, box, loads, table, begin, end, dt, sums):
+    """Velocities at n+1 and new positions of the nodes of the joints begin..end.
 
-    ``around`` is (start, pairs): where the places of a node's forces begin in ``pairs``, and they in ``forces`` (k, 3).
-    ``held`` (n, 3) 1 stops a component, ``walls`` (3, 2) faces stop approach; ``loads`` (n, 3) are external forces, N.
-    ``sums`` gets the impulse of faces (3), the energy that walls take and the work of loads.
+    Nodes of a joint move as one: their masses, momenta and forces add. ``joints`` (start, nodes) are the nodes of each,
+    ``around`` (start, pairs) the rows of ``forces`` (k, 3) of each node. ``held`` (n, 3) 1 stops a component, ``walls``
+    (3, 2) faces of the ``box`` (2, 3) stop approach; ``loads`` (n, 3) are external forces, N. ``sums`` gets the impulse
+    of faces (3), the energy that walls and the first step of a joint take, and the work of loads.
     """
     start, pairs = around
-    for i in range(begin, end):
-        mass = table[MASS, i]
+    first, members = joints
+    for joint in range(begin, end):
         for axis in range(AXES):
-            force = loads[i, axis]
-            for k in range(start[i], start[i + 1]):
-                force += forces[pairs[k], axis]
-            old = table[VX + axis, i]
-            free = old + force / mass * dt
+            mass = momentum = kinetic = force = pushed = 0.0
+            for k in range(first[joint], first[joint + 1]):
+                i = members[k]
+                mass += table[MASS, i]
+                carried = table[MASS, i] * table[VX + axis, i]
+                momentum += carried
+                kinetic += 0.5 * carried * table[VX + axis, i]
+                pushed += loads[i, axis]
+                for pair in range(start[i], start[i + 1]):
+                    force += forces[pairs[pair], axis]
+            i = members[first[joint]]
+            old = momentum / mass
+            free = old + (force + pushed) / mass * dt
             new = 0.0 if held[i, axis] else free
             if walls[axis, 0]:
-                new = max(new, (lower[axis] - table[X + axis, i]) / dt)
+                new = max(new, (box[0, axis] - table[X + axis, i]) / dt)
             if walls[axis, 1]:
-                new = min(new, (upper[axis] - table[X + axis, i]) / dt)
+                new = min(new, (box[1, axis] - table[X + axis, i]) / dt)
             given = mass * (new - free)
             sums[IMPULSE + axis] += given
-            sums[HELD] -= 0.5 * given * (old + new)
-            sums[WORK] += 0.5 * loads[i, axis] * (old + new) * dt
-            table[VX + axis, i] = new
-            table[NEW_X + axis, i] = table[X + axis, i] + new * dt
+            sums[HELD] += kinetic - 0.5 * momentum * old - 0.5 * given * (old + new)
+            sums[WORK] += 0.5 * pushed * (old + new) * dt
+            for k in range(first[joint], first[joint + 1]):
+                i = members[k]
+                table[VX + axis, i] = new
+                table[NEW_X + axis, i] = table[X + axis, i] + new * dt

@@ -59,6 +59,7 @@ from solver.threads import ThreadPool
 from solver.transfer import new_pack
 
 AT_FACE = 1e-6  # of a cell: nodes within it stand on a face of the grid
+TOGETHER = 1e-3  # of a cell: nodes that begin within it are joined
 # Rows of the state of elements that nodes show as means over their elements.
 SHOWN = slice(DENSITY, NEW_X)
 
@@ -119,8 +120,9 @@ class ElementStepper(Method):
         position = np.concatenate([body.position for body in problem.bodies])
         self.held = held_components(problem, position)
         self.walls = np.array(problem.faces, dtype=np.int64).reshape(3, 2) == Face.WALL
-        self.lower = np.asarray(geometry.lower, np.float64)
-        self.upper = self.lower + np.asarray(geometry.cells) * geometry.spacing
+        lower = np.asarray(geometry.lower, np.float64)
+        self.box = np.stack([lower, lower + np.asarray(geometry.cells) * geometry.spacing])
+        self.joints = joints_of(position, TOGETHER * geometry.spacing)
         self.loads = np.zeros((position.shape[0], AXES))
         self.gradients = lines(AXES * self.states.shape[1])
         self.scratch = [
@@ -145,15 +147,15 @@ class ElementStepper(Method):
         self._over_elements(
             lambda share, body, begin, end: self._push(share, body, begin, end, table, dt)
         )
-        edges = np.linspace(0, table.shape[1], self.shares + 1).astype(int)
+        edges = np.linspace(0, self.joints[0].size - 1, self.shares + 1).astype(int)
         self.pool.run(
             lambda share: self.move_nodes(
                 self.around,
+                self.joints,
                 self.forces,
                 self.held,
                 self.walls,
-                self.lower,
-                self.upper,
+                self.box,
                 self.loads,
                 table,
                 edges[share],
@@ -322,6 +324,14 @@ class ElementStepper(Method):
                 )
 
         self.pool.run(work, range(self.shares))
+
+
+def joints_of(position: np.ndarray, within: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes that stand together, as (start, nodes): those of joint j are nodes[start[j]:start[j + 1]]."""
+    place = np.rint(position / within).astype(np.int64)
+    _, joint = np.unique(place, axis=0, return_inverse=True)
+    order = np.argsort(joint.ravel(), kind="stable")
+    return np.searchsorted(joint.ravel()[order], np.arange(joint.max() + 2)), order
 
 
 def held_components(problem: Problem, position: np.ndarray) -> np.ndarray:
