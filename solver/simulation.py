@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.failure import weakens
 from solver.fem.step import ElementStepper
 from solver.geometry import exit_face, node_count
+from solver.method import Method, Partition
 from solver.problem import Body, Problem
 from solver.sph.step import ParticleStepper
 from solver.state import (
@@ -32,7 +33,7 @@ from solver.state import (
     reordered,
     views,
 )
-from solver.step import Method, Partition, Stepper, shares_of
+from solver.step import Stepper, shares_of
 from solver.strength import stored_part
 from solver.stress import QUANTITIES, Limits, Tally, find_fault
 from solver.threads import ThreadPool, asked_threads

@@ -37,6 +37,7 @@ from solver.fem.rates import (
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import Bound
 from solver.loads import mean_pressure
+from solver.method import Method, Partition, StepBalance
 from solver.problem import Body, Face, Problem, Scheme
 from solver.scattered import Scattered
 from solver.state import (
@@ -53,7 +54,6 @@ from solver.state import (
     lines,
     views,
 )
-from solver.step import Method, Partition, StepBalance
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
 from solver.transfer import new_pack

@@ -19,7 +19,9 @@ from solver.errors import ProblemError
 from solver.faces import cross_faces
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import Bound
+from solver.method import Method, Partition, StepBalance
 from solver.problem import Face, Problem, Scheme, Smoothing
+from solver.scattered import AXES, Scattered
 from solver.sph.mirrors import images_of, set_places, set_stresses, set_velocities
 from solver.sph.neighbours import find_neighbours, sort_into_cells
 from solver.sph.rates import (
@@ -35,11 +37,9 @@ from solver.sph.rates import (
     measure,
     set_stress,
 )
-from solver.scattered import AXES, Scattered
 from solver.sph.smoothing import SUPPORT
 from solver.sph.tables import new_memory, tables_of
 from solver.state import lines
-from solver.step import Method, Partition, StepBalance
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
 from solver.transfer import new_pack

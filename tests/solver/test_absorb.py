@@ -11,7 +11,7 @@ from solver.errors import ProblemError
 from solver.faces import closed_nodes
 from solver.geometry import node_positions
 from solver.problem import Absorber, Body, Contact, Damping, Problem
-from solver.simulation import Simulation, start
+from solver.simulation import start
 from tests.solver.bodies import (
     ABOUT_AXIS,
     DENSITY,
@@ -120,8 +120,8 @@ def test_dashpots__hold_only_their_own_body() -> None:
 
 
 def _fields(problem: Problem) -> Any:
-    simulation: Simulation = start(problem, threads=1)
-    return simulation.stepper.fields
+    stepper: Any = start(problem, threads=1).stepper
+    return stepper.fields
 
 
 def test_absorber__without_a_surface_is_refused() -> None:

@@ -134,7 +134,8 @@ def test_position_that_is_not_finite__is_seen_before_usf_sorts_by_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     simulation = start(two_blocks("axisymmetric", scheme=Scheme.USF), threads=1)
-    move = simulation.stepper._move
+    stepper: Any = simulation.stepper
+    move = stepper._move
 
     def astray(partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float, float]:
         removed = move(partition, dt, impulse)
