@@ -26,6 +26,7 @@ from solver.geometry import (
     gather,
     hoop_factor,
     opened,
+    own_length,
     unpacked,
     velocity_gradient,
 )
@@ -262,9 +263,8 @@ def update_particles(
                 matter.melt_temperature,
                 matter.failure,
             )
-            new, present, acts = advance(
-                local, viscosity, geometry.spacing, dt, gradient, old, stress_rate
-            )
+            length = own_length(geometry, p, lanes)
+            new, present, acts = advance(local, viscosity, length, dt, gradient, old, stress_rate)
             store(table, DENSITY, p, new.density, lanes)
             energy = present if whole_work else new.energy
             store(table, ENERGY, p, energy, lanes)
@@ -296,7 +296,8 @@ def update_particles(
             vz = load(table, VZ, p, lanes)
             speed = sqrt(vx * vx + vy * vy + vz * vz)
             rate = gradient[0][0] + gradient[1][1] + gradient[2][2]
-            own, floored = signal_speed(local, viscosity, geometry.spacing, rate, new)
+            own, floored = signal_speed(local, viscosity, length, rate, new)
+            own = own * (geometry.spacing / length)  # that takes as long through a cell of the grid
             signal = maximum(signal, where(lanes, own, 0.0))
             convected = maximum(convected, where(lanes, speed + own, 0.0))
             moving = maximum(moving, where(lanes, speed, 0.0))

@@ -144,10 +144,11 @@ def flow_of(gamma, v, axis):
 
 
 @kernel
-def push_nodes(meshed, table, states, begin, end, dt, heating, v, sums):
+def push_nodes(meshed, table, states, begin, end, dt, heating, v, taken):
     """Forces of the elements begin..end on each of their nodes; ``v`` (nodes, 3) is scratch.
 
-    The energy of each integration point takes the half of its stress' work in the velocities before the forces.
+    The energy of each integration point takes the half of its stress' work in the velocities before the forces, and
+    ``taken`` (1,) that of the hourglass springs, J.
     """
     kind = meshed.kind
     for element in range(begin, end):
@@ -193,16 +194,17 @@ def push_nodes(meshed, table, states, begin, end, dt, heating, v, sums):
             gamma = meshed.gamma[element, number]
             for axis in range(AXES):
                 spring = meshed.springs[element, number, axis]
-                sums[TAKEN] += 0.5 * dt * spring * flow_of(gamma, v, axis)
+                taken[0] += 0.5 * dt * spring * flow_of(gamma, v, axis)
                 for node in range(v.shape[0]):
                     force[node, axis] -= spring * gamma[node]
 
 
 @kernel
-def strain_elements(meshed, table, states, begin, end, spacing, dt, v, gradients, sums):
+def strain_elements(meshed, table, states, begin, end, dt, v, gradients, lengths, taken):
     """Velocity gradients of the velocities at n+1, into three lines of ``gradients`` for each integration point.
 
-    The springs of hourglass modes take the other half of their power in these velocities, and stretch.
+    Its ``lengths`` (1, points) are those of the elements at n. The springs of hourglass modes take the other half of
+    their power in these velocities, and stretch; ``taken`` (1,) counts it.
     """
     kind = meshed.kind
     nodes = node_count(kind)
@@ -218,10 +220,11 @@ def strain_elements(meshed, table, states, begin, end, spacing, dt, v, gradients
         volume = meshed.volume[element]
         if volume <= 0.0:  # an element that is inside out: the update reports its density
             states[DENSITY, start] = states[MASS, start] / volume
-        # A wave of speed c through the element asks for dt < 2 / (c sqrt(n sum(G^2))).
-        sums[SLOWEST] = max(sums[SLOWEST], 0.5 * spacing * math.sqrt(nodes * squares))
+        # A wave of speed c through the element asks for dt < length / c.
+        length = 2.0 / math.sqrt(nodes * squares)
         for point in range(kind.points):
             p = start + point
+            lengths[0, p] = length
             gradient = strain_rate(meshed, element, point, v)
             for axis in range(AXES):
                 place = speed = 0.0
@@ -233,11 +236,11 @@ def strain_elements(meshed, table, states, begin, end, spacing, dt, v, gradients
                 for component in range(AXES):
                     gradients[AXES * p + axis, VELOCITY + component] = gradient[component][axis]
         if kind.points == 1:
-            stretch_springs(meshed, element, v, gradient, squares, dt, sums)
+            stretch_springs(meshed, element, v, gradient, squares, dt, taken)
 
 
 @device
-def stretch_springs(meshed, element, v, gradient, squares, dt, sums):
+def stretch_springs(meshed, element, v, gradient, squares, dt, taken):
     """The hourglass springs of an element, turned by the spin of its gradient and stretched by its velocities."""
     stiffness = meshed.stiffness * meshed.volume[element] * squares / v.shape[0]
     a = 0.5 * dt * (gradient[1][0] - gradient[0][1])  # about axis 3
@@ -247,7 +250,7 @@ def stretch_springs(meshed, element, v, gradient, squares, dt, sums):
         gamma, spring = meshed.gamma[element, number], meshed.springs[element, number]
         p, q, r = spring[0], spring[1], spring[2]
         flow = flow_of(gamma, v, 0), flow_of(gamma, v, 1), flow_of(gamma, v, 2)
-        sums[TAKEN] += 0.5 * dt * (p * flow[0] + q * flow[1] + r * flow[2])
+        taken[0] += 0.5 * dt * (p * flow[0] + q * flow[1] + r * flow[2])
         spring[0] = p + c * r - a * q + stiffness * flow[0] * dt
         spring[1] = q + a * p - b * r + stiffness * flow[1] * dt
         spring[2] = r + b * q - c * p + stiffness * flow[2] * dt

@@ -25,8 +25,6 @@ from solver.fem.rates import (
     AXES,
     HELD,
     IMPULSE,
-    SLOWEST,
-    TAKEN,
     WORK,
     find_operators,
     meshed,
@@ -34,12 +32,12 @@ from solver.fem.rates import (
     push_nodes,
     strain_elements,
 )
+from solver.fem.space import Points
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import Bound
 from solver.loads import mean_pressure
 from solver.method import Method, Partition, StepBalance
 from solver.problem import Body, Face, Problem, Scheme
-from solver.scattered import Scattered
 from solver.state import (
     DENSITY,
     ENERGY,
@@ -80,7 +78,6 @@ class ElementStepper(Method):
         _check(problem)
         self.problem, self.limits, self.pool, self.shares = problem, limits, pool, shares
         geometry = problem.geometry
-        self.space = Scattered(geometry.lower, geometry.spacing, geometry.cells, AXES)
         meshes = [body.mesh for body in problem.bodies if body.mesh]
         counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.kind.points for mesh in meshes)])
         nodes = np.cumsum([0, *(body.mass.size for body in problem.bodies)])
@@ -124,6 +121,8 @@ class ElementStepper(Method):
         self.box = np.stack([lower, lower + np.asarray(geometry.cells) * geometry.spacing])
         self.joints = joints_of(position, TOGETHER * geometry.spacing)
         self.loads = np.zeros((position.shape[0], AXES))
+        lengths = np.zeros((1, self.states.shape[1]))
+        self.space = Points(geometry.lower, geometry.spacing, geometry.cells, lengths)
         self.gradients = lines(AXES * self.states.shape[1])
         self.scratch = [
             [np.zeros((mesh.nodes.shape[1], AXES)) for mesh in meshes] for _ in range(shares)
@@ -131,7 +130,7 @@ class ElementStepper(Method):
         self.packs = [new_pack() for _ in range(shares)]
         self.tallies = empty_tallies(shares * len(meshes))
         self.summary = np.zeros(len(Tally._fields))
-        self.sums = np.zeros((shares, 2))
+        self.taken = np.zeros((shares, 1))
         self.node_sums = np.zeros((shares, 5))
         self.find_operators = [Bound(find_operators) for _ in meshes]
         self.push_nodes = [Bound(push_nodes) for _ in meshes]
@@ -142,7 +141,7 @@ class ElementStepper(Method):
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take nodes and integration points from n, at a time, to n+1."""
         table = partition.table
-        self.sums[:], self.node_sums[:] = 0.0, 0.0
+        self.taken[:], self.node_sums[:] = 0.0, 0.0
         self._load(table, time, dt)
         self._over_elements(
             lambda share, body, begin, end: self._push(share, body, begin, end, table, dt)
@@ -244,7 +243,7 @@ class ElementStepper(Method):
             dt,
             float(self.problem.viscosity.heating),
             self.scratch[share][body],
-            self.sums[share],
+            self.taken[share],
         )
 
     def _strain(
@@ -257,11 +256,11 @@ class ElementStepper(Method):
             self.states,
             begin,
             end,
-            problem.geometry.spacing,
             dt,
             self.scratch[share][body],
             self.gradients,
-            self.sums[share],
+            self.space.lengths,
+            self.taken[share],
         )
         self.update_particles[body](
             self.space,
@@ -285,12 +284,11 @@ class ElementStepper(Method):
     def _balance(self, dt: float) -> StepBalance:
         self.summarise(self.tallies, self.summary)
         tally = Tally(*self.summary.tolist())
-        # The signal that takes as long through a cell as the one that decides through its element.
-        signal = tally.signal * float(self.sums[:, SLOWEST].max())
-        tally = tally._replace(signal=signal, convected=signal, outside=0.0)
+        # A mesh moves with the matter, and may leave the box.
+        tally = tally._replace(convected=tally.signal, outside=0.0)
         sums = self.node_sums.sum(axis=0)
         impulse = sums[IMPULSE : IMPULSE + 3] + self.loads.sum(axis=0) * dt
-        removed = float(sums[HELD] + self.sums[:, TAKEN].sum()) + self._erode()
+        removed = float(sums[HELD] + self.taken.sum()) + self._erode()
         return StepBalance(impulse, removed, 0.0, float(sums[WORK]), 0, 0, tally)
 
     def _erode(self) -> float:

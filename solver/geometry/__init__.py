@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.jit import device, generic
+from solver.jit import device, generic, implements
 from solver.vectors import bare, line, set_line, transposed
 
 AXES = 3
@@ -67,6 +67,16 @@ def dimensions(geometry):
 @generic
 def hoop_factor(geometry, first):
     """1 / r of particles whose first coordinate is given, 0 where no coordinate is a radius; 1/m."""
+
+
+@generic
+def own_length(geometry, p, lanes):
+    """The length over which eight particles smear shocks and which signals cross in a step, m: by default a cell."""
+
+
+@implements(own_length, object)
+def _(geometry, p, lanes):
+    return geometry.spacing
 
 
 @generic

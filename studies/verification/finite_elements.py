@@ -51,8 +51,8 @@ LINE: Recipe = replace(DEFAULT, particles_per_cell=1)
 ONE, EIGHT = Hexahedron(), Hexahedron(8)
 COURANT = 0.8  # of the bound of each element
 
-# Fixed before any run: plate impact at 2 km/s as the other methods are asked, an elastic wave as the grid is; gas as the
-# grid is. Orders are reported.
+# Fixed before any run: plate impact at 2 km/s as smoothed particles are asked, waves and gases about as the grid is.
+# Orders are reported.
 PRESSURE, DENSITY = 0.03, 0.01
 STRESS, WAVE_SPEED = 0.01, 0.01
 GAS = 0.02  # p* and u* of Sod's tube, and its shock's speed
