@@ -1,11 +1,11 @@
 """Captions of figures: they explain points, bars, bands and open marks, and name the parts of error bars."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from studies.cubes import variables as cubes
-from studies.reports.view import FigureView
+from studies.reports.view import FigureView, is_cut
 
 NEAR = (
     0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
@@ -53,15 +53,28 @@ def of_points(view: FigureView, name: str) -> str:
     if not view.over_resolutions:
         bars = _bars(view, name)
         return f"Points are {quantity}, the mean over offsets; {bars}. Open points carry a flag."
-    several = "resolutions and offsets" if view.over_offsets else "resolutions"
     converging = cubes.VERDICT_WORDS.index("converging")
-    finest = "of the finest"
+    mean = ", the mean over offsets" if view.over_offsets else ""
+    other = ""
     if (view.flat(cubes.VERDICT, name) == converging).any():
-        finest = "extrapolated where that is more certain, else of the finest"
+        other = ", or extrapolated to cells of size zero where that is more certain"
     return (
-        f"Points are {quantity} over all {several}, {finest} resolution; {_bars(view, name)}. Open "
-        "points carry a flag, or have no mesh error."
+        f"Points are {quantity} on the finest grid{mean}{other}; {_bars(view, name)}. Open points carry a flag, or "
+        "have no mesh error."
     )
+
+
+def of_cut_bars(bars: Iterable[tuple[float, float | None]]) -> str:
+    """The sentence on bars that the frame cuts, of values with their bars; empty where there is none."""
+    count = sum(is_cut(value, bar) for value, bar in bars)
+    if not count:
+        return ""
+    which = (
+        "1 bar that is longer than its"
+        if count == 1
+        else f"{count} bars that are longer than their"
+    )
+    return f" The axis is set by the values: the frame cuts {which} value."
 
 
 def _bars(view: FigureView, name: str) -> str:
@@ -84,7 +97,7 @@ def _parts(view: FigureView, name: str) -> Iterator[str]:
     if view.over_offsets and np.isfinite(offsets).any():
         yield "scatter over offsets"
     elif (offsets > 0.0).any():
-        yield "uncertainty of the position on the grid, as a run with one offset states it"
+        yield "position on the grid, as single runs state it"
     if (view.flat(cubes.MEASUREMENT_PART, name) > 0.0).any():
         yield "measurement"
 

@@ -134,7 +134,20 @@ def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
         *(growth(view, name) for name in names if cubes.HISTORY.is_in(points, name)),
         *(convergence(cube, view, name) for name in names if RESOLUTION in refinements_of(cube)),
     ]
-    return tuple(figure for figure in drawn if any(panel.series for panel in figure.panels))
+    return tuple(
+        replace(figure, caption=figure.caption + captions.of_cut_bars(_bars_of(figure)))
+        for figure in drawn
+        if any(panel.series for panel in figure.panels)
+    )
+
+
+def _bars_of(figure: Figure) -> Iterator[tuple[float, float | None]]:
+    """Each value of a figure with its bar; figures whose panels have axes of their own show every bar."""
+    for series in (each for panel in figure.panels for each in panel.series):
+        if figure.scales == "shared" and series.uncertainty:
+            for value, bar in zip(series.y, series.uncertainty, strict=True):
+                if value is not None:
+                    yield value, bar
 
 
 # ---- points, laws and observations ---------------------------------------------------------------

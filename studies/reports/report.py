@@ -245,14 +245,17 @@ def _extremes(dataset: xr.Dataset) -> Iterator[Document]:
     places = places_of(dataset)
     for name in main_quantities(dataset):
         values = dataset[name].values.ravel()
+        bars = cubes.UNCERTAINTY.of(dataset, name).values.ravel()
         if np.isfinite(values).any():
             low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
             yield {
                 "quantity": name.replace("_", " "),
                 "unit": dataset[name].attrs["units"],
                 "smallest": float(values[low]),
+                "smallest_uncertainty": _finite(float(bars[low])),
                 "smallest_at": places[low],
                 "largest": float(values[high]),
+                "largest_uncertainty": _finite(float(bars[high])),
                 "largest_at": places[high],
             }
 

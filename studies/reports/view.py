@@ -203,6 +203,11 @@ def judged_window(dataset: xr.Dataset, number: int, end: float) -> tuple[float, 
     return (max(0.0, end - length), end) if math.isfinite(length) else None
 
 
+def is_cut(value: float, bar: float | None) -> bool:
+    """Whether an error bar is longer than its own value: it sets no axis, and the frame cuts it."""
+    return bar is not None and bar > abs(value) > 0.0
+
+
 def title_of(dataset: xr.Dataset, at: Place) -> str:
     """A place in words: "plate thickness 2 mm, target al-6061-t6"."""
     return ", ".join(

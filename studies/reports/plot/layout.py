@@ -8,6 +8,7 @@ from typing import Any
 from studies.reports.figures import Figure, Panel
 from studies.reports.plot.styles import GREY, INK, RULE
 from studies.reports.plot.traces import scaled
+from studies.reports.view import is_cut
 from studies.values.formats import NARROW_SPACE, display_of, signed, with_unit
 
 # px
@@ -177,14 +178,15 @@ def _y_range(figure: Figure) -> tuple[float, float] | None:
 
 
 def _weighty_ends(panel: Panel) -> Iterator[float]:
-    """Ends of bars and bands, without what a law gives outside its range."""
+    """Ends of bars and bands, without bars that the frame cuts and what a law gives outside its range."""
     for series in panel.series:
         inside = series.in_range or (True,) * len(series.x)
         bars = series.uncertainty or (None,) * len(series.y)
         for y, bar, counts in zip(series.y, bars, inside, strict=False):
             if y is not None and counts:
-                yield y + (bar or 0.0)
-                yield y - (bar or 0.0)
+                reach = 0.0 if bar is None or is_cut(y, bar) else bar
+                yield y + reach
+                yield y - reach
         for low, high, counts in zip(series.low, series.high, inside, strict=False):
             if low is not None and high is not None and counts:
                 yield low

@@ -108,7 +108,7 @@ def test_mark__is_open_where_resolutions_tell_no_mesh_error(sweep: Sweep) -> Non
         (REFINED, "uncertainty: mesh error, scatter over offsets, measurement. Open points"),
         (
             TWO_GRIDS,
-            "uncertainty: mesh error, uncertainty of the position on the grid, as a run with one offset states it",
+            "uncertainty: mesh error, position on the grid, as single runs state it",
         ),
         (OFFSETS_ALONE, "uncertainty: scatter over offsets, measurement, without the mesh error."),
         (PLAIN, "that one run states, without the mesh error; open points carry a flag."),
@@ -118,7 +118,7 @@ def test_mark__is_open_where_resolutions_tell_no_mesh_error(sweep: Sweep) -> Non
 def test_caption__names_the_parts_that_error_bars_have(sweep: Sweep, words: str) -> None:
     caption = drawn(built(sweep), "laws").caption
     assert words in caption
-    assert ("extrapolated where that is more certain" in caption) == (sweep is REFINED)
+    assert ("size zero where that is more certain" in caption) == (sweep is REFINED)
 
 
 def test_caption__counts_points_without_a_mesh_error() -> None:
@@ -182,6 +182,17 @@ def test_axis__is_set_by_the_simulation_and_the_laws_inside_their_range() -> Non
     low, high = plot(figure)["layout"]["yaxis"]["range"]
     assert low == 0.0
     assert max(inside) < high < max(beyond)
+
+
+def test_axis__is_not_set_by_a_bar_longer_than_its_value() -> None:
+    dataset = built(REFINED)
+    before = plot(drawn(dataset, "laws"))["layout"]["yaxis"]["range"]
+    bars = dataset.hole_diameter_converged_uncertainty
+    bars[(0,) * bars.ndim] = 3.0 * dataset.hole_diameter_converged.max()
+    figure = drawn(dataset, "laws")
+    assert plot(figure)["layout"]["yaxis"]["range"] == before
+    assert figure.caption.endswith("the frame cuts 1 bar that is longer than its value.")
+    assert "the frame" not in drawn(built(REFINED), "laws").caption
 
 
 def test_axis_of_residuals__has_no_sign_at_zero() -> None:
