@@ -116,7 +116,7 @@ def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
         second = _second(best, laws)
         clauses.append("" if second is None else _use(second, recommended))
         return "; ".join(filter(None, clauses))
-    nearest = f"{_named(best)}, {_doing(best, '')}"
+    nearest = f"{title(best, best.no_range)}, {_doing(best, '')}"
     return (
         f"no law is within {at_most(TRUST)} of {OF[best.reference]} at any judged point; the nearest, "
         f"{nearest}"
@@ -138,12 +138,7 @@ def _use(law: "LawVerdict", recommended: bool) -> str:
     if law.close == 1:
         text = f"{text[:-1]}, a single point)" if text.endswith(")") else f"{text} (a single point)"
     each = ", each" if len(places) > 1 else ""
-    return f"{use}{_named(law)} {text}{each} against {OF[law.reference]}"
-
-
-def _named(law: "LawVerdict") -> str:
-    """The title of a law, and that no range of it is stated."""
-    return f"{title(law)}, {law.no_range}," if law.no_range else title(law)
+    return f"{use}{title(law, law.no_range)} {text}{each} against {OF[law.reference]}"
 
 
 def _doing(law: "LawVerdict", it: str) -> str:

@@ -126,7 +126,7 @@ def listed(reasons: Sequence[tuple[str, int]]) -> str:
     """Reasons, those of the same kind once: "t/d = 0.25 is below 0.55" is "t/d below 0.55"."""
     kinds = list(
         dict.fromkeys(
-            re.sub(r" = \S+(?: [^\d\s]\S*)? is (?=below|above)", " ", reason)
+            re.sub(r" = \S+(?: [^\d\s]\S*)? is (?=below|above|narrower)", " ", reason)
             for several, _ in reasons
             for reason in several.split("; ")
         )
@@ -140,7 +140,7 @@ def listed(reasons: Sequence[tuple[str, int]]) -> str:
 
 def sentence(law: "LawVerdict") -> str:
     """The verdict on a law as a sentence."""
-    name = f"{title(law)} ({law.no_range})" if law.no_range else title(law)
+    name = title(law, law.no_range)
     parts = [f"{band.where} {band.says}" for band in law.bands]
     if not parts:
         return f"{name}: nothing to compare."
@@ -332,9 +332,9 @@ def terms() -> tuple[tuple[str, str], ...]:
 # ---- numbers -------------------------------------------------------------------------------------
 
 
-def title(law: "LawVerdict") -> str:
-    """The title of a law, with its variant, and with what its confidence asks to be said."""
-    notes = "; ".join(filter(None, (law.subject.partition("/")[2], law.caveat)))
+def title(law: "LawVerdict", note: str = "") -> str:
+    """The title of a law, with its variant, with what its confidence asks to be said, and with a note."""
+    notes = "; ".join(filter(None, (law.subject.partition("/")[2], law.caveat, note)))
     return f"{law.title} ({notes})" if notes else law.title
 
 

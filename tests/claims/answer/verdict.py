@@ -541,7 +541,7 @@ def _words_of_one_kind() -> Iterator[Row]:
         quantity["recommendation"],
     )
     _, quantity, document = _synthetic(lambda v: 1.0, rangeless=True)
-    yield _has("no range is stated", f"use the law, {NO_RANGE},", quantity["recommendation"])
+    yield _has("no range is stated", f"use the law ({NO_RANGE}) from", quantity["recommendation"])
     (residual,) = document["residuals"]
     claimed = "inside its" in residual["sentence"]
     yield Row("no range is stated: inside it", False, residual["sentence"], not claimed)
