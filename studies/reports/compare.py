@@ -149,7 +149,8 @@ def compare(cube: xr.Dataset) -> Comparison:
     for name in reading.quantities_of(cube):
         against_simulation += _against_simulation(cube, points, name)
         mine = list(matched_observations(points, name))
-        against_observations += _against_observations(points, name, mine)
+        alike = [shot for shot in mine if shot.is_alike]
+        against_observations += _against_observations(points, name, alike)
         observations += mine
     unlike = mixed(cube)
     return Comparison(
@@ -158,7 +159,7 @@ def compare(cube: xr.Dataset) -> Comparison:
         residuals=(*against_simulation, *against_observations),
         observations=tuple(observations),
         verdict=verdict(
-            list(evidence_of(points, observations)),
+            list(evidence_of(points, [shot for shot in observations if shot.is_alike])),
             axes_in(points),
             unlike,
             published_shots(cube),

@@ -27,6 +27,7 @@ class MatchedObservation:
     quantity: str
     unit: str
     source: str
+    confidence: str  # one of ``studies.materials.schema.CONFIDENCES``
     at: Place
     diameter: float | None  # of the equivalent sphere, m
     value: float
@@ -34,6 +35,8 @@ class MatchedObservation:
     simulation: float | None
     simulation_uncertainty: float | None  # between runs with the interpolation's part
     how: str  # how the simulation was brought to the shot's parameters, or why it could not be
+    # Whether the shot has the materials and the shape of some run; another one judges no law of this sweep.
+    is_alike: bool
 
     @property
     def elsewhere(self) -> bool:
@@ -56,6 +59,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 quantity=name,
                 unit=dataset[name].attrs["units"],
                 source=str(cubes.OBSERVATION_SOURCE.of(shot).item()),
+                confidence=_confidence_of(shot),
                 at=at,
                 diameter=_finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
                 value=value,
@@ -63,7 +67,17 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 simulation=_finite(simulation),
                 simulation_uncertainty=_finite(uncertainty),
                 how=how,
+                is_alike=not any(
+                    isinstance(value, str) and _is_another(dataset, parameter, value)
+                    for parameter, value in at.items()
+                ),
             )
+
+
+def _confidence_of(shot: xr.Dataset) -> str:
+    """How well a shot is known; empty in cubes that do not say."""
+    confidence = cubes.OBSERVATION_CONFIDENCE
+    return str(confidence.of(shot).item()) if confidence.is_in(shot) else ""
 
 
 def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:

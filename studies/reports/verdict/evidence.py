@@ -151,6 +151,7 @@ class Evidence:
     points: int  # points with a value
     flagged: tuple[tuple[str, ...], ...]  # the flags of each point and of its run
     has_scatter: bool  # whether the published scatter of any law is known
+    shots: Mapping[str, int]  # observed shots by how well their values are known
 
     @property
     def flags(self) -> Mapping[str, int]:
@@ -183,6 +184,7 @@ def evidence_of(
             points=int(np.isfinite(quantity.values).sum()),
             flagged=tuple(quantity.flags),
             has_scatter=any(map(math.isfinite, quantity.scatter().values())),
+            shots=Counter(shot.confidence for shot in shots),
         )
 
 

@@ -31,6 +31,7 @@ CLOSE = ("trusted", "within")  # words of bands in which a law is recommended
 MOST_GROUPS = 3  # groups of published shots
 MOST_NAMED = 6  # quantities without a law that have the same reason
 NO_LAW = "no law"
+SURE = ("", "read", "verified", "user")  # confidences of shots that need no word
 HOW_PARTS_READ = {
     DEFINITION: "definition of the measure",
     MODEL: "material and model",
@@ -230,7 +231,11 @@ def _rests(evidence: Evidence) -> str:
     mesh = "" if evidence.parts.get("mesh error") else "; one mesh, whose error is unknown"
     flagged = sum(map(bool, evidence.flagged))
     left = f"; {flagged} of {plural(evidence.all_points, 'point')} flagged and not judged"
-    return f"rests on numerics {model}{mesh}{left if flagged else ''}"
+    doubted = [f"{count} {word}" for word, count in evidence.shots.items() if word not in SURE]
+    how = f" ({joined(doubted)})" if doubted else ""
+    count = sum(evidence.shots.values())
+    beside = f"; beside {plural(count, 'observed shot')}{how}" if count else ""
+    return f"rests on numerics {model}{mesh}{left if flagged else ''}{beside}"
 
 
 def _bars(evidence: Evidence) -> str:

@@ -1,5 +1,6 @@
 """Residuals: their statistics by hand, their ranges, which error bars judge, and their sentences."""
 
+import json
 import math
 from dataclasses import replace
 from typing import Any
@@ -284,3 +285,19 @@ def test_observation__of_another_material_adds_no_constants_to_the_laws_of_the_r
         ("simulation", "observation"),
         ("strength/Y = 345 MPa", "observation"),
     ]
+
+
+@pytest.mark.parametrize(("target", "judged"), [("copper", 0), ("aluminium", 1)])
+def test_observation__of_another_material_than_all_runs_judges_nothing(
+    target: str, judged: int
+) -> None:
+    dataset = holes(fakes.observed(4e3, 3e-3, 17.9e-3))
+    words = json.loads(dataset.attrs["vocabulary"])
+    words["parameters"] = [*words["parameters"], "target"]
+    dataset = dataset.assign_coords(target="aluminium").assign(
+        observation_target=("observation", [target])
+    )
+    comparison = compare(dataset.assign_attrs(vocabulary=json.dumps(words)))
+    assert len(comparison.observations) == 1
+    against = [each for each in comparison.residuals if each.reference == "observation"]
+    assert bool(against) == bool(judged)
