@@ -94,11 +94,11 @@ def _same(value: float | str, other: float | str) -> bool:
 
 def cube_file(path: Path) -> Path:
     """The file of a cube, from its own path or that of its folder; raises InvalidInput."""
-    from studies.sweeps.document import no_such_file
+    from studies.sweeps.document import no_such_cube
 
     file = path / CUBE if path.is_dir() else path
     if not file.exists():
-        raise no_such_file(file)
+        raise no_such_cube(file)
     return file
 
 

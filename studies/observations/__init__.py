@@ -199,7 +199,9 @@ def _observations(
         except InvalidInput as error:
             findings.extend(error.findings)
     measured = [name for name in cells if name in allowed.quantities]
-    findings.extend(_missing(cells, measured, where))
+    # A refused column of a wide table may be the one that is measured: its own finding says which is meant.
+    if not findings or measured or not {*LONG_COLUMNS}.isdisjoint(cells):
+        findings.extend(_missing(cells, measured, where))
     if measured:
         findings.extend(
             Finding(f"{where}: {name}", name, "a table with one way to name quantities", COLUMNS)
@@ -245,7 +247,7 @@ def _parameter(name: str, cell: Any, allowed: AllowedNames, where: str) -> Value
     """A parameter of the shot; an empty cell states nothing."""
     if name not in allowed.parameters:
         columns = {*allowed.parameters, *allowed.quantities, *TEXT_COLUMNS}
-        limit = "a parameter or a measured quantity of the scenario"
+        limit = "a column named after a parameter or a measured quantity of the scenario"
         raise refusal(f"{where}: {name}", name, limit, nearest_cure(name, columns))
     parameter = allowed.parameters[name]
     if cell in (None, ""):

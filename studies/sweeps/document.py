@@ -147,13 +147,27 @@ def _text_of(file: Path, name: str) -> str:
         ) from None
 
 
-def no_such_file(file: Path, name: str = "file") -> InvalidInput:
-    """The error for a missing file: files beside its place that have its ending, and the examples that ship."""
+def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidInput:
+    """The error for a missing file: files beside its place that have its ending, and an example.
+
+    ``example`` says what is wanted, with a path; else it is a sweep, and the cure lists those that ship.
+    """
     beside = sorted(other.name for other in file.parent.glob(f"*{file.suffix}"))[:MOST_BESIDE]
     cure = nearest_cure(file.name, beside) if beside else "correct the path."
-    if file.suffix in (".yaml", ".yml", ".json", ""):
+    if not file.suffix and not cure.startswith("did you mean"):
+        cure = "correct the path."
+    if example:
+        cure = f"{cure} {example}" if cure.startswith("did you mean") else example
+    elif file.suffix in (".yaml", ".yml", ".json", ""):
         cure += f" Examples: {', '.join(f'{each}.yaml' for each in examples.names())} in {examples.folder()}"
     return InvalidInput([Finding(name, f"{file}: no such file", "a file that is there", cure)])
+
+
+def no_such_cube(file: Path) -> InvalidInput:
+    """The error for a missing cube."""
+    return no_such_file(
+        file, example="give the cube.nc of a sweep, or its folder, such as demo/holes"
+    )
 
 
 class _DocumentReading:

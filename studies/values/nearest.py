@@ -16,9 +16,14 @@ SYNONYMS: Mapping[str, str] = {
     "aluminum": "al",
     "angle": "obliquity",
     "bullet": "projectile",
+    "coarse": "draft",
     "cu": "copper",
     "fe": "iron",
+    "high": "fine",
     "impactor": "projectile",
+    "low": "draft",
+    "medium": "standard",
+    "normal": "standard",
     "obliqueness": "obliquity",
     "pb": "lead",
     "sphere": "projectile",
@@ -41,6 +46,8 @@ def nearest_cure(value: object, allowed: Iterable[str]) -> str:
     "did you mean 'speed'?"
     >>> nearest_cure("aluminium", ["al-1100-o", "al-6061-t6", "lead"])
     "did you mean 'al-1100-o' or 'al-6061-t6'?"
+    >>> nearest_cure("high", ["draft", "standard", "fine"])
+    "did you mean 'fine'?"
     >>> nearest_cure("x", ["speed", "target"])
     'use one of: speed, target'
     """

@@ -113,11 +113,13 @@ def _list_laws(entries: list[Document]) -> None:
             law["name"],
             law["title"],
             law["quantity"],
+            law["use"].partition(" (")[0],
+            law["source"],
             "; ".join(each["words"] for each in law["range"]),
         )
         for law in entries
     )
-    print_table(("name", "title", "quantity", "range"), rows)
+    print_table(("name", "title", "quantity", "use", "source", "range"), rows)
 
 
 def _show_law(law: Document) -> None:

@@ -110,7 +110,9 @@ def export(
     from studies.sweeps.document import no_such_file
 
     if not film.exists():
-        raise no_such_file(film)
+        raise no_such_file(
+            film, example="give the film.npz of a run that kept its film, or its folder"
+        )
     with open_film(film) as opened:
         listed = export_vtk(opened, folder_of(vtk))
         names = ", ".join(f"{number} {name}" for number, name in enumerate(bodies(opened)) if name)
@@ -129,13 +131,13 @@ def plot(
 ) -> None:
     """Draw the figures of the report of a cube into files. Needs the extra 'plot'."""
     from studies.reports.printing import FORMATS, draw_figures
-    from studies.sweeps.document import no_such_file
+    from studies.sweeps.document import no_such_cube
 
     formats = [name for name in FORMATS if name == format.lower()]
     if not formats:
         raise InvalidInput([Finding("--format", format, ", ".join(FORMATS), "write one of these")])
     if not cube.exists():
-        raise no_such_file(cube)
+        raise no_such_cube(cube)
     for file in draw_figures(cube, folder_of(out), formats[0]):
         print(file)
 

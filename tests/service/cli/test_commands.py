@@ -330,6 +330,27 @@ def test_sweep__of_a_missing_file_names_the_one_beside_it_and_the_examples(
         assert words in output
 
 
+def test_plot__of_a_missing_file_says_so_with_an_example(
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("plot", tmp_path / "nothere") == 2
+    output = capsys.readouterr().err
+    assert "nothere: no such file" in output
+    assert "the cube.nc of a sweep" in output
+    assert "Examples" not in output
+
+
+def test_laws__are_listed_with_use_and_source(
+    whipple: Run, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert whipple("laws") == 0
+    header, *lines = capsys.readouterr().out.splitlines()
+    assert header.split() == ["name", "title", "quantity", "use", "source", "range"]
+    (maiden,) = [line for line in lines if line.startswith("maiden_c ")]
+    (carey,) = [line for line in lines if line.startswith("carey")]
+    assert ("verdict" in maiden, "drawn only" in carey) == (True, True)
+
+
 def test_estimate__warns_of_what_is_allowed_and_hardly_useful(
     whipple: Run, smoke: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

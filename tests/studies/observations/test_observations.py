@@ -154,3 +154,11 @@ def test_compared_shots__are_those_of_the_family_of_the_target() -> None:
     assert holes.materials == ("al-2024-t3", "copper-ofhc")
     assert (holes.shots, holes.scatter, holes.stated) == (1, None, None)
     assert holes.bias == row["simulated"] / row["observed"] - 1.0
+
+
+def test_column__that_is_close_to_a_measured_quantity_is_the_only_finding() -> None:
+    with pytest.raises(InvalidInput) as caught:
+        read_observations("speed [km/s],hole [mm],source\n6,10,x\n", KNOWN)
+    (finding,) = caught.value.findings
+    assert finding.field.endswith(": hole")
+    assert finding.cure == "did you mean 'hole_diameter'?"
