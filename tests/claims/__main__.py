@@ -37,7 +37,7 @@ def judge(claims: Iterable[Claim], *, json_file: Path | None = None) -> int:
     """Run claims, print each row as it is computed, and return the exit status."""
     rows = []
     for claim in claims:
-        print(f"... {claim.set} {claim.name}: {claim.says}", file=sys.stderr, flush=True)
+        print(f"... {_heading(claim)}: {claim.says}", file=sys.stderr, flush=True)
         for verified in framework.run(claim):
             print(f"{claim.name} | {verified.row} | {verified.seconds:.1f} s", flush=True)
             print(verified.trace, end="", file=sys.stderr, flush=True)
@@ -54,9 +54,18 @@ def judge(claims: Iterable[Claim], *, json_file: Path | None = None) -> int:
 def _listing(claims: Sequence[Claim]) -> str:
     width = max(len(claim.name) for claim in claims)
     return "\n".join(
-        f"{claim.set}  {claim.name:{width}}  {'quick' if claim.quick else '     '}  {claim.says}"
+        f"{claim.set}  {claim.name:{width}}  {'quick' if claim.quick else '     '}  {_duration(claim):6}  {claim.says}"
         for claim in claims
     )
+
+
+def _heading(claim: Claim) -> str:
+    return f"{claim.set} {claim.name}" + (f" ({_duration(claim)})" if claim.minutes else "")
+
+
+def _duration(claim: Claim) -> str:
+    """How long a claim takes a core, where it was measured."""
+    return f"{claim.minutes:g} min" if claim.minutes else ""
 
 
 def _parser() -> argparse.ArgumentParser:

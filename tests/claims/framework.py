@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from studies.verification import Verified, timed
@@ -23,6 +24,7 @@ class Claim:
     check: Callable[[], Row | Iterable[Row]]  # computes, and yields the rows
     quick: bool = False  # a few seconds: part of the test command
     set: str = ""  # the folder that holds it, with dashes
+    minutes: float = 0.0  # of a core, as measured once; 0: not measured, or below half a minute
 
 
 class UnknownClaim(LookupError):
@@ -30,10 +32,10 @@ class UnknownClaim(LookupError):
 
 
 def claim(
-    name: str, *, says: str, quick: bool = False
+    name: str, *, says: str, quick: bool = False, minutes: float = 0.0
 ) -> Callable[[Callable[[], Row | Iterable[Row]]], Claim]:
     """Make a claim of a function that yields rows."""
-    return lambda check: Claim(name, says, check, quick)
+    return lambda check: Claim(name, says, check, quick, minutes=minutes)
 
 
 def sets() -> list[str]:
@@ -50,7 +52,7 @@ def load(set_name: str) -> list[Claim]:
     """The claims of one set, in the order of their files and lines."""
     if set_name not in sets():
         raise UnknownClaim(f"no set of claims is named {set_name!r}; there are: {sets()}")
-    package = importlib.import_module(f"{PACKAGE}.{set_name.replace('-', '_')}")
+    package = _package(set_name)
     claims: dict[str, Claim] = {}
     for module in sorted(item.name for item in pkgutil.iter_modules(package.__path__)):
         if not module.startswith(("_", "test_")):
@@ -61,8 +63,12 @@ def load(set_name: str) -> list[Claim]:
 
 
 def select(names: Sequence[str] = (), *, quick: bool = False) -> list[Claim]:
-    """The claims of the given names or sets, or all; raises UnknownClaim."""
+    """The claims of the given names or sets, or all; raises UnknownClaim.
+
+    A set has the claims of its folder, and those that the list ``ALSO`` of its package names from other folders.
+    """
     claims = [each for name in sets() for each in load(name)]
+    names = [*names, *(name for asked in names if asked in sets() for name in _also(asked))]
     for name in set(names) - {*sets(), *(each.name for each in claims)}:
         raise UnknownClaim(
             f"no claim and no set of claims is named {name!r}; the sets are {', '.join(sets())}, "
@@ -73,6 +79,14 @@ def select(names: Sequence[str] = (), *, quick: bool = False) -> list[Claim]:
         for each in claims
         if (each.quick or not quick) and (not names or {each.name, each.set} & set(names))
     ]
+
+
+def _also(set_name: str) -> list[str]:
+    return list(getattr(_package(set_name), "ALSO", []))
+
+
+def _package(set_name: str) -> ModuleType:
+    return importlib.import_module(f"{PACKAGE}.{set_name.replace('-', '_')}")
 
 
 def run(chosen: Claim) -> Iterator[Verified]:

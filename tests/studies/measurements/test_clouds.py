@@ -75,12 +75,6 @@ def test_velocities__are_those_of_two_balls() -> None:
     assert value("rear_velocity", state) == pytest.approx(SPEEDS[0], rel=ROUND_OFF)
 
 
-def test_length__of_two_balls_ends_at_the_plane_that_a_hundredth_of_the_mass_exceeds() -> None:
-    radius, middle, _ = BALLS[1]
-    plane = middle + capped(0.01 * sum(MASSES) / MASSES[1]) * radius
-    assert value("cloud_length", two_balls()) == pytest.approx(plane - THICKNESS, abs=TENTH)
-
-
 def test_fragments__are_two_balls() -> None:
     assert value("fragments", two_balls()) == 2.0
     assert value("largest_fragment", two_balls()) == pytest.approx(max(MASSES), rel=ROUND_OFF)

@@ -15,6 +15,7 @@ from solver.state import Particles, Snapshot, empty_table, views
 from studies.measurements._bar import view as view_of_bar
 from studies.measurements._impact import ImpactView, azimuthal_spread, view
 from studies.measurements._plates import view as view_of_plates
+from tests.studies.measurements.shapes import body_of, setting_of_plate, snapshot_of
 from tests.studies.measurements.states import (
     BAR_DIAMETER,
     BAR_LENGTH,
@@ -24,7 +25,6 @@ from tests.studies.measurements.states import (
     CRATER,
     DENSITY,
     DEPTH,
-    DIAMETER,
     HOLE,
     LATE,
     OPENINGS,
@@ -36,7 +36,6 @@ from tests.studies.measurements.states import (
     line,
     plates,
     read,
-    reordered,
     scooped_half_space,
     value,
 )
@@ -72,49 +71,6 @@ def particles_at(kind: str, position: np.ndarray) -> Particles:
     measure = position[:, 0] * PARTICLE**2 if kind == "axisymmetric" else PARTICLE**3
     particles.mass[:] = DENSITY * measure
     return particles
-
-
-def setting_of_plate(kind: str, **changes: Any) -> Any:
-    """What ``view`` asks a setting for."""
-    flat = kind == "axisymmetric"
-    cells = round(changes.get("radius", RADIUS) / CELL)
-    deep = round(changes.get("thickness", THICKNESS) / CELL) + 16
-    left, wide = (-RADIUS, 2 * cells) if kind == "half" else (0.0, cells)
-    lower = (0.0, -8.0 * CELL, 0.0) if flat else (left, 0.0, -8.0 * CELL)
-    record = Axisymmetric if flat else Cartesian3D
-    extent = (cells, deep, 0) if flat else (wide, cells, deep)
-    return SimpleNamespace(
-        **{
-            "problem": SimpleNamespace(
-                geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
-                bodies=(body_of("target", DENSITY),),
-                absorbers=(),
-            ),
-            "target": "target",
-            "projectile_diameter": DIAMETER,
-            "thickness": THICKNESS,
-            "radius": RADIUS,
-            "sector": {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}[kind],
-            **changes,
-        }
-    )
-
-
-def body_of(
-    name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> Any:
-    """What ``view`` asks a body for."""
-    return SimpleNamespace(
-        name=name,
-        density=density,
-        spacing=(PARTICLE,) * 3,
-        velocity=np.array(velocity),
-        mass=np.ones(1),
-    )
-
-
-def snapshot_of(particles: Particles) -> Snapshot:
-    return Snapshot(0.0, 0, particles, np.zeros(particles.mass.size, np.int64))
 
 
 @pytest.mark.parametrize("opening", OPENINGS)
@@ -400,70 +356,3 @@ def test_view_of_plates__knows_each_particle_by_its_number(kind: str) -> None:
     shuffled_state = view_of_plates(setting, Snapshot(LATE, 0, shuffled, state.body[order]))
     for name in ("plateau_pressure", "target_density_from_spacing", "flyer_shock_front"):
         assert math.isclose(value(name, shuffled_state), value(name, state), rel_tol=1e-9)
-
-
-# Half axes of the ellipse, m: 20 x 12 mm, whose mean root is 15.49 mm.
-ELLIPSE = 10e-3, 6e-3
-OFF_AXIS = 3.3e-3  # m
-
-
-def half_block(inside: Any, *, radius: float, thickness: float, per_cell: int = 4) -> ImpactView:
-    """A target in a half model after an oblique shot, without the particles that ``inside`` (x, y, z) takes.
-
-    A fine lattice makes the staircase of a curved wall small.
-    """
-    step = CELL / per_cell
-    wide, across, along = (
-        step * (np.arange(round((high - low) / step)) + 0.5) + low
-        for low, high in ((-radius, radius), (0.0, radius), (0.0, thickness))
-    )
-    position = np.stack([a.ravel() for a in np.meshgrid(wide, across, along, indexing="ij")], -1)
-    position = position[~inside(*position.T)]
-    particles = views(empty_table(len(position)))
-    particles.position[:], particles.mass[:] = position, DENSITY * step**3
-    setting = setting_of_plate("half", radius=radius, thickness=thickness)
-    target = body_of("target", DENSITY)
-    target.spacing = (step,) * 3
-    setting.problem.bodies = (target, body_of("projectile", DENSITY, (1.0, 0.0, 1.0)))
-    setting.problem.geometry = grid(
-        Cartesian3D,
-        lower=(-radius, 0.0, -8.0 * CELL),
-        cells=(round(2.0 * radius / CELL), round(radius / CELL), round(thickness / CELL) + 16),
-        spacing=CELL,
-    )
-    return view(setting, snapshot_of(particles))
-
-
-def test_axes__of_a_drilled_ellipse_are_its_own() -> None:
-    a, b = ELLIPSE
-    state = half_block(
-        lambda x, y, z: ((x - OFF_AXIS) / a) ** 2 + (y / b) ** 2 < 1.0, radius=20e-3, thickness=2e-3
-    )
-    for axis, expected in (("largest", 20e-3), ("smallest", 12e-3), ("mean_root", 15.49e-3)):
-        assert abs(value(f"hole_diameter_{axis}", state) - expected) < 0.1 * CELL, axis
-
-
-def test_crater__of_a_tilted_shot_is_measured_about_its_own_middle() -> None:
-    """A bowl whose mouth is an ellipse off the axis, and whose deepest place is off the middle of its mouth."""
-    (a, b), deep, slip = ELLIPSE, 8e-3, 2e-3
-
-    def inside(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        level = z / deep
-        middle = OFF_AXIS + slip * level
-        return ((x - middle) / a) ** 2 + (y / b) ** 2 < 1.0 - level
-
-    # With three points a cell this would pass without walls at the circle that halves a window's area.
-    state = half_block(inside, radius=16e-3, thickness=12e-3)
-    # The surface of the bowl is larger than that of its mouth.
-    for axis, expected in (("largest", 20e-3), ("smallest", 12e-3), ("mean_root", 15.49e-3)):
-        assert abs(value(f"crater_diameter_{axis}", state) - expected) < 0.1 * CELL, axis
-    volume = 0.5 * math.pi * a * b * deep
-    assert abs(value("crater_volume", state) - volume) < math.pi * a * b * 0.1 * CELL
-    # Half of the bowl's rise within the column is the floor, at the deepest place and not below the mouth's middle.
-    depth = read("crater_depth", state).value
-    below = deep - 0.25 * (0.25 * DIAMETER) ** 2 * deep * (a**-2 + b**-2)
-    assert abs(depth - below) < 0.1 * CELL
-    coarse = half_block(inside, radius=16e-3, thickness=12e-3, per_cell=1)
-    shuffled = reordered(coarse)
-    for name in ("crater_diameter_mean_root", "crater_volume", "crater_depth"):
-        assert np.isclose(read(name, shuffled).value, read(name, coarse).value, rtol=1e-10), name
