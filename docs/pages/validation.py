@@ -1,4 +1,7 @@
-"""docs/validation.md: published problems on three grids beside experiments and other codes, computed once."""
+"""docs/validation.md: published problems on three grids beside experiments and other codes, computed once.
+
+A case that is another model on the mesh of its source, as the half model of a block, may stand there twice.
+"""
 
 import json
 import shutil
@@ -21,9 +24,9 @@ LEVEL: validation.Level = "fine"
 
 
 def compute(directory: Path | None = None, *names: Path) -> None:
-    """Cases at the level ``fine`` (all, or some by name) into ``docs/results/validation.json``.
+    """Cases (all, or some by name) into ``docs/results/validation.json``; a directory that is kept resumes.
 
-    A directory that is kept resumes.
+    ``CASE`` is computed at the level ``fine``, ``CASE/thesis`` on the mesh of its source.
     """
     with tempfile.TemporaryDirectory() as temporary:
         place = directory or Path(temporary)
@@ -44,19 +47,26 @@ def _unwatched(name: str) -> Iterator[Any]:
     yield lambda status: None
 
 
-def _computed(name: str, place: Path) -> dict[str, Any]:
-    """Rows of a case, and the names of its pictures, which are copied."""
+def _computed(chosen: str, place: Path) -> dict[str, Any]:
+    """Rows of a case, and the names of its pictures, which are copied at the level ``fine``."""
     from service.cli.validation import STORE, selected, validated
     from service.records.settings import Settings
 
     settings = Settings(data=place / STORE)
-    cases = selected([name], LEVEL)
-    rows = [each.row.as_json() for each in validated(cases, LEVEL, place, settings, _unwatched)]
-    pictures = []
-    for file in sorted((place / name).glob("*.svg")):
+    name, level = _place(chosen)
+    cases = selected([name], level)
+    rows = [each.row.as_json() for each in validated(cases, level, place, settings, _unwatched)]
+    pictures: list[str] = []
+    for file in sorted((place / name).glob("*.svg")) if level == LEVEL else []:
         pictures.append(f"validation-{file.name}")
         shutil.copy(file, DOCS / "drawings" / pictures[-1])
     return {"rows": rows, "pictures": pictures}
+
+
+def _place(chosen: str) -> tuple[str, validation.Level]:
+    """Name and level of what stands in the results as ``CASE`` or ``CASE/LEVEL``."""
+    name, _, level = chosen.partition("/")
+    return name, level or LEVEL  # type: ignore[return-value]
 
 
 def stored() -> dict[str, Any]:
@@ -83,11 +93,15 @@ def page() -> str:
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
         f"{document['physics_version']}), level `{LEVEL}`.{longer}\n",
     ]
-    for name, kept in document["cases"].items():
+    for chosen, kept in document["cases"].items():
+        name, level = _place(chosen)
         case = validation.load(name)
-        parts += [
+        heading = [
             f"## {name}\n",
             f"{case.says[0].upper()}{case.says[1:]}. Source: {case.source}.\n",
+        ]
+        parts += [
+            *(heading if level == LEVEL else [f"### {name}, level {level}\n"]),
             *(f"![{_title(file)}](drawings/{file})\n" for file in kept["pictures"]),
             table(
                 list(HEADERS),

@@ -19,7 +19,7 @@ order of their numbers. ``seos n 1`` has eight numbers there and three in the th
 speed) and now two. A block's third number is a density in the present reader and the mass of a particle in
 some of its decks: which of the two follows from the density of the material. What no run here needs (output files,
 reports, plotted regions) is read, checked and listed as unused; what changes the mechanics and has no counterpart here
-(staggered grids, total Lagrangian particles, dynamic relaxation, loads) is refused with its line.
+(staggered grids, total Lagrangian particles, dynamic relaxation, forces) is refused with its line.
 
 Units are those that a comment "Unit: ..." names, millimetre, gram and millisecond by default, as in the thesis. A
 number is shifted by its power of ten as text and rounded once, so that a deck can hold every double exactly.
@@ -46,6 +46,7 @@ from studies.scenarios._deck_records import (
     MOST_PARTICLES,
     Deck,
     DeckBody,
+    DeckGravity,
     DeckMaterial,
     DeckState,
     DeckVelocity,
@@ -137,6 +138,7 @@ class _Reader(Words):
             "seos": self._eos,
             "part": self._particles,
             "velo": self._velocities,
+            "load": self._loads,
             "cont": self._contact,
             "deto": lambda word: self.state.detonations.append(self.vector(word, "length")),
             "gimp": lambda word: self._shape("gimp"),
@@ -453,3 +455,16 @@ class _Reader(Words):
             self.state.velocities.append(
                 DeckVelocity(scopes[scope.key], number, velocity, scope.line)
             )
+
+    def _loads(self, word: Word) -> None:
+        """Gravity of bodies up to ``endl``."""
+        while True:
+            scope = self.next("endl, the end of the loads")
+            if scope.key == "endl":
+                return
+            if scope.key != "grav":
+                cure = "remove it: forces on bodies and particles are not computed"
+                refuse_line(scope.line, repr(scope.text), "grav or endl", cure)
+            body = self.integer(scope, "a body", 1, MOST_PARTICLES)
+            acceleration = self.vector(scope, "acceleration")
+            self.state.gravity.append(DeckGravity(body, acceleration, scope.line))

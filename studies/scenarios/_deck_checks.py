@@ -7,6 +7,7 @@ from studies.scenarios._deck_records import (
     MOST_NODES,
     Deck,
     DeckBody,
+    DeckGravity,
     DeckState,
     Lattice,
     Vector,
@@ -128,6 +129,7 @@ def finished(state: DeckState, units: str, line: int) -> Deck:
         bodies=tuple(state.bodies),
         velocities=tuple(state.velocities),
         detonations=tuple(state.detonations),
+        gravity=_gravity(state.gravity, len(state.bodies)),
         end_time=end,
         dt=dt,
         step_scale=scale,
@@ -169,6 +171,23 @@ def _scheme(switches: dict[str, bool]) -> SchemeName:
     if switches.get("usf"):
         return "usf"
     return "usl" if switches.get("usl") else "musl"
+
+
+def _gravity(stated: list[DeckGravity], bodies: int) -> Vector:
+    """That of all bodies; later lines of the deck overrule earlier ones."""
+    by_body = {each.body: each for each in stated}
+    for each in by_body.values():
+        if each.body > bodies:
+            refuse_line(each.line, f"body {each.body}", "a body of the deck", "correct its number")
+    if not by_body:
+        return 0.0, 0.0, 0.0
+    last = stated[-1]
+    if len(by_body) < bodies or any(
+        each.acceleration != last.acceleration for each in by_body.values()
+    ):
+        limit = f"one gravity for all {bodies} bodies"
+        refuse_line(last.line, f"gravity of body {last.body} alone", limit, "write grav for each")
+    return last.acceleration
 
 
 def _check_counts(state: DeckState, nodes: int, line: int) -> None:

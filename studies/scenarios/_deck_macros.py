@@ -1,7 +1,7 @@
 """Tables of the decks of MPM3D: units, kinds of materials, equations of state, what is refused."""
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Literal, get_args
 
 Quantity = Literal[
     "length",
@@ -15,6 +15,7 @@ Quantity = Literal[
     "heat capacity",
     "temperature",
     "viscosity",
+    "acceleration",
 ]
 
 # Powers of ten to SI. N = g mm / ms^2 and MPa = N / mm^2 go with mm, g, ms; energies per volume are stresses.
@@ -31,23 +32,9 @@ SHIFTS: Mapping[str, Mapping[Quantity, int]] = {
         "heat capacity": 0,
         "temperature": 0,
         "viscosity": 3,
+        "acceleration": 3,
     },
-    "SI": dict.fromkeys(
-        (
-            "length",
-            "time",
-            "mass",
-            "velocity",
-            "density",
-            "stress",
-            "rate",
-            "number",
-            "heat capacity",
-            "temperature",
-            "viscosity",
-        ),
-        0,
-    ),
+    "SI": dict.fromkeys(get_args(Quantity), 0),
 }
 
 Form = Mapping[str, Quantity]
@@ -117,5 +104,4 @@ REFUSED: Mapping[str, tuple[str, str]] = {
     "qulo": ("no slowly applied loads", "remove it"),
     "damp": ("no damping of all motion", "remove it"),
     "drda": ("no dynamic relaxation", "remove it"),
-    "load": ("initial velocities and detonations, no loads", "remove load to endl"),
 }

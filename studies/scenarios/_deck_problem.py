@@ -82,6 +82,7 @@ def problem_of(
         ),
         faces=((faces[0], faces[1]), (faces[2], faces[3]), (faces[4], faces[5])),
         end_time=end_time,
+        gravity=deck.gravity,
         **numerics(parameters),
     )
 

@@ -60,6 +60,15 @@ class DeckVelocity:
     line: int
 
 
+@dataclass(frozen=True)
+class DeckGravity:
+    """The acceleration (m/s2) of a body, by number from 1."""
+
+    body: int
+    acceleration: Vector
+    line: int
+
+
 @dataclass(frozen=True, kw_only=True)
 class Deck:
     """A deck as it was understood; SI."""
@@ -74,6 +83,7 @@ class Deck:
     bodies: tuple[DeckBody, ...]
     velocities: tuple[DeckVelocity, ...]
     detonations: tuple[Vector, ...]  # m
+    gravity: Vector  # of all bodies, m/s2
     end_time: float  # s
     dt: float | None  # s
     step_scale: float  # of cell over sound speed, where dt is absent
@@ -110,6 +120,7 @@ class DeckState:
     bodies: list[DeckBody] = field(default_factory=list)
     velocities: list[DeckVelocity] = field(default_factory=list)
     detonations: list[Vector] = field(default_factory=list)
+    gravity: list[DeckGravity] = field(default_factory=list)
     faces: list[int] = field(default_factory=lambda: [0] * 6)
     shape: str = "linear"
     friction: float = 0.0

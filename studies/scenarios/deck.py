@@ -146,7 +146,8 @@ def _size(parameters: DeckRun, materials: Materials) -> Size:
     deck = deck_of(parameters)
     sound = max(signal_speed(material) for material in deck.materials.values()) or 1.0
     speeds = [math.hypot(*each.velocity) for each in deck.velocities]
-    speed = max([*speeds, 1e-9 * sound])
+    fallen = math.hypot(*deck.gravity) * _end_time(parameters)
+    speed = max([*speeds, 1e-9 * sound]) + fallen
     fine = parameters.refinement
     dt = parameters.fixed_dt
     if dt is None:

@@ -34,8 +34,6 @@ ENERGIES = {
 
 
 def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
-    if level == "quick":
-        return {"quarter": _sweep("quarter", (THESIS,))}
     sweeps = {
         geometry: _sweep(geometry, cells if level == "fine" else (THESIS,))
         for geometry, cells in GEOMETRIES.items()

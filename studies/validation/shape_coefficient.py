@@ -25,7 +25,7 @@ PAIRS = {
 }
 LIMIT = 0.5  # Ma (2005), section 1.2.1
 SPEEDS, QUICK = (1, 2, 4, 6, 8), (6,)  # km/s
-CELLS = {"quick": 8, "thesis": 9, "fine": [6, 9, 13.5]}
+CELLS = {"quick": 5, "thesis": 9, "fine": [6, 9, 13.5]}
 SMALL_BLOCK = {"target_depth": "30 mm", "target_radius": "25 mm"}
 
 

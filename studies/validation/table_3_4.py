@@ -1,6 +1,10 @@
 """Craters in a copper block at 4 to 7 km/s: Ma (2005), section 3.2.2, Table 3.4.
 
-The published numbers are computed ones, on cells of 1 mm, and are the table of shots ``craters-thesis``.
+The published numbers are computed ones, on cells of 1 mm, and are the table of shots ``craters-thesis``. How the
+thesis reads a diameter is not said. Ours, at the original surface, misses the tolerance at 5 km/s in the half model, by
+0.25 mm of 3 mm: the mouth widens to the end. At 30 us it has the published diameters within 1 mm (24.0, 25.9, 28.7 and
+30.1 mm), and from there to 45 us it grows by 0.6, 2.4, 2.0 and 2.9 mm, the depth by 0.9 mm at most. The figures of the
+thesis are of 45 us.
 """
 
 from collections.abc import Iterator, Mapping
@@ -28,7 +32,7 @@ FORMS = ("linear", "power")
 def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     shape = {"projectile_shape": "cylinder", "projectile_length": "4 mm"}
     crater = craters(level, DIAMETER, "45 us", **shape)
-    speeds = [f"{speed} km/s" for speed in ((4, 7) if level == "quick" else (4, 5, 6, 7))]
+    speeds = [f"{speed} km/s" for speed in (4, 5, 6, 7)]
     title = "Craters in a copper block: Ma (2005), Table 3.4"
     return {"craters": {"title": title, "axes": {"speed": speeds}, **crater}}
 
@@ -45,8 +49,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
             there = [each for each in numbers if each.shot.parameters["speed"] == speed]
             where = f"{speed / 1e3:g} km/s"
             yield from compared(where, quantity, there, THESIS, mesh=(CELLS, MESH), within=within)
-    if level != "quick":
-        yield from _fits(cubes)
+    yield from _fits(cubes)
 
 
 def _fits(cubes: Cubes) -> Iterator[Row]:
@@ -91,7 +94,8 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
 CASE = Validation(
     name="table-3-4",
     says="craters of the thesis' copper cylinder at 4 to 7 km/s: on its cells of 1 mm within 2 mm in depth and 3 mm in "
-    "diameter; the value without a mesh beside it, deeper and wider",
+    "diameter (its half model misses the diameter of 5 km/s by 0.25 mm); the value without a mesh beside it, deeper and "
+    "wider",
     source="Ma (2005), section 3.2.2, Table 3.4: computed with MPM3D",
     sweeps=_sweeps,
     rows=_rows,

@@ -108,6 +108,8 @@ def _print_deck(deck: "Deck") -> None:
     rows += [
         ("detonation", " ".join(f"{x * 1e3:g}" for x in at) + " mm") for at in deck.detonations
     ]
+    if any(deck.gravity):
+        rows.append(("gravity", " ".join(f"{each:g}" for each in deck.gravity) + " m/s2"))
     print_table(("", "understood"), rows)
     print()
     print_table(

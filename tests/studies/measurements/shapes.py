@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -149,13 +150,10 @@ def _tilted(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def _of_block(
-    inside: Inside, sizes: Mapping[str, tuple[float, float]], **block: float
+    inside: Inside, sizes: Mapping[str, tuple[float, float]], *, radius: float, thickness: float
 ) -> KnownShape:
-    return KnownShape(
-        lambda: half_block(inside, **block),
-        lambda: half_block(inside, **block, per_cell=1),
-        sizes,
-    )
+    block = partial(half_block, inside, radius=radius, thickness=thickness)
+    return KnownShape(block, partial(block, per_cell=1), sizes)
 
 
 def _floor(curvature: float) -> float:

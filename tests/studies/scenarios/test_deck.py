@@ -178,10 +178,35 @@ def test_deck__without_the_rotation_terms_has_none() -> None:
         assert resolve("deck", {"deck": text}, {}).parameters["jaumann"] is expected
 
 
-@pytest.mark.parametrize("macro", ["sgmp", "drda", "load", "damp 0.1"])
+@pytest.mark.parametrize("macro", ["sgmp", "drda", "smoo", "damp 0.1", "load part 1 0 0 1 endl"])
 def test_macro__that_nothing_here_does_is_refused_with_its_line(macro: str) -> None:
     text = soil_deck().replace("musl on", macro)
     assert f"deck line {line_of(text, macro)}" in error(text)
+
+
+def test_gravity__of_all_bodies_is_that_of_the_problem() -> None:
+    """9.81 m/s2 are 9.81d-3 mm/ms2; a later line overrules an earlier one."""
+    falls = soil_deck().replace("velo", "load\ngrav 1 0 0 -1\ngrav 1 0 0 -9.81d-3\nendl\nvelo")
+    made = problem("deck", deck=falls, units="mm-g-ms", contact="none")
+    assert made.gravity == (0.0, 0.0, -9.81)
+    assert problem("deck", deck=soil_deck()).gravity == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("loads", "bad"),
+    [
+        (["grav 1 0 0 -9.81"], "grav 1"),
+        (["grav 1 0 0 -9.81", "grav 2 0 0 -9.81", "grav 3 0 0 0"], "grav 3"),
+        (["grav 4 0 0 -9.81"], "grav 4"),
+        (["grav 1 0 0"], "grav 1"),
+    ],
+    ids=["of one of three", "of two of three", "of no body", "too short"],
+)
+def test_gravity__that_not_all_bodies_have_is_refused_with_its_line(
+    loads: list[str], bad: str
+) -> None:
+    text = fluid_deck().replace("velo", "\n".join(["load", *loads, "endl", "velo"]))
+    assert f"deck line {line_of(text, bad)}" in error(text)
 
 
 @pytest.mark.parametrize("name", DECKS)
