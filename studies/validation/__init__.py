@@ -1,12 +1,12 @@
 """Validation: published problems, computed as ordinary sweeps, with the numbers of experiments and other codes beside.
 
 How to add one: a module here that offers a ``Validation`` as ``CASE``, and beside it a CSV file of its name with the
-published numbers. A case is a module with its table and no folder of its own, because it is a sweep, a tolerance and a
-few rows: fifty lines, found like the members of every other kind. ``sweeps`` gives the documents of a level: ``quick``
-for a glance on coarse grids (all cases together take half a minute of a core), ``thesis`` on the meshes of the source, ``fine``
-on three grids, which give the value without a mesh and its error bar. ``rows`` compares the cubes with the table; its
-tolerances are stated before a run and belong to the mesh of the source: part of a published agreement is its mesh, so
-that the converged value stands beside it as a report. Nothing is tuned.
+published numbers. A case is a module with its table and no folder of its own, because it is a sweep, a tolerance and
+a few rows: fifty lines, found like the members of every other kind. ``sweeps`` gives the documents of a level:
+``quick`` for a glance on coarse grids (all cases together take a core half a minute), ``thesis`` on the meshes of the
+source, ``fine`` on three grids, which give the value without a mesh and its error bar. ``rows`` compares the cubes
+with the table; its tolerances are stated before a run and belong to the mesh of the source: part of a published
+agreement is its mesh, so that the converged value stands beside it as a report. Nothing is tuned.
 
 The table has the columns ``by`` ("experiment", or the code that computed), ``source`` and ``confidence``, the
 parameters and the quantities, with their units in the header (``studies.observations``). ``whipple validate`` computes

@@ -22,7 +22,6 @@ from studies.validation import Level
 from tests.acceptance.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 from tests.claims import Claim, Row, claim
 
-
 BY_COMMAND = "taylor-bar"  # a single run
 
 
@@ -40,7 +39,7 @@ def _rows(names: Sequence[str], level: Level) -> Iterator[Row]:
 
 
 def _quick_rows() -> Iterator[Row]:
-    """The rows of all cases: one by the command, and without its service and reports, which cost as much, the others."""
+    """The rows of all cases: of one by the command, of the others without its service and reports, which cost most."""
     yield from _rows([BY_COMMAND], "quick")
     for case in map(validation.load, validation.names()):
         if case.name != BY_COMMAND:
