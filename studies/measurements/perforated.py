@@ -27,4 +27,5 @@ MEASUREMENT = Measurement(
     "the plate between 0.75 and 1.25 diameters from the axis; else undecided: the run ends too early",
     version=1,
     read=_read,
+    is_outcome=True,
 )

@@ -158,7 +158,7 @@ class PluggingSetting(ImpactSetting):
 
 
 @dataclass(frozen=True)
-class Solid:
+class BodyShape:
     """A solid of revolution or a prism about the line of flight, before any method has filled it."""
 
     role: str  # the parameter that names its material
@@ -188,10 +188,10 @@ class Solid:
         return self.breadth * shape
 
 
-def solids(parameters: Plugging) -> tuple[Solid, Solid]:
+def solids(parameters: Plugging) -> tuple[BodyShape, BodyShape]:
     """Projectile and plate."""
     radius = 0.5 * parameters.projectile_diameter
-    projectile = Solid(
+    projectile = BodyShape(
         role="projectile",
         begin=-parameters.gap - parameters.projectile_length,
         end=-parameters.gap,
@@ -201,7 +201,7 @@ def solids(parameters: Plugging) -> tuple[Solid, Solid]:
         nose_length=_nose_length(parameters),
         speed=parameters.speed,
     )
-    plate = Solid(
+    plate = BodyShape(
         role="target",
         begin=0.0,
         end=parameters.plate_thickness,
@@ -337,7 +337,7 @@ def _clamp(parameters: Plugging) -> Any:
     return clamp(lower=lower, upper=upper)
 
 
-def _filled(solid: Solid, parameters: Plugging, material: "Material", geometry: Any) -> "Body":
+def _filled(solid: BodyShape, parameters: Plugging, material: "Material", geometry: Any) -> "Body":
     """A solid filled with the particles of the material point method."""
     import numpy as np
 

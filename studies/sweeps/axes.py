@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
+from studies.sweeps.search import Search
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure, shown
 from studies.values.parameters import Parameter, Value, parse_value
@@ -33,6 +34,7 @@ class Axis:
     unit: str | None  # SI symbol; None for words
     values: tuple[Value, ...]  # SI, in the order given
     bounds: tuple[float, float] | None = None  # of an axis that is sampled; SI
+    search: Search | None = None  # of an axis whose further values follow from results
 
 
 @dataclass(frozen=True)

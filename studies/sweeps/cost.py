@@ -44,8 +44,13 @@ class PresetCost:
 
 
 def cost_of(sweep: Sweep) -> Cost:
-    """The cost of a sweep; raises InvalidInput where one of its points is refused."""
-    return _cost(point.run for point in sweep.every_run())
+    """The cost of a sweep, at most; raises InvalidInput where one of its points is refused."""
+    cost = _cost(point.run for point in sweep.every_run())
+    if sweep.searched is None:
+        return cost
+    # The further tries of a search lie between the values of its first runs.
+    share = sweep.most_runs / cost.runs
+    return Cost(sweep.most_runs, cost.core_seconds * share, round(cost.bytes * share))
 
 
 def _of_screening(sweep: Sweep) -> Cost:

@@ -20,6 +20,7 @@ from studies.materials import Material, read_document
 from studies.observations import AllowedNames, read_observations, written
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
+from studies.sweeps.search import read_search
 from studies.sweeps.sweep import (
     OFFSET,
     RESOLUTION,
@@ -200,6 +201,7 @@ class _DocumentReading:
         axes = self._axes(terms, combine)
         resolutions, offsets = self._attempt(self._refinement) or ((), 1)
         self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
+        self._check_search(axes, combine, resolutions, offsets)
         self._check_completeness()
         table = self.document.get("observations")
         observations = (
@@ -371,8 +373,38 @@ class _DocumentReading:
             points = self.sampling.points if self.sampling else None
             reader = AxisReader(self.limits.max_runs, terms.materials)
             return read_range(parameter, name, values, reader, points)
+        if isinstance(values, Mapping) and "limit_of" in values:
+            search = read_search(parameter, values, field, terms.quantities)
+            return Axis(name, parameter.unit, search.start, search=search)
         reader = AxisReader(self.limits.max_values, terms.materials)
         return reader.read(parameter, name, values, field)
+
+    def _check_search(
+        self, axes: tuple[Axis, ...], combine: Combine, resolutions: tuple[float, ...], offsets: int
+    ) -> None:
+        """One axis is searched, for each point of a grid of the others, on the one grid of each."""
+        searched = [axis.name for axis in axes if axis.search]
+        if not searched:
+            return
+        field = f"axes.{searched[0]}"
+        for refused, value, limit, cure in (
+            (len(searched) > 1, ", ".join(searched), "one limit", "give the others as values"),
+            (combine != "grid", combine, "combine: grid for a limit", "leave combine out"),
+            (
+                len(resolutions) > 1 or offsets > 1,
+                f"{len(resolutions)} resolutions, {offsets} offsets",
+                "one grid for a limit",
+                f"vary {RESOLUTION} as an axis",
+            ),
+            (
+                self.document.get("model_part") == "screen",
+                "model_part: screen",
+                "stored or none for a limit",
+                "leave model_part out",
+            ),
+        ):
+            if refused:
+                self._refuse(field, value, limit, cure)
 
     def _check_combination(self, axes: tuple[Axis, ...], combine: Combine) -> None:
         """Axes of a zip are equally long; no value of an axis (of a zip: no point) stands twice."""
@@ -396,7 +428,9 @@ class _DocumentReading:
 
     def _check_size(self, axes: tuple[Axis, ...], combine: Combine, times: int) -> None:
         """The number of runs, each point refined so many times; nothing is expanded yet."""
-        lengths = [len(axis.values) for axis in axes] or [1]
+        lengths = [
+            axis.search.most_tries if axis.search else len(axis.values) for axis in axes
+        ] or [1]
         points = math.prod(lengths) if combine == "grid" else max(lengths)
         if points * times > self.limits.max_runs:
             limit = f"at most {self.limits.max_runs} runs"

@@ -3,7 +3,7 @@
 import itertools
 import math
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
@@ -16,6 +16,7 @@ from studies.observations.compared import ComparedShots, compared_shots
 from studies.runs import run
 from studies.sweeps.axes import Axis
 from studies.sweeps.sampling import Sampling
+from studies.sweeps.search import Limit, Outcome, replay
 from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import Parameter, Value, declared
 from studies.values.quantities import round_quantity
@@ -116,6 +117,50 @@ class Sweep:
     def size(self) -> int:
         """The number of runs."""
         return math.prod(self.shape)
+
+    @property
+    def searched(self) -> Axis | None:
+        """The axis whose limit is searched."""
+        return next((axis for axis in self.axes if axis.search), None)
+
+    @property
+    def most_runs(self) -> int:
+        """The most runs: those of every try where a limit is searched."""
+        axis = self.searched
+        if axis is None or axis.search is None:
+            return self.size
+        return self.size // len(axis.values) * axis.search.most_tries
+
+    def limits(
+        self, outcome_of: "Callable[[run.Run], Outcome | str]"
+    ) -> list[tuple[dict[str, Value], Limit]]:
+        """The limit at each point of the other axes, from the outcomes of runs or the states of unfinished ones."""
+        axis = self.searched
+        assert axis is not None
+        assert axis.search is not None
+        others = tuple(other for other in self.axes if other is not axis)
+        return [
+            (
+                at,
+                replay(
+                    axis.search,
+                    lambda value, at=at: outcome_of(self._run({**at, axis.name: value})),  # type: ignore[misc]
+                    axis.unit or "1",
+                ),
+            )
+            for _, at in _product(others)
+        ]
+
+    def tried(self, limits: "Sequence[tuple[Mapping[str, Value], Limit]]") -> "Sweep":
+        """The values that a search tried so far, as pairs with those of the other axes."""
+        searched = self.searched
+        assert searched is not None
+        points = [{**at, searched.name: value} for at, limit in limits for value in limit.tried]
+        axes = tuple(
+            replace(axis, values=tuple(point[axis.name] for point in points), search=None)
+            for axis in self.axes
+        )
+        return replace(self, axes=axes, combine="zip")
 
     def document(self) -> dict[str, Any]:
         """The sweep as plain values that ``parse`` reads as itself; the order of axes counts."""
@@ -257,6 +302,8 @@ class Sweep:
         preset = ACCURACY[name]
         record = scenarios.load(self.scenario).parameters
         fixed = {name: value for name, value in self.fixed.items() if name not in self.by_accuracy}
+        if self.searched and len(preset.resolutions) * preset.offsets > 1:
+            raise ValueError(f"{self.name}: the preset {name} has several grids, a limit takes one")
         free = declared(record).keys() - {*fixed, *(axis.name for axis in self.axes)}
         if RESOLUTION not in free or (preset.offsets > 1 and OFFSET not in free):
             raise ValueError(f"{self.name}: the preset {name} cannot set its resolution")
@@ -372,6 +419,12 @@ def _product(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str
 
 def _written_axis(axis: Axis) -> Any:
     """An axis as a document writes it: its values, and the ends of its range where it is sampled."""
+    if axis.search:
+        low, high, tolerance = (
+            written(value, axis.unit)
+            for value in (axis.search.low, axis.search.high, axis.search.tolerance)
+        )
+        return {"limit_of": axis.search.quantity, "between": [low, high], "tolerance": tolerance}
     values = [written(value, axis.unit) for value in axis.values]
     if axis.bounds is None:
         return values

@@ -1,0 +1,183 @@
+"""The search for a limit: the value of a parameter from which on an outcome, 1 or 0, is 1.
+
+``speed: {limit_of: perforated, between: [150 m/s, 250 m/s]}`` asks for the limit at each point of the other axes. The
+next value is a pure function of the results of the runs so far, and nothing else is stored: whoever has the document
+and the results goes on with a search, or says where it ended.
+
+The first runs are those at both ends and in the middle. From then on the next value halves the widest gap between
+neighbours within the interval, from the highest 0 to the lowest 1, until no gap is wider than the tolerance or the most
+tries are used up. A run without an outcome is a try, so that it leaves the interval wider.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+from typing import Any
+
+from studies import measurements
+from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.nearest import nearest_cure, shown
+from studies.values.parameters import Parameter, parse_value
+from studies.values.quantities import parse_quantity, readable, refusal, round_quantity
+
+KEYS = ("limit_of", "between", "tolerance")
+EXAMPLE = "write {limit_of: perforated, between: [150 m/s, 250 m/s]}"
+TOLERANCE = 1.0 / 64.0  # of the interval, by default: six halvings
+FINEST = 1e-6  # of the interval: the least tolerance
+
+Outcome = bool | None  # of an ended run; None: it failed, or ended undecided
+
+
+class Verdict(StrEnum):
+    """Where a search stands."""
+
+    UNFINISHED = "unfinished"  # some of its runs have not ended
+    BRACKETED = "bracketed"
+    NON_MONOTONE = "non_monotone"  # a 1 lies below a 0
+    NOT_BRACKETED = "not_bracketed"  # no 0 below a 1
+
+
+@dataclass(frozen=True)
+class Search:
+    """A question for the limit of an outcome."""
+
+    quantity: str  # a measurement that is 1 or 0
+    low: float  # SI
+    high: float
+    tolerance: float  # of the interval that is asked for, SI
+
+    @property
+    def start(self) -> tuple[float, float, float]:
+        """The values of the first runs, which need no result."""
+        return self.low, round_quantity(0.5 * (self.low + self.high)), self.high
+
+    @property
+    def most_tries(self) -> int:
+        """The most runs of a search."""
+        return 2 + max(1, math.ceil(math.log2((self.high - self.low) / self.tolerance) - 1e-9))
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The answer to a search, and the values that it tried."""
+
+    verdict: Verdict
+    tried: tuple[float, ...]  # ascending, SI
+    next: float | None  # the value to try next; None where no run is due
+    lower: float = math.nan  # the highest 0 below the lowest 1
+    upper: float = math.nan  # the lowest 1 above the highest 0
+    reason: str = ""  # why there is no limit
+
+    @property
+    def value(self) -> float:
+        """The middle of the interval; NaN without one."""
+        return 0.5 * (self.lower + self.upper)
+
+
+def replay(search: Search, outcome_of: Callable[[float], Outcome | str], unit: str) -> Limit:
+    """A search as its results tell it.
+
+    ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``unit`` (SI) is for reasons.
+    """
+    tried = list(search.start)
+    while True:
+        outcomes = {value: outcome_of(value) for value in sorted(tried)}
+        limit = _limit(search, outcomes, unit)
+        if limit.next is None:
+            return limit
+        tried.append(limit.next)
+        if isinstance(outcome_of(limit.next), str):
+            return Limit(Verdict.UNFINISHED, tuple(sorted(tried)), limit.next)
+
+
+def _limit(search: Search, outcomes: Mapping[float, Outcome | str], unit: str) -> Limit:
+    """Where a search stands with these outcomes, by ascending value."""
+    tried = tuple(outcomes)
+    if any(isinstance(outcome, str) for outcome in outcomes.values()):
+        return Limit(Verdict.UNFINISHED, tried, None)
+    ones = [value for value, outcome in outcomes.items() if outcome]
+    zeros = [value for value, outcome in outcomes.items() if outcome is False]
+    is_reversed = outcomes[search.low] and outcomes[search.high] is False
+    if not is_reversed and ones and zeros and max(zeros) > min(ones):
+        lower = max((value for value in zeros if value < min(ones)), default=search.low)
+        upper = min((value for value in ones if value > max(zeros)), default=search.high)
+        return Limit(Verdict.NON_MONOTONE, tried, None, lower, upper)
+    if is_reversed or not (zeros and ones):
+        gave = " and ".join(
+            f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in (search.low, search.high)
+        )
+        reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
+        return Limit(Verdict.NOT_BRACKETED, tried, None, reason=reason)
+    lower, upper = max(zeros), min(ones)
+    inside = [value for value in tried if lower <= value <= upper]
+    gaps = [(after - before, before) for before, after in pairwise(inside)]
+    width, before = max(gaps, key=lambda gap: (gap[0], -gap[1]))
+    enough = width <= search.tolerance * (1.0 + 1e-9) or len(tried) >= search.most_tries
+    following = None if enough else round_quantity(before + 0.5 * width)
+    return Limit(Verdict.BRACKETED, tried, following, lower, upper)
+
+
+def _shown(outcome: Outcome | str) -> str:
+    return "without an outcome" if outcome is None else str(int(bool(outcome)))
+
+
+def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> Outcome:
+    """The outcome among the measurements of a result, as plain values; None without one."""
+    measured = ((summary or {}).get("measurements") or {}).get(quantity) or {}
+    value = measured.get("value")
+    return None if value is None else value > 0.5
+
+
+def read_search(
+    parameter: Parameter, raw: Mapping[str, Any], field: str, quantities: Mapping[str, Any]
+) -> Search:
+    """The search of a document's axis; ``quantities`` are those of the scenario. Raises InvalidInput."""
+    if parameter.kind != "quantity":
+        raise refusal(field, raw, "a list of values", "search for the limit of a quantity")
+    findings = Findings()
+    for key in raw:
+        if key not in KEYS:
+            cure = nearest_cure(key, KEYS)
+            findings.append(Finding(f"{field}.{key}", shown(key), "limit_of and between", cure))
+    outcomes = [name for name in quantities if measurements.load(name).is_outcome]
+    quantity: Any = raw["limit_of"]
+    if not isinstance(quantity, str) or quantity not in outcomes:
+        limit = "what the scenario measures as 1 or 0: " + (", ".join(outcomes) or "nothing")
+        findings.append(
+            Finding(f"{field}.limit_of", shown(quantity), limit, nearest_cure(quantity, outcomes))
+        )
+    ends: list[float] = []
+    between: Any = raw.get("between")
+    if not isinstance(between, list | tuple) or len(between) != 2:
+        findings.append(Finding(f"{field}.between", shown(between), "two values", EXAMPLE))
+        between = ()
+    for place, end in enumerate(between):
+        try:
+            ends.append(_number(parameter, end, f"{field}.between[{place}]"))
+        except InvalidInput as error:
+            findings.extend(error.findings)
+    if findings:
+        raise InvalidInput(findings)
+    low, high = ends
+    unit = parameter.unit or "1"
+    if not low < high:
+        limit = f"more than {readable(low, unit)}"
+        raise refusal(f"{field}.between[1]", between[1], limit, EXAMPLE)
+    tolerance = round_quantity(TOLERANCE * (high - low))
+    if raw.get("tolerance") is not None:
+        # A difference of two values, without the bounds of these.
+        tolerance = float(parse_quantity(raw["tolerance"], unit, f"{field}.tolerance"))
+        if not FINEST * (high - low) <= tolerance <= high - low:
+            limit = f"a millionth of the interval to all of it, {readable(high - low, unit)}"
+            raise refusal(f"{field}.tolerance", raw["tolerance"], limit, "choose another one")
+    return Search(quantity, low, high, tolerance)
+
+
+def _number(parameter: Parameter, raw: Any, field: str) -> float:
+    if raw is None:
+        raise refusal(field, raw, parameter.limit(), EXAMPLE)
+    value = parse_value(parameter, raw, field)
+    assert isinstance(value, float)
+    return value

@@ -1,0 +1,153 @@
+"""The search for a limit on outcomes with a known answer."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from studies.sweeps.cost import cost_of
+from studies.sweeps.search import Limit, Outcome, Search, Verdict, replay
+from studies.sweeps.sweep import Sweep
+from studies.values.errors import InvalidInput
+
+SEARCH = Search("perforated", 100.0, 200.0, 2.0)
+DOCUMENT: dict[str, Any] = {
+    "scenario": "plugging",
+    "axes": {
+        "speed": {
+            "limit_of": "perforated",
+            "between": ["100 m/s", "200 m/s"],
+            "tolerance": "10 m/s",
+        },
+        "nose": ["blunt", "conical"],
+    },
+    "resolution": 8,
+}
+
+
+def searched(outcome_of: Callable[[float], Outcome | str]) -> Limit:
+    return replay(SEARCH, outcome_of, "m s-1")
+
+
+@pytest.mark.parametrize("exact", [100.5, 133.3, 150.0, 187.9, 199.5])
+def test_search__brackets_a_limit_within_its_tolerance(exact: float) -> None:
+    limit = searched(lambda speed: speed >= exact)
+    assert limit.verdict is Verdict.BRACKETED
+    assert limit.lower < exact <= limit.upper
+    assert limit.upper - limit.lower <= SEARCH.tolerance
+    assert len(limit.tried) <= SEARCH.most_tries
+    assert limit.next is None
+
+
+@pytest.mark.parametrize("perforates", [True, False])
+def test_search__names_both_ends_that_give_the_same(perforates: bool) -> None:
+    limit = searched(lambda speed: perforates)
+    assert limit.verdict is Verdict.NOT_BRACKETED
+    assert limit.tried == SEARCH.start
+    assert math.isnan(limit.value)
+    for words in (f"{int(perforates)} at 100 m/s", f"{int(perforates)} at 200 m/s"):
+        assert words in limit.reason
+
+
+def test_search__says_that_an_end_gave_nothing() -> None:
+    limit = searched(lambda speed: None if speed == 200.0 else False)
+    assert limit.verdict is Verdict.NOT_BRACKETED
+    assert "without an outcome at 200 m/s" in limit.reason
+
+
+@pytest.mark.parametrize(
+    ("ones", "interval"), [({150.0}, (100.0, 200.0)), ({100.0, 200.0}, (100.0, 200.0))]
+)
+def test_search__gives_the_interval_of_outcomes_that_are_not_monotone(
+    ones: set[float], interval: tuple[float, float]
+) -> None:
+    limit = searched(lambda speed: speed in ones)
+    assert limit.verdict is Verdict.NON_MONOTONE
+    assert (limit.lower, limit.upper) == interval
+    assert limit.next is None
+
+
+def test_search__takes_ends_the_wrong_way_round_for_no_bracket() -> None:
+    assert searched(lambda speed: speed < 120.0).verdict is Verdict.NOT_BRACKETED
+
+
+@pytest.mark.parametrize("failed", [150.0, 137.5])
+def test_failed_run__widens_the_interval(failed: float) -> None:
+    limit = searched(lambda speed: None if speed == failed else speed >= 136.0)
+    assert limit.verdict is Verdict.BRACKETED
+    assert limit.lower < 136.0 <= limit.upper
+    assert limit.upper - limit.lower > SEARCH.tolerance or failed == 150.0
+    assert len(limit.tried) <= SEARCH.most_tries
+
+
+def test_search__goes_on_from_results_alone() -> None:
+    """Each try follows from those before, whoever asks."""
+    done: dict[float, bool] = {}
+    order = []
+    while True:
+        limit = searched(lambda speed: done.get(speed, "missing"))
+        todo = [speed for speed in limit.tried if speed not in done]
+        if not todo:
+            break
+        for speed in todo:
+            done[speed] = speed >= 171.0
+            order.append(speed)
+    assert order[:3] == [100.0, 150.0, 200.0]
+    assert limit == searched(lambda speed: speed >= 171.0)
+    assert sorted(order) == list(limit.tried)
+
+
+def test_unfinished_run__keeps_the_search_where_it_is() -> None:
+    limit = searched(lambda speed: "running" if speed == 175.0 else speed >= 171.0)
+    assert limit.verdict is Verdict.UNFINISHED
+    assert limit.tried == (100.0, 150.0, 175.0, 200.0)
+
+
+def test_sweep__searches_each_point_of_the_other_axes() -> None:
+    sweep = Sweep.parse(DOCUMENT)
+    assert [point.coordinates["speed"] for point in sweep.runs()[::2]] == [100.0, 150.0, 200.0]
+    assert Sweep.parse(sweep.document()) == sweep
+    exact = {"blunt": 180.0, "conical": 120.0}
+    limits = sweep.limits(
+        lambda run: float(run.parameters["speed"] or 0.0) >= exact[str(run.parameters["nose"])]
+    )
+    assert [at["nose"] for at, _ in limits] == ["blunt", "conical"]
+    for at, limit in limits:
+        assert limit.lower < exact[str(at["nose"])] <= limit.upper
+    table = sweep.tried(limits)
+    runs = {point.run.id for point in table.runs()}
+    assert runs >= {point.run.id for point in sweep.runs()}
+    assert len(runs) == sum(len(limit.tried) for _, limit in limits)
+
+
+def test_estimate__is_that_of_the_most_runs() -> None:
+    sweep = Sweep.parse(DOCUMENT)
+    assert sweep.most_runs == 2 * (2 + 4)
+    assert cost_of(sweep).runs == sweep.most_runs
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"limit_of": "plug_mass"}, "axes.speed.limit_of"),
+        ({"between": ["200 m/s", "100 m/s"]}, "axes.speed.between[1]"),
+        ({"between": ["200 m/s"]}, "axes.speed.between"),
+        ({"tolerance": "300 m/s"}, "axes.speed.tolerance"),
+        ({"steps": 3}, "axes.speed.steps"),
+    ],
+)
+def test_search__is_refused_with_its_field(change: dict[str, Any], field: str) -> None:
+    speed = {**DOCUMENT["axes"]["speed"], **change}
+    with pytest.raises(InvalidInput) as refused:
+        Sweep.parse({**DOCUMENT, "axes": {**DOCUMENT["axes"], "speed": speed}})
+    assert [finding.field for finding in refused.value.findings] == [field]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"offsets": 3}, {"resolution": [8, 12]}, {"combine": "zip"}, {"model_part": "screen"}],
+)
+def test_search__takes_one_grid(change: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInput, match=r"limit|zip"):
+        Sweep.parse({**DOCUMENT, **change})
