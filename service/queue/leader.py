@@ -15,6 +15,7 @@ from typing import Any
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
+from service.queue import searching
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
@@ -265,6 +266,8 @@ class Leader:
         threads = self._settings.threads_of_a_run(workers=self.slots, runs=max(1, runs))
         for lease in leases:
             fault_point("claim-after-commit")
+            if lease.kind is Kind.PUBLISH and searching.goes_on(self._store, lease):
+                continue
             self.in_flight.add(lease)
             self._submit(lease, threads)
 

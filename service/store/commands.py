@@ -48,7 +48,7 @@ from studies.values.files import RESULT
 
 if TYPE_CHECKING:
     from studies.runs.run import Run
-    from studies.sweeps.sweep import Sweep
+    from studies.sweeps.sweep import Point, Sweep
 
 
 class Commands(QueueQueries):
@@ -250,27 +250,6 @@ def _rows_of(submission: Submission, *, cost: Callable[["Run"], float], moment: 
     id, sweep = uuid.uuid4().hex, submission.sweep
     points, document = sweep.every_run(), sweep.document()
     run_ids = [point.run.id for point in points]  # a digest: computed once for each point
-    times = {"created": moment, "queued": moment}
-    unbegun = {"attempt": 0, "term": 0, "crashes": 0, **times}
-    runs: dict[str, dict[str, Any]] = {}
-    virtual_time = 0.0
-    for ordinal, (run_id, point) in enumerate(zip(run_ids, points, strict=True)):
-        if run_id not in runs:
-            seconds = cost(point.run)
-            runs[run_id] = {
-                "id": run_id,
-                "kind": Kind.RUN,
-                "scenario": point.run.scenario,
-                "spec": point.run.as_json(),
-                "state": State.QUEUED,
-                "priority": submission.priority,
-                "virtual_time": virtual_time,
-                "ordinal": ordinal,
-                "keep": submission.keep,
-                "cost": seconds,
-                **unbegun,
-            }
-            virtual_time += seconds
     return _Rows(
         sweep={
             "id": id,
@@ -286,18 +265,10 @@ def _rows_of(submission: Submission, *, cost: Callable[["Run"], float], moment: 
             "new": 0,
             "created": moment,
         },
-        runs=[*runs.values()],
-        points=[
-            {
-                "sweep_id": id,
-                "ordinal": ordinal,
-                "run_id": run_id,
-                "axis_index": list(point.index),
-                "coordinates": dict(point.coordinates),
-                "detached": False,
-            }
-            for ordinal, (run_id, point) in enumerate(zip(run_ids, points, strict=True))
-        ],
+        runs=run_rows(
+            points, cost, priority=submission.priority, keep=submission.keep, moment=moment
+        ),
+        points=point_rows(id, points),
         publication={
             "id": uuid.uuid4().hex,
             "kind": Kind.PUBLISH,
@@ -308,9 +279,60 @@ def _rows_of(submission: Submission, *, cost: Callable[["Run"], float], moment: 
             "ordinal": 0,
             "keep": Keep.NUMBERS,
             "cost": 1.0,
-            **unbegun,
+            **_unbegun(moment),
         },
     )
+
+
+def _unbegun(moment: datetime) -> dict[str, Any]:
+    return {"attempt": 0, "term": 0, "crashes": 0, "created": moment, "queued": moment}
+
+
+def run_rows(
+    points: "Sequence[Point]",
+    cost: Callable[["Run"], float],
+    *,
+    priority: int,
+    keep: Keep,
+    moment: datetime,
+    first: int = 0,
+) -> list[dict[str, Any]]:
+    """The rows of the runs of points, each once; ``first`` is the ordinal of the first point."""
+    runs: dict[str, dict[str, Any]] = {}
+    virtual_time = 0.0
+    for ordinal, point in enumerate(points, first):
+        if point.run.id not in runs:
+            seconds = cost(point.run)
+            runs[point.run.id] = {
+                "id": point.run.id,
+                "kind": Kind.RUN,
+                "scenario": point.run.scenario,
+                "spec": point.run.as_json(),
+                "state": State.QUEUED,
+                "priority": priority,
+                "virtual_time": virtual_time,
+                "ordinal": ordinal,
+                "keep": keep,
+                "cost": seconds,
+                **_unbegun(moment),
+            }
+            virtual_time += seconds
+    return [*runs.values()]
+
+
+def point_rows(sweep_id: str, points: "Sequence[Point]", first: int = 0) -> list[dict[str, Any]]:
+    """The rows of the points of a sweep."""
+    return [
+        {
+            "sweep_id": sweep_id,
+            "ordinal": ordinal,
+            "run_id": point.run.id,
+            "axis_index": list(point.index),
+            "coordinates": dict(point.coordinates),
+            "detached": False,
+        }
+        for ordinal, point in enumerate(points, first)
+    ]
 
 
 def _accepted_before(connection: sa.Connection, submission: Submission) -> SweepStatus | None:
@@ -333,11 +355,7 @@ def _accept(connection: sa.Connection, submission: Submission, rows: _Rows) -> S
     """Write the rows of a sweep, and join it to runs that are there already."""
     id, moment = rows.sweep["id"], rows.sweep["created"]
     begin = fair_queueing.open_class(connection, submission.priority)
-    for run in rows.runs:
-        run["virtual_time"] += begin
-    insert = insert_into(connection, JOBS).on_conflict_do_nothing()
-    counted = insert.execution_options(preserve_rowcount=True)
-    new = connection.execute(counted, rows.runs).rowcount
+    new = insert_new_runs(connection, rows.runs, begin)
     connection.execute(SWEEPS.insert().values(rows.sweep))
     connection.execute(JOBS.insert().values(rows.publication))
     connection.execute(POINTS.insert(), rows.points)
@@ -353,6 +371,15 @@ def _accept(connection: sa.Connection, submission: Submission, rows: _Rows) -> S
     planned = rows.sweep["planned"]
     log_event(connection, moment, "accepted", sweep_id=id, planned=planned, new=new)
     return sweep_status(connection, id)
+
+
+def insert_new_runs(connection: sa.Connection, rows: Sequence[dict[str, Any]], begin: float) -> int:
+    """Insert those runs that no sweep has brought yet, and return how many; ``begin`` is the virtual time of their class."""
+    for row in rows:
+        row["virtual_time"] += begin
+    insert = insert_into(connection, JOBS).on_conflict_do_nothing()
+    counted = insert.execution_options(preserve_rowcount=True)
+    return connection.execute(counted, rows).rowcount
 
 
 # --- cancel ------------------------------------------------------------------------------------

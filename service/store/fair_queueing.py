@@ -8,6 +8,7 @@ virtual times of their own, so that an urgent sweep that passes all others leave
 run that changes its class keeps its distance from the virtual time of the class.
 """
 
+from collections.abc import Sequence
 from datetime import datetime
 from typing import Any
 
@@ -74,15 +75,24 @@ def advance_classes(connection: sa.Connection, times: dict[int, float]) -> None:
 
 
 def queue_again(
-    connection: sa.Connection, sweep_id: str, moment: datetime, *, verdicts: bool
+    connection: sa.Connection,
+    sweep_id: str,
+    moment: datetime,
+    *,
+    verdicts: bool,
+    among: Sequence[str] | None = None,
 ) -> int:
     """Queue the runs of a sweep that ended by accident, with fresh budgets; return their number.
+
+    ``among`` are the ids of those that are looked at, by default all.
 
     The same happens to those that succeeded and lack a file that the sweep keeps. A result, or a
     verdict, stays until it is replaced: other sweeps may have it. ``schedule`` gives the runs their
     virtual times.
     """
     own = runs_of(sweep_id)
+    if among is not None:
+        own = own.where(POINTS.c.run_id.in_(among))
     row = sa.select(SWEEPS.c.priority, SWEEPS.c.keep).where(SWEEPS.c.id == sweep_id)
     priority, keep = connection.execute(row).one()
     again = JOBS.c.id.in_(own) & sa.or_(ended_by_accident(verdicts=verdicts), _lacks_a_file(keep))

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
-from service.store.commands import Commands
 from service.store.connection import Database
 from service.store.keys import Keys
 from service.store.leases import Leases
 from service.store.retention import RetentionQueries
 from service.store.run_queries import RunQueries
+from service.store.searches import Searches
 from service.store.sweep_queries import SweepQueries
 from service.store.tables import CONTROL
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from studies.runs.run import Run
 
 
-class Store(Commands, SweepQueries, RunQueries, Keys, Leases, RetentionQueries):
+class Store(Searches, SweepQueries, RunQueries, Keys, Leases, RetentionQueries):
     """Sweeps, runs, publications, their files and what happened to them."""
 
     @classmethod

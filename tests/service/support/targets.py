@@ -36,6 +36,7 @@ PAUSE = 0.02  # s, between two looks at a gate
 STEPS = 10
 FOREVER = 600  # s; longer than any test waits
 MEBIBYTE = 1 << 20
+PERFORATES = 155.0  # m/s: the least speed at which a plate is perforated
 MOST = 4096  # MiB that a greedy run takes at most: a machine without limits should survive it
 
 
@@ -165,10 +166,12 @@ def _result(run: FakeRun, behaviour: str, threads: int) -> RunResult:
         reason = "density = 3e4 at particle 17"
         return RunResult(run.id, "failed", reason=reason, failure="UnphysicalState")
     hole = Measured(0.0148, 1e-4, {}, (), {"time": [0.0], "value": [0.0148]}, 1)
+    through = float(run.parameters.get("speed") or 0.0) >= PERFORATES
+    perforated = Measured(float(through), None, {}, (), {"time": [0.0], "value": [0.0]}, 1)
     return RunResult(
         run.id,
         "succeeded",
-        measurements={"hole_diameter": hole},
+        measurements={"hole_diameter": hole, "perforated": perforated},
         flags=("under_resolved",),
         numbers={"threads": float(os.environ.get("NUMBA_NUM_THREADS", 0))},
         stop="settled",

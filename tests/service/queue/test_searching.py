@@ -1,0 +1,135 @@
+"""A search is one row of the queue, whose state is the results of its runs."""
+
+from contextlib import closing
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from service.records.attempt import Attempt
+from service.records.jobs import Cause, Kind, State, Submission, SweepState
+from service.store import Store
+from studies.sweeps.sweep import Sweep
+from tests.service.support.fakes import FlakyStore, open_store
+from tests.service.support.harness import Harness, open_harness
+from tests.service.support.targets import PERFORATES
+
+DOCUMENT: dict[str, Any] = {
+    "scenario": "plugging",
+    "axes": {
+        "speed": {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"], "tolerance": "5 m/s"}
+    },
+    "resolution": 8,
+}
+SWEEP = Sweep.parse(DOCUMENT)
+BISECTION = [100.0, 150.0, 200.0, 175.0, 162.5, 156.25, 153.125]  # m/s, up to a gap below 5 m/s
+
+
+def submit(harness: Harness) -> str:
+    return harness.store.create_sweep(Submission(SWEEP)).id
+
+
+def speed(attempt: Attempt) -> float:
+    return float(attempt.spec["parameters"]["speed"])
+
+
+def searched(harness: Harness, begun: list[Attempt], speeds: list[float]) -> Attempt:
+    """Compute all runs that begin, noting their speeds, until the publication begins, and return it."""
+    for _ in range(60):
+        for attempt in begun:
+            if attempt.kind is Kind.PUBLISH:
+                return attempt
+            speeds.append(speed(attempt))
+            harness.end_well(attempt)
+        begun = harness.tick()
+    raise AssertionError("the search does not end")
+
+
+def test_search__submits_ordinary_runs_until_it_has_its_interval(harness: Harness) -> None:
+    id, speeds = submit(harness), list[float]()
+    publication = searched(harness, [], speeds)
+    assert speeds == BISECTION[: len(speeds)]
+    assert len(speeds) == 7
+    above, below = (
+        min(v for v in speeds if v >= PERFORATES),
+        max(v for v in speeds if v < PERFORATES),
+    )
+    assert above - below <= 5.0
+    status = harness.store.sweep(id)
+    assert (status.planned, status.new, status.counts["succeeded"]) == (7, 7, 7)
+    assert len(publication.spec["outcomes"]) == 7
+    harness.end_well(publication)
+    harness.tick()
+    assert harness.store.sweep(id).state is SweepState.SUCCEEDED
+
+
+def test_search__computes_nothing_twice(harness: Harness) -> None:
+    first = submit(harness)
+    harness.end_well(searched(harness, [], []))
+    harness.tick()
+    again = submit(harness)
+    speeds = list[float]()
+    assert searched(harness, [], speeds).kind is Kind.PUBLISH
+    assert speeds == []
+    statuses = [harness.store.sweep(id) for id in (first, again)]
+    assert [status.planned for status in statuses] == [7, 7]
+    assert statuses[1].new == 0
+
+
+def test_search__goes_on_after_a_restart(tmp_path: Path) -> None:
+    with open_harness(tmp_path) as harness:
+        id, speeds = submit(harness), list[float]()
+        for _ in range(4):
+            for attempt in harness.tick():
+                speeds.append(speed(attempt))
+                harness.end_well(attempt)
+    with closing(open_store(harness.settings)) as store:
+        reborn = Harness(harness.settings, cast(Store, FlakyStore(store)))
+        # What was under way when the service ended is lost, and computed again.
+        harness.end_well(searched(reborn, [], speeds))
+        assert set(speeds) == set(BISECTION)
+        assert reborn.store.sweep(id).counts["succeeded"] == 7
+
+
+def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried(
+    harness: Harness,
+) -> None:
+    id, speeds = submit(harness), list[float]()
+    begun = harness.tick()
+    for attempt in begun:
+        harness.end_well(attempt)
+    [third] = harness.tick()
+    harness.store.cancel_sweep(id)
+    harness.end_badly(third, Cause.LOST)
+    [publication] = harness.tick()
+    assert publication.kind is Kind.PUBLISH
+    assert {each["state"] for each in publication.spec["outcomes"]} == {
+        State.SUCCEEDED,
+        State.CANCELLED,
+    }
+    harness.end_well(publication)
+    harness.tick()
+    assert harness.store.sweep(id).state is SweepState.CANCELLED
+    harness.store.retry_sweep(id)
+    harness.end_well(searched(harness, [], speeds))
+    harness.tick()
+    assert speeds == BISECTION[2:]
+    assert harness.store.sweep(id).state is SweepState.SUCCEEDED
+
+
+@pytest.mark.parametrize("failed", [150.0, 175.0])
+def test_failed_run__is_a_try_that_leaves_the_interval_wider(
+    harness: Harness, failed: float
+) -> None:
+    submit(harness)
+    speeds, begun = list[float](), harness.tick()
+    while not any(attempt.kind is Kind.PUBLISH for attempt in begun):
+        for attempt in begun:
+            speeds.append(speed(attempt))
+            if speed(attempt) == failed:
+                harness.end_badly(attempt, Cause.ERROR)
+            else:
+                harness.end_well(attempt)
+        begun = harness.tick()
+    assert failed in speeds
+    assert len(speeds) == len(set(speeds)) <= 7
