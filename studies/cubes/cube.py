@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.cubes import audit
+from studies.cubes import audit, limits
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
 from studies.cubes.cells import Cell, Layout, converge_cells, definition_part, lay_out
@@ -58,12 +58,35 @@ Column = tuple[Variable, np.ndarray, Mapping[str, Any]]  # with its values and f
 def build(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue | None = None) -> xr.Dataset:
     """The cube of a sweep; ``results`` has a ``RunResult`` or a :class:`MissingResult` by run id."""
     catalogue = catalogue or catalogue_of(sweep)
+    if sweep.searched:
+        return _of_search(sweep, results, catalogue)
+    return _built(sweep, results, catalogue, [])
+
+
+def _of_search(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue) -> xr.Dataset:
+    """The cube of the values that a search tried, with the limits; the attribute ``search`` is its document."""
+    axis = sweep.searched
+    quantity = axis.search.quantity
+    searched = sweep.limits(lambda run: limits.outcome_of(results.get(run.id), quantity))
+    about = {"limit_of": quantity, "axis": variable_name(axis.name)}
+    columns = limits.columns_of(
+        searched, catalogue.parameters[axis.name], catalogue.parameters, about)
+    dataset = _built(sweep.tried(searched), results, catalogue, columns)
+    document = json.dumps(sweep.document(), ensure_ascii=False, sort_keys=True)
+    return dataset.assign_attrs(search=document)
+
+
+def _built(
+    sweep: Any, results: Mapping[str, Any], catalogue: Catalogue, first: Sequence[Column]
+) -> xr.Dataset:
+    """The cube with these columns before all others."""
     layout = lay_out(sweep, results, catalogue.shot_of)
     dataset = xr.Dataset(
         {
             variable.name: _labelled(variable, values, layout, attributes)
-            for variable, values, attributes in _in_order(
-                layout, catalogue, sweep, assessment(sweep, results)
+            for variable, values, attributes in (
+                *first,
+                *_in_order(layout, catalogue, sweep, assessment(sweep, results)),
             )
         }
     )

@@ -1,0 +1,97 @@
+"""The limits that a sweep searched for, over the dimension ``search``: one for each point of the other axes.
+
+The runs of a search stand along ``run``, each with the value that it tried, as those of any sweep of pairs.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from studies.cubes.variable import Variable
+from studies.cubes.variables import parameter_variable
+from studies.sweeps.search import Limit, Outcome, Verdict, outcome_in
+from studies.values.parameters import Parameter
+
+SEARCH = "search"
+VERDICTS = tuple(Verdict)
+UNFINISHED = ("cancelled", "running", "pending", "missing")  # states of a run that may have a result later
+
+Searched = Sequence[tuple[Mapping[str, Any], Limit]]  # by the values of the other axes
+
+# A record is a ``Limit``; numbers have the unit of the axis.
+LIMIT = Variable(
+    "limit",
+    "middle of the interval in which the searched outcome changes from 0 to 1; NaN: not bracketed",
+    lambda limit: limit.value,
+    (SEARCH,),
+    label="limit",
+    group="result",
+)
+LOWER = replace(
+    LIMIT,
+    name="limit_lower",
+    meaning="highest value with the outcome 0 below the lowest with 1",
+    pick=lambda limit: limit.lower,
+    label="limit, lower end",
+)
+UPPER = replace(
+    LIMIT,
+    name="limit_upper",
+    meaning="lowest value with the outcome 1 above the highest with 0",
+    pick=lambda limit: limit.upper,
+    label="limit, upper end",
+)
+COUNT = Variable(
+    "limit_runs",
+    "number of runs of the search",
+    lambda limit: len(limit.tried),
+    (SEARCH,),
+    "1",
+    "integer",
+    group="result",
+)
+VERDICT = Variable(
+    "limit_verdict",
+    "bracketed; non-monotone where a 1 lies below a 0; not bracketed; unfinished",
+    lambda limit: limit.verdict,
+    (SEARCH,),
+    kind="flag",
+    meanings=VERDICTS,
+    label="limit, verdict",
+    group="result",
+)
+REASON = Variable(
+    *("limit_reason", "reason why there is no limit", lambda limit: limit.reason, (SEARCH,)),
+    kind="text",
+    group="result",
+)
+
+
+def outcome_of(result: Any | None, quantity: str) -> Outcome | str:
+    """The outcome of a run by its result, or its state where it has not ended."""
+    if result is None or result.state in UNFINISHED:
+        return "unfinished"
+    measured = getattr(result, "measurements", None) or {}
+    plain = {name: {"value": each.value} for name, each in measured.items() if name == quantity}
+    return outcome_in({"measurements": plain} if result.state == "succeeded" else None, quantity)
+
+
+def columns_of(
+    limits: Searched, axis: Parameter, parameters: Mapping[str, Parameter], about: Mapping[str, str]
+) -> list[tuple[Variable, np.ndarray, Mapping[str, Any]]]:
+    """The variables of limits of an axis with their values; ``about`` are attributes of the limit itself."""
+    records = np.empty(len(limits), object)
+    records[:] = [limit for _, limit in limits]
+    columns: list[tuple[Variable, np.ndarray, Mapping[str, Any]]] = []
+    for name in limits[0][0]:
+        variable = parameter_variable(parameters[name], (SEARCH,))
+        values = np.array([at[name] for at, _ in limits], object)
+        label = f"{variable.label} (limit)"
+        variable = replace(variable, name=f"limit_{variable.name}", label=label)
+        columns.append((variable, variable.values(values), {}))
+    for variable in (LIMIT, LOWER, UPPER, COUNT, VERDICT, REASON):
+        own = variable if variable.unit or variable.kind != "number" else replace(variable, unit=axis.unit)
+        columns.append((own, own.values(records), about if variable is LIMIT else {}))
+    return columns
