@@ -114,7 +114,7 @@ def run_sweep(
                 raise PublicationFailed(status.reason or "cube and report could not be made")
             _copy_out(store, Artifacts(settings.data), id, folder)
             if retention is Keep.FILM:
-                _copy_films(store, Artifacts(settings.data), sweep, folder)
+                _copy_films(store, Artifacts(settings.data), id, folder)
         leaving.raise_if_requested()
     return Finished(folder, status)
 
@@ -234,9 +234,9 @@ def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path) -> None
             fault_point("copy-halfway")
 
 
-def _copy_films(store: Store, artifacts: Artifacts, sweep: Sweep, folder: Path) -> None:
+def _copy_films(store: Store, artifacts: Artifacts, sweep_id: str, folder: Path) -> None:
     """Copy the film of each run that has one to a folder of its name."""
-    for id in dict.fromkeys(point.run.id for point in sweep.runs()):
+    for id in (run.id for run in store.measured_runs(sweep_id)):
         with suppress(NotFound):
             film = store.run_file(id, FILM)
             (folder / "runs" / id).mkdir(parents=True, exist_ok=True)

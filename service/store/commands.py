@@ -374,7 +374,7 @@ def _accept(connection: sa.Connection, submission: Submission, rows: _Rows) -> S
 
 
 def insert_new_runs(connection: sa.Connection, rows: Sequence[dict[str, Any]], begin: float) -> int:
-    """Insert those runs that no sweep has brought yet, and return how many; ``begin`` is the virtual time of their class."""
+    """Insert those runs that no sweep has brought yet, from a virtual time on; return their number."""
     for row in rows:
         row["virtual_time"] += begin
     insert = insert_into(connection, JOBS).on_conflict_do_nothing()

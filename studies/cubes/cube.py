@@ -70,7 +70,8 @@ def _of_search(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue) -> 
     searched = sweep.limits(lambda run: limits.outcome_of(results.get(run.id), quantity))
     about = {"limit_of": quantity, "axis": variable_name(axis.name)}
     columns = limits.columns_of(
-        searched, catalogue.parameters[axis.name], catalogue.parameters, about)
+        searched, catalogue.parameters[axis.name], catalogue.parameters, about
+    )
     dataset = _built(sweep.tried(searched), results, catalogue, columns)
     document = json.dumps(sweep.document(), ensure_ascii=False, sort_keys=True)
     return dataset.assign_attrs(search=document)

@@ -16,7 +16,12 @@ from studies.values.parameters import Parameter
 
 SEARCH = "search"
 VERDICTS = tuple(Verdict)
-UNFINISHED = ("cancelled", "running", "pending", "missing")  # states of a run that may have a result later
+UNFINISHED = (
+    "cancelled",
+    "running",
+    "pending",
+    "missing",
+)  # states of a run that may have a result later
 
 Searched = Sequence[tuple[Mapping[str, Any], Limit]]  # by the values of the other axes
 
@@ -92,6 +97,10 @@ def columns_of(
         variable = replace(variable, name=f"limit_{variable.name}", label=label)
         columns.append((variable, variable.values(values), {}))
     for variable in (LIMIT, LOWER, UPPER, COUNT, VERDICT, REASON):
-        own = variable if variable.unit or variable.kind != "number" else replace(variable, unit=axis.unit)
+        own = (
+            variable
+            if variable.unit or variable.kind != "number"
+            else replace(variable, unit=axis.unit)
+        )
         columns.append((own, own.values(records), about if variable is LIMIT else {}))
     return columns

@@ -11,8 +11,10 @@ NAME = "perforated"
 def _read(view: PlugView) -> Reading:
     """1, 0, or no value while the projectile still goes into a plate that is not open."""
     speed = mean_velocity(view, view.projectile)
+    if speed <= 0.0:
+        return Reading(0.0)
     if view.is_open():
-        return Reading(1.0 if speed > 0.0 else 0.0)
+        return Reading(1.0)
     if speed <= mean_velocity(view, view.ring()):
         return Reading(0.0)
     return Reading(math.nan, flags=("undecided",))

@@ -40,6 +40,7 @@ from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.reports.compare import Comparison, published_shots
 from studies.reports.figures import figures
+from studies.reports.limits import limits_of, residual_curves, residual_figure
 from studies.reports.pictures import pictures_of
 from studies.sweeps.screening import CONTRIBUTIONS
 from studies.sweeps.sweep import OFFSET, RESOLUTION
@@ -50,7 +51,8 @@ from studies.sweeps.sweep import OFFSET, RESOLUTION
 # 5: the verdict; no mean of residuals that change sign or vary by more than a factor of two
 # 6: what the verdict rests on and what error bars hold, once for all quantities; numbers of the model part
 # 7: the words of bands are those of the text (trusted, within); laws without a stated range; the shots of a material
-REPORT_VERSION = 7
+# 8: limits of a search, curves of residual velocities
+REPORT_VERSION = 8
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -87,6 +89,8 @@ def document(
     A text of several lines, a deck, stands by its first line and digest: the cube has it in full.
     """
     runs, points, compared = list(_runs(dataset)), comparison.points, comparison.as_json()
+    curves = residual_curves(dataset)
+    drawn = [*residual_figure(curves), *figures(dataset, comparison)]
     report = {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
@@ -100,7 +104,9 @@ def document(
         "fixed": list(_fixed(dataset)),
         "quantities": list(_quantities(dataset)),
         "extremes": list(_extremes(points)),
-        "figures": [figure.as_json() for figure in figures(dataset, comparison)],
+        "figures": [figure.as_json() for figure in drawn],
+        "limits": limits_of(dataset),
+        "residual_curves": curves,
         "pictures": pictures_of(dataset, sections or {}),
         "convergence": _convergence(dataset, points) if refinements_of(dataset) else None,
         **compared,

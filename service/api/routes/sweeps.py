@@ -96,7 +96,7 @@ def submit_sweep(submission: PostedSubmission, store: AppStore, response: Respon
 def estimate_sweep(
     sweep: PostedSweep, store: AppStore, settings: AppSettings, request: Request
 ) -> EstimateModel:
-    """Estimate the cost of a sweep, as it is and at each `accuracy`. Nothing is stored.
+    """Estimate the cost of a sweep, as it is and at each `accuracy`; of a search, its most runs. Nothing is stored.
 
     Times are those that this service measured for runs of the same scenario, if there are any.
     """
@@ -106,14 +106,15 @@ def estimate_sweep(
     estimates = [estimate(run) for id, run in runs.items() if id not in existing]
     measured_rate = store.measured_rate(sweep.scenario)
     rate = 1.0 if measured_rate is None else measured_rate
-    core_seconds = sum(each.core_seconds for each in estimates) * rate
+    further = sweep.most_runs / len(points) if sweep.searched else 1.0
+    core_seconds = sum(each.core_seconds for each in estimates) * rate * further
     workers = request.app.state.engine.workers() or settings.workers
     return EstimateModel(
-        runs=len(points),
+        runs=sweep.most_runs if sweep.searched else len(points),
         reused=len(existing),
         core_seconds=core_seconds,
         seconds=core_seconds / max(1, min(workers, len(estimates))),
-        bytes=sum(each.bytes for each in estimates),
+        bytes=round(sum(each.bytes for each in estimates) * further),
         is_measured=measured_rate is not None,
         warnings=warnings_of(sweep),
         presets=[PresetModel.of(preset, rate) for preset in presets_of(sweep, settings.max_runs)],

@@ -62,6 +62,7 @@ class Sweep:
     title: str = "Holes in copper plates"
     refinements: tuple[Axis, ...] = ()
     model_part: str = "stored"
+    searched: None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
