@@ -11,11 +11,11 @@ import numpy as np
 
 from studies.cubes.variable import Variable
 from studies.cubes.variables import parameter_variable
-from studies.sweeps.search import Limit, Outcome, Verdict, outcome_in
+from studies.sweeps.search import SearchedLimit, Outcome, SearchVerdict, outcome_in
 from studies.values.parameters import Parameter
 
 SEARCH = "search"
-VERDICTS = tuple(Verdict)
+VERDICTS = tuple(SearchVerdict)
 UNFINISHED = (
     "cancelled",
     "running",
@@ -23,9 +23,9 @@ UNFINISHED = (
     "missing",
 )  # states of a run that may have a result later
 
-Searched = Sequence[tuple[Mapping[str, Any], Limit]]  # by the values of the other axes
+Searched = Sequence[tuple[Mapping[str, Any], SearchedLimit]]  # by the values of the other axes
 
-# A record is a ``Limit``; numbers have the unit of the axis.
+# A record is a ``SearchedLimit``; numbers have the unit of the axis.
 LIMIT = Variable(
     "limit",
     "middle of the interval in which the searched outcome changes from 0 to 1; NaN: not bracketed",

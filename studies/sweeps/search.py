@@ -30,7 +30,7 @@ FINEST = 1e-6  # of the interval: the least tolerance
 Outcome = bool | None  # of an ended run; None: it failed, or ended undecided
 
 
-class Verdict(StrEnum):
+class SearchVerdict(StrEnum):
     """Where a search stands."""
 
     UNFINISHED = "unfinished"  # some of its runs have not ended
@@ -60,10 +60,10 @@ class Search:
 
 
 @dataclass(frozen=True)
-class Limit:
+class SearchedLimit:
     """The answer to a search, and the values that it tried."""
 
-    verdict: Verdict
+    verdict: SearchVerdict
     tried: tuple[float, ...]  # ascending, SI
     next: float | None  # the value to try next; None where no run is due
     lower: float = math.nan  # the highest 0 below the lowest 1
@@ -76,7 +76,9 @@ class Limit:
         return 0.5 * (self.lower + self.upper)
 
 
-def replay(search: Search, outcome_of: Callable[[float], Outcome | str], unit: str) -> Limit:
+def replay(
+    search: Search, outcome_of: Callable[[float], Outcome | str], unit: str
+) -> SearchedLimit:
     """A search as its results tell it.
 
     ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``unit`` (SI) is for reasons.
@@ -89,34 +91,34 @@ def replay(search: Search, outcome_of: Callable[[float], Outcome | str], unit: s
             return limit
         tried.append(limit.next)
         if isinstance(outcome_of(limit.next), str):
-            return Limit(Verdict.UNFINISHED, tuple(sorted(tried)), limit.next)
+            return SearchedLimit(SearchVerdict.UNFINISHED, tuple(sorted(tried)), limit.next)
 
 
-def _limit(search: Search, outcomes: Mapping[float, Outcome | str], unit: str) -> Limit:
+def _limit(search: Search, outcomes: Mapping[float, Outcome | str], unit: str) -> SearchedLimit:
     """Where a search stands with these outcomes, by ascending value."""
     tried = tuple(outcomes)
     if any(isinstance(outcome, str) for outcome in outcomes.values()):
-        return Limit(Verdict.UNFINISHED, tried, None)
+        return SearchedLimit(SearchVerdict.UNFINISHED, tried, None)
     ones = [value for value, outcome in outcomes.items() if outcome]
     zeros = [value for value, outcome in outcomes.items() if outcome is False]
     is_reversed = outcomes[search.low] and outcomes[search.high] is False
     if not is_reversed and ones and zeros and max(zeros) > min(ones):
         lower = max((value for value in zeros if value < min(ones)), default=search.low)
         upper = min((value for value in ones if value > max(zeros)), default=search.high)
-        return Limit(Verdict.NON_MONOTONE, tried, None, lower, upper)
+        return SearchedLimit(SearchVerdict.NON_MONOTONE, tried, None, lower, upper)
     if is_reversed or not (zeros and ones):
         gave = " and ".join(
             f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in (search.low, search.high)
         )
         reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
-        return Limit(Verdict.NOT_BRACKETED, tried, None, reason=reason)
+        return SearchedLimit(SearchVerdict.NOT_BRACKETED, tried, None, reason=reason)
     lower, upper = max(zeros), min(ones)
     inside = [value for value in tried if lower <= value <= upper]
     gaps = [(after - before, before) for before, after in pairwise(inside)]
     width, before = max(gaps, key=lambda gap: (gap[0], -gap[1]))
     enough = width <= search.tolerance * (1.0 + 1e-9) or len(tried) >= search.most_tries
     following = None if enough else round_quantity(before + 0.5 * width)
-    return Limit(Verdict.BRACKETED, tried, following, lower, upper)
+    return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper)
 
 
 def _shown(outcome: Outcome | str) -> str:

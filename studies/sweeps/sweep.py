@@ -16,7 +16,7 @@ from studies.observations.compared import ComparedShots, compared_shots
 from studies.runs import run
 from studies.sweeps.axes import Axis
 from studies.sweeps.sampling import Sampling
-from studies.sweeps.search import Limit, Outcome, replay
+from studies.sweeps.search import SearchedLimit, Outcome, replay
 from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import Parameter, Value, declared
 from studies.values.quantities import round_quantity
@@ -86,7 +86,7 @@ class Sweep:
     by_accuracy: tuple[str, ...] = field(default=(), compare=False)
     # Where the uncertainty of the models comes from: stored sensitivities, screening runs, or nowhere.
     model_part: ModelPart = "stored"
-    # Limit of the service, not of the user.
+    # SearchedLimit of the service, not of the user.
     max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
     @staticmethod
@@ -133,7 +133,7 @@ class Sweep:
 
     def limits(
         self, outcome_of: "Callable[[run.Run], Outcome | str]"
-    ) -> list[tuple[dict[str, Value], Limit]]:
+    ) -> list[tuple[dict[str, Value], SearchedLimit]]:
         """The limit at each point of the other axes, from the outcomes of runs or the states of unfinished ones."""
         axis = self.searched
         assert axis is not None
@@ -151,7 +151,7 @@ class Sweep:
             for _, at in _product(others)
         ]
 
-    def tried(self, limits: "Sequence[tuple[Mapping[str, Value], Limit]]") -> "Sweep":
+    def tried(self, limits: "Sequence[tuple[Mapping[str, Value], SearchedLimit]]") -> "Sweep":
         """The values that a search tried so far, as pairs with those of the other axes."""
         searched = self.searched
         assert searched is not None

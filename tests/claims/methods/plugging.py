@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from studies import materials
 from studies.runs.execution import execute
 from studies.runs.run import resolve
-from studies.sweeps.search import Limit, Outcome, Search, Verdict, replay
+from studies.sweeps.search import SearchedLimit, Outcome, Search, SearchVerdict, replay
 from studies.values.results import RunResult
 from tests.claims import Row, claim, equal, relative
 
@@ -74,7 +74,7 @@ def plugging() -> Iterator[Row]:
         )
 
 
-def _limit(cell: float) -> Limit:
+def _limit(cell: float) -> SearchedLimit:
     """The search for the limit on a grid."""
     search = Search("perforated", *BETWEEN, TOLERANCE)
 
@@ -95,7 +95,7 @@ def ballistic_limit() -> Iterator[Row]:
         limit = _limit(cell)
         label = f"{cell * 1e3:g} mm: ballistic limit (m/s; {len(limit.tried)} runs)"
         if cell == GATED:
-            yield equal("0.5 mm: the search", expected=Verdict.BRACKETED, got=limit.verdict)
+            yield equal("0.5 mm: the search", expected=SearchVerdict.BRACKETED, got=limit.verdict)
             yield relative(label, expected=LIMIT, got=limit.value, within=OF_LIMIT)
         else:
             yield Row(label, expected=LIMIT, got=limit.value, passed=None)

@@ -14,7 +14,7 @@ from studies.cubes.cells import MissingResult
 from studies.cubes.limits import VERDICTS
 from studies.reports.publish import publish_sweep
 from studies.runs.run import Run
-from studies.sweeps.search import Verdict
+from studies.sweeps.search import SearchVerdict
 from studies.sweeps.sweep import Sweep
 from studies.values.results import Measured, RunResult
 
@@ -73,7 +73,7 @@ def test_limits__stand_over_the_points_of_the_other_axes() -> None:
         assert dataset.limit_lower[at] < exact <= dataset.limit_upper[at]
         assert dataset.limit_upper[at] - dataset.limit_lower[at] <= 20.0
         assert dataset.limit[at] == 0.5 * (dataset.limit_lower[at] + dataset.limit_upper[at])
-        assert VERDICTS[int(dataset.limit_verdict[at])] is Verdict.BRACKETED
+        assert VERDICTS[int(dataset.limit_verdict[at])] is SearchVerdict.BRACKETED
     assert dataset.limit.attrs["units"] == "m s-1"
     assert (dataset.limit.attrs["limit_of"], dataset.limit.attrs["axis"]) == ("perforated", "speed")
 
@@ -89,7 +89,7 @@ def test_runs_of_a_search__are_all_there_with_their_values() -> None:
 def test_limit__that_is_not_bracketed_has_a_reason_and_no_number() -> None:
     dataset = cube.build(SWEEP, results_of({"blunt": 500.0, "conical": 290.0}))
     assert math.isnan(dataset.limit[0])
-    assert VERDICTS[int(dataset.limit_verdict[0])] is Verdict.NOT_BRACKETED
+    assert VERDICTS[int(dataset.limit_verdict[0])] is SearchVerdict.NOT_BRACKETED
     assert "0 at 100 m/s and 0 at 400 m/s" in str(dataset.limit_reason[0].item())
     assert math.isfinite(dataset.limit[1])
 
@@ -104,7 +104,7 @@ def test_failed_run__keeps_its_row_and_widens_the_interval() -> None:
 def test_search_under_way__says_so() -> None:
     runs = SWEEP.runs()
     dataset = cube.build(SWEEP, {runs[0].run.id: result_of(runs[0].run, EXACT)})
-    assert {VERDICTS[int(each)] for each in dataset.limit_verdict} == {Verdict.UNFINISHED}
+    assert {VERDICTS[int(each)] for each in dataset.limit_verdict} == {SearchVerdict.UNFINISHED}
     assert dataset.sizes["run"] == len(runs)
 
 

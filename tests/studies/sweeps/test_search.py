@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from studies.sweeps.cost import cost_of
-from studies.sweeps.search import Limit, Outcome, Search, Verdict, replay
+from studies.sweeps.search import SearchedLimit, Outcome, Search, SearchVerdict, replay
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 
@@ -26,14 +26,14 @@ DOCUMENT: dict[str, Any] = {
 }
 
 
-def searched(outcome_of: Callable[[float], Outcome | str]) -> Limit:
+def searched(outcome_of: Callable[[float], Outcome | str]) -> SearchedLimit:
     return replay(SEARCH, outcome_of, "m s-1")
 
 
 @pytest.mark.parametrize("exact", [100.5, 133.3, 150.0, 187.9, 199.5])
 def test_search__brackets_a_limit_within_its_tolerance(exact: float) -> None:
     limit = searched(lambda speed: speed >= exact)
-    assert limit.verdict is Verdict.BRACKETED
+    assert limit.verdict is SearchVerdict.BRACKETED
     assert limit.lower < exact <= limit.upper
     assert limit.upper - limit.lower <= SEARCH.tolerance
     assert len(limit.tried) <= SEARCH.most_tries
@@ -43,7 +43,7 @@ def test_search__brackets_a_limit_within_its_tolerance(exact: float) -> None:
 @pytest.mark.parametrize("perforates", [True, False])
 def test_search__names_both_ends_that_give_the_same(perforates: bool) -> None:
     limit = searched(lambda speed: perforates)
-    assert limit.verdict is Verdict.NOT_BRACKETED
+    assert limit.verdict is SearchVerdict.NOT_BRACKETED
     assert limit.tried == SEARCH.start
     assert math.isnan(limit.value)
     for words in (f"{int(perforates)} at 100 m/s", f"{int(perforates)} at 200 m/s"):
@@ -52,7 +52,7 @@ def test_search__names_both_ends_that_give_the_same(perforates: bool) -> None:
 
 def test_search__says_that_an_end_gave_nothing() -> None:
     limit = searched(lambda speed: None if speed == 200.0 else False)
-    assert limit.verdict is Verdict.NOT_BRACKETED
+    assert limit.verdict is SearchVerdict.NOT_BRACKETED
     assert "without an outcome at 200 m/s" in limit.reason
 
 
@@ -63,19 +63,19 @@ def test_search__gives_the_interval_of_outcomes_that_are_not_monotone(
     ones: set[float], interval: tuple[float, float]
 ) -> None:
     limit = searched(lambda speed: speed in ones)
-    assert limit.verdict is Verdict.NON_MONOTONE
+    assert limit.verdict is SearchVerdict.NON_MONOTONE
     assert (limit.lower, limit.upper) == interval
     assert limit.next is None
 
 
 def test_search__takes_ends_the_wrong_way_round_for_no_bracket() -> None:
-    assert searched(lambda speed: speed < 120.0).verdict is Verdict.NOT_BRACKETED
+    assert searched(lambda speed: speed < 120.0).verdict is SearchVerdict.NOT_BRACKETED
 
 
 @pytest.mark.parametrize("failed", [150.0, 137.5])
 def test_failed_run__widens_the_interval(failed: float) -> None:
     limit = searched(lambda speed: None if speed == failed else speed >= 136.0)
-    assert limit.verdict is Verdict.BRACKETED
+    assert limit.verdict is SearchVerdict.BRACKETED
     assert limit.lower < 136.0 <= limit.upper
     assert limit.upper - limit.lower > SEARCH.tolerance or failed == 150.0
     assert len(limit.tried) <= SEARCH.most_tries
@@ -100,7 +100,7 @@ def test_search__goes_on_from_results_alone() -> None:
 
 def test_unfinished_run__keeps_the_search_where_it_is() -> None:
     limit = searched(lambda speed: "running" if speed == 175.0 else speed >= 171.0)
-    assert limit.verdict is Verdict.UNFINISHED
+    assert limit.verdict is SearchVerdict.UNFINISHED
     assert limit.tried == (100.0, 150.0, 175.0, 200.0)
 
 
