@@ -11,7 +11,7 @@ import numpy as np
 
 from studies.cubes.variable import Variable
 from studies.cubes.variables import parameter_variable
-from studies.sweeps.search import SearchedLimit, Outcome, SearchVerdict, outcome_in
+from studies.sweeps.search import Outcome, SearchedLimit, SearchVerdict, outcome_in
 from studies.values.parameters import Parameter
 
 SEARCH = "search"

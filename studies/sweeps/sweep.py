@@ -16,7 +16,7 @@ from studies.observations.compared import ComparedShots, compared_shots
 from studies.runs import run
 from studies.sweeps.axes import Axis
 from studies.sweeps.sampling import Sampling
-from studies.sweeps.search import SearchedLimit, Outcome, replay
+from studies.sweeps.search import Outcome, SearchedLimit, replay
 from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import Parameter, Value, declared
 from studies.values.quantities import round_quantity

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from studies import materials
 from studies.runs.execution import execute
 from studies.runs.run import resolve
-from studies.sweeps.search import SearchedLimit, Outcome, Search, SearchVerdict, replay
+from studies.sweeps.search import Outcome, Search, SearchedLimit, SearchVerdict, replay
 from studies.values.results import RunResult
 from tests.claims import Row, claim, equal, relative
 

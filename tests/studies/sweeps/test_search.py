@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from studies.sweeps.cost import cost_of
-from studies.sweeps.search import SearchedLimit, Outcome, Search, SearchVerdict, replay
+from studies.sweeps.search import Outcome, Search, SearchedLimit, SearchVerdict, replay
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 
