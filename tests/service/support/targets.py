@@ -166,12 +166,14 @@ def _result(run: FakeRun, behaviour: str, threads: int) -> RunResult:
         reason = "density = 3e4 at particle 17"
         return RunResult(run.id, "failed", reason=reason, failure="UnphysicalState")
     hole = Measured(0.0148, 1e-4, {}, (), {"time": [0.0], "value": [0.0148]}, 1)
-    through = float(run.parameters.get("speed") or 0.0) >= PERFORATES
-    perforated = Measured(float(through), None, {}, (), {"time": [0.0], "value": [0.0]}, 1)
+    measurements = {"hole_diameter": hole}
+    if run.scenario == "plugging":
+        through = float(run.parameters["speed"]) >= PERFORATES
+        measurements["perforated"] = Measured(float(through), None, {}, (), hole.history, 1)
     return RunResult(
         run.id,
         "succeeded",
-        measurements={"hole_diameter": hole, "perforated": perforated},
+        measurements=measurements,
         flags=("under_resolved",),
         numbers={"threads": float(os.environ.get("NUMBA_NUM_THREADS", 0))},
         stop="settled",

@@ -24,7 +24,9 @@ def _ring(inner: float, outer: float, low: float, high: float) -> tuple[np.ndarr
     return radius.ravel(), depth.ravel()
 
 
-def plugged(*, free: bool = True, is_open: bool = True, speed: float = PUSHER) -> PlugView:
+def plugged(
+    *, free: bool = True, is_open: bool = True, speed: float = PUSHER, plate: float = 10.0
+) -> PlugView:
     """A dished plate, a plug with a tenth of it failed and flying along, and a projectile behind it."""
     hole = 0.5 * (FRONT + REAR)
     upper = _ring(FRONT, PLATE, 0.0, 0.5 * THICKNESS)
@@ -41,7 +43,7 @@ def plugged(*, free: bool = True, is_open: bool = True, speed: float = PUSHER) -
         radius=radius,
         depth=origin + moved[of],
         origin=origin,
-        velocity=np.array([10.0, 10.0, FLYER, FLYER, speed])[of],
+        velocity=np.array([plate, plate, FLYER, FLYER, speed])[of],
         mass=2.0 * math.pi * STEEL * radius * PARTICLE**2,
         projectile=of == 4,
         attached=(of < 2) | ((of == 2) & (not is_open)),

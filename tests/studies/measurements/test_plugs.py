@@ -47,7 +47,8 @@ def test_perforated__asks_for_an_open_plate_and_a_projectile_that_goes_on() -> N
     assert value("perforated", plugged()) == 1.0
     assert value("perforated", plugged(speed=-1.0)) == 0.0
     assert value("perforated", plugged(is_open=False, speed=9.0)) == 0.0
-    assert value("perforated", plugged(is_open=False, speed=0.0)) == 0.0
+    # A plate that springs back may be faster than a projectile that rebounds.
+    assert value("perforated", plugged(is_open=False, speed=-5.0, plate=-20.0)) == 0.0
     assert read("perforated", plugged(is_open=False, speed=11.0)).flags == ("undecided",)
 
 
