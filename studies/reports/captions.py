@@ -10,6 +10,7 @@ from studies.reports.view import FigureView, is_cut
 NEAR = (
     0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
 )
+DIP = 0.5  # of an earlier value: a history below it has dipped
 # Sentences about kinds of series, in this order, for a figure that has them.
 OF_KINDS = (
     (
@@ -62,6 +63,29 @@ def of_points(view: FigureView, name: str) -> str:
         f"Points are {quantity} on the finest grid{mean}{other}; {_bars(view, name)}. Open points carry a flag, or "
         "have no mesh error."
     )
+
+
+def of_growth(view: FigureView, name: str, histories: np.ndarray) -> str:
+    """The caption of histories, (points, samples), with what makes a hole jump and dip where one does."""
+    caption = (
+        "A run ends when growth has stopped, or at a cap: a line that still rises was cut off. Shaded: the last part "
+        "of a line, in which growth is judged."
+    )
+    if view.refinements:
+        caption += " Runs of the finest resolution, without offset."
+    if name.startswith("hole_diameter") and any(map(_dips, histories)):
+        # Copper, 8 mm on 2 mm, 2 km/s, 32 cells: the plug, 18 mm behind the plate, is off at 14 us and on at 15 us.
+        caption += (
+            " A hole jumps where the plug behind the plate loses its last thread to the rim, and dips where the thread "
+            "touches again: until it has parted for good, the plug counts as the plate."
+        )
+    return caption
+
+
+def _dips(history: np.ndarray) -> bool:
+    """Whether a history falls below half of a value before it."""
+    known = history[np.isfinite(history)]
+    return bool((known < DIP * np.maximum.accumulate(known)).any()) if known.size else False
 
 
 def of_cut_bars(bars: Iterable[tuple[float, float | None]]) -> str:

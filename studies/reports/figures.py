@@ -263,12 +263,10 @@ def growth(view: FigureView, name: str) -> Figure:
         )
         for piece in view.slices
     ]
-    finest = " Runs of the finest resolution, without offset." if view.refinements else ""
     return Figure(
         name=f"{name}_growth",
         title=f"Growth of {_words(name)} during the runs",
-        caption="A run ends when growth has stopped, or at a cap: a line that still rises was cut off. Shaded: the "
-        f"last part of a line, in which growth is judged.{finest}",
+        caption=captions.of_growth(view, name, values),
         x=Scale("time", "time", "s"),
         y=view.scale_of(name),
         panels=tuple(panels),

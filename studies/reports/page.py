@@ -222,6 +222,7 @@ def environment() -> Environment:
         alone=_alone,
         unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
         first_rows=lambda rows: [row for row, _ in zip(rows, range(MOST_ROWS), strict=False)],
+        judged_laws=lambda laws: [law for law in laws if bare(law.judged)],
         some_reasons=lambda reasons: [
             reason for reason, _ in zip(reasons, range(MOST_REASONS), strict=False)
         ],

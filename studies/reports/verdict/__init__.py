@@ -5,6 +5,7 @@ A pure function of the ``evidence``, which is read from a cube of points: the sa
 ``summary`` the few sentences that come first.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -18,6 +19,7 @@ from studies.reports.verdict.bands import Band, Value, bands_of
 from studies.reports.verdict.evidence import (
     AxisOfSweep,
     Evidence,
+    JudgedPoint,
     Reference,
     StatedWord,
     Subject,
@@ -48,6 +50,18 @@ class StatedBand:
 
 
 @dataclass(frozen=True)
+class StatedPoint:
+    """A law beside its reference at one point; None where there is no number."""
+
+    at: Place
+    predicted: float | None
+    reference: float | None
+    difference: float | None  # over the reference
+    word: StatedWord
+    says: str  # "trusted", "under-predicts"
+
+
+@dataclass(frozen=True)
 class LawVerdict:
     """The verdict on one law, or on the simulation, against one reference."""
 
@@ -70,6 +84,7 @@ class LawVerdict:
     exponents: tuple[Exponent, ...]
     tested: int  # judged points whose uncertainty is a test
     inside: int  # of these, points with the difference inside the joint uncertainty
+    each: tuple[StatedPoint, ...]
     sentence: str = ""
     details: tuple[str, ...] = ()  # sentences on residuals, exponents and error bars
 
@@ -210,6 +225,7 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         exponents=() if is_simulation else tuple(exponents_of(judged, axes)),
         tested=len(tested),
         inside=sum(abs(point.residual) <= point.bar for point in tested),
+        each=tuple(map(_stated_point, subject.points)),
     )
     details = (
         texts.residual_text(law),
@@ -217,6 +233,21 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         texts.agreement_text(law, has_model),
     )
     return replace(law, sentence=texts.sentence(law), details=tuple(filter(None, details)))
+
+
+def _stated_point(point: JudgedPoint) -> StatedPoint:
+    return StatedPoint(
+        point.at,
+        _finite(point.law),
+        _finite(point.reference),
+        _finite(point.residual) if point.reference else None,
+        point.stated,
+        texts.OF_POINTS[point.stated],
+    )
+
+
+def _finite(number: float) -> float | None:
+    return number if math.isfinite(number) else None
 
 
 def _stated(

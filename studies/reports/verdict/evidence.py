@@ -116,6 +116,13 @@ class JudgedPoint:
             return "agrees"
         return "under" if self.residual < 0.0 else "over"
 
+    @property
+    def stated(self) -> StatedWord:
+        """The word that a list of points states."""
+        if self.word == "close":
+            return "trusted" if self.tests and abs(self.residual) <= self.bar else "within"
+        return "unjudged" if self.word == "agrees" and not self.tests else self.word
+
 
 @dataclass(frozen=True)
 class Subject:

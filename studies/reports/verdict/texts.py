@@ -12,6 +12,7 @@ from studies.reports.verdict.evidence import (
     TRUST,
     AxisOfSweep,
     Reference,
+    StatedWord,
     Subject,
 )
 from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
@@ -28,6 +29,15 @@ LARGEST_DENOMINATOR = 6
 SAME = 5e-4  # a difference that rounds to 0.0 %
 OF = {"simulation": "the simulation", "observation": "the observed shots"}
 NONE_AT_ALL = "no difference"
+OF_POINTS: Mapping[StatedWord, str] = {
+    "trusted": "trusted",
+    "within": f"within {100.0 * TRUST:.0f}{NARROW_SPACE}%",
+    "agrees": "agrees within the joint uncertainty",
+    "under": "under-predicts",
+    "over": "over-predicts",
+    "outside": "outside its range",
+    "unjudged": "not judged",
+}
 BEYOND = "beyond the joint uncertainty"
 UNTESTED = {
     ("simulation", False): "mesh error unknown",

@@ -150,6 +150,7 @@ def _recomputed(dataset: xr.Dataset, case: str, stated: Mapping[str, Any]) -> It
             frame = points.sel({f"{name}_law": law["subject"]})
             yield from _bands(where, law["bands"], frame)
             yield from _details(where, law["details"], frame)
+            yield _each_point(where, law["each"], frame)
     if not stated["laws"]:
         return
     best = max(stated["laws"], key=lambda law: law["close"])
@@ -299,6 +300,37 @@ def _fits(says: str, frame: xr.Dataset, mask: xr.DataArray) -> bool:
     ends = [round(100.0 * float(end)) for end in (sizes.min(), sizes.max())]
     beyond = (sign * residual > np.maximum(MOST, bar.fillna(0.0))) | ~judged
     return bool(beyond.all()) and percent == (ends if ends[0] < ends[1] else ends[:1])
+
+
+def _each_point(where: str, listed: list[dict[str, Any]], frame: xr.Dataset) -> Row:
+    """The list of points beside the cube: numbers, and the word by its definition."""
+    wrong = []
+    for each in listed:
+        at = frame.sel({name: each["at"][name] for name in frame.dims})
+        residual, bar = float(at.residual), float(at.bar.fillna(0.0))
+        sizes = (abs(residual), bar, bool(at.tests))
+        word = (
+            "outside" if not at.inside else "unjudged" if not at.usable else _word(residual, *sizes)
+        )
+        numbers = [(each["predicted"], at.law), (each["reference"], at.value)]
+        same = all(a is None if np.isnan(b) else a == float(b) for a, b in numbers)
+        if not same or each["word"] != word:
+            wrong.append(each)
+    count = [len(listed), frame.residual.size]
+    return Row(
+        f"{where}: points in the list",
+        count[1],
+        count[0] - len(wrong),
+        not wrong and count[0] == count[1],
+    )
+
+
+def _word(residual: float, size: float, bar: float, tests: bool) -> str:
+    if max(size, bar) <= MOST:
+        return "trusted" if tests and size <= bar else "within"
+    if size <= bar:
+        return "agrees" if tests else "unjudged"
+    return "under" if residual < 0 else "over"
 
 
 def _counted(words: str, says: str, count: int, points: int) -> bool:

@@ -184,6 +184,16 @@ def test_axis__is_set_by_the_simulation_and_the_laws_inside_their_range() -> Non
     assert max(inside) < high < max(beyond)
 
 
+@pytest.mark.parametrize(("share", "explained"), [(0.1, True), (0.9, False)])
+def test_caption_of_growth__explains_a_hole_that_closes_again(
+    share: float, explained: bool
+) -> None:
+    dataset = built(PLAIN)
+    history = dataset.hole_diameter_history
+    history[(0,) * (history.ndim - 1)] *= np.where(np.arange(history.shape[-1]) % 2, share, 1.0)
+    assert ("its last thread" in drawn(dataset, "growth").caption) == explained
+
+
 def test_axis__is_not_set_by_a_bar_longer_than_its_value() -> None:
     dataset = built(REFINED)
     before = plot(drawn(dataset, "laws"))["layout"]["yaxis"]["range"]
