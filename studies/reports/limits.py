@@ -71,11 +71,11 @@ def _curves(dataset: xr.Dataset) -> Iterator[Document]:
             "at": dict(others),
             "speed": speed.tolist(),
             "residual_velocity": residual.tolist(),
-            **_fitted(speed, residual),
+            **fitted_curve(speed, residual),
         }
 
 
-def _fitted(speed: np.ndarray, residual: np.ndarray) -> Document:
+def fitted_curve(speed: np.ndarray, residual: np.ndarray) -> Document:
     """The constants with the half lengths of their intervals, or the reason why there are none."""
     empty: Document = dict.fromkeys(CONSTANTS)
     through = residual > 0.0
