@@ -46,6 +46,7 @@ from solver.transfer import new_pack
 
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
 LISTED = 100  # neighbours of a particle in the first lists; lists that are too short double
+STANDSTILL = 1e-300  # 1/s: cold gas that nothing touches has no signal, and its steps grow
 SPARE = 1.2  # of the rows of the tables
 
 
@@ -148,7 +149,7 @@ class ParticleStepper(Method):
     def _balance(self, partition: Partition, impulse: np.ndarray, dt: float) -> StepBalance:
         self.summarise(self.tallies, self.summary)
         # The signal that takes as long through a cell as the one that decides through its smoothing length.
-        signal = self.problem.geometry.spacing * float(self.sums[:, FASTEST].max())
+        signal = self.problem.geometry.spacing * max(float(self.sums[:, FASTEST].max()), STANDSTILL)
         tally = Tally(*self.summary.tolist())._replace(signal=signal, convected=signal)
         impulse += self.sums[:, IMPULSE : IMPULSE + 3].sum(axis=0)
         impulse += self.sums[:, WEIGHT].sum() * self.gravity * dt

@@ -42,10 +42,14 @@ PLANE_FRONT, PLANE_PLATEAU, AXIS_FRONT = 0.03, 0.05, 0.08
 
 
 def _plane_and_axis(recipe: Recipe) -> Iterator[Row]:
-    line = _plane(CELLS, recipe)
-    yield from _inner_rows(line)
-    yield from _whole_rows(line)
+    yield from plane_rows(profile(simulate(plane(CELLS, recipe)).snapshot, 0), CELLS)
     yield from _axis_rows(recipe)
+
+
+def plane_rows(line: ColumnProfile, cells: int) -> Iterator[Row]:
+    """Front and plateau of the plane flow, without the plateau's ends and as a whole."""
+    yield from _rows("plane", Noh(1), line, cells, (PLANE_FRONT, PLANE_PLATEAU))
+    yield from _whole_rows(line, cells)
 
 
 def gated_errors(recipe: Recipe) -> dict[str, float]:
@@ -53,21 +57,19 @@ def gated_errors(recipe: Recipe) -> dict[str, float]:
 
     The study of recipes is made with these.
     """
-    rows = (*_inner_rows(_plane(CELLS, recipe)), *_axis_rows(recipe))
+    line = profile(simulate(plane(CELLS, recipe)).snapshot, 0)
+    inner = _rows("plane", Noh(1), line, CELLS, (PLANE_FRONT, PLANE_PLATEAU))
+    rows = (*inner, *_axis_rows(recipe))
     return {row.claim: row.error / row.tolerance for row in rows if row.tolerance}
 
 
-def _inner_rows(line: ColumnProfile) -> Iterator[Row]:
-    return _rows("plane", Noh(1), line, CELLS, (PLANE_FRONT, PLANE_PLATEAU))
-
-
-def _whole_rows(line: ColumnProfile) -> Iterator[Row]:
+def _whole_rows(line: ColumnProfile, cells: int) -> Iterator[Row]:
     """The plateau from the plane to the front, with nothing left out."""
-    spacing, exact = 1.0 / CELLS, Noh(1)
+    spacing, exact = 1.0 / cells, Noh(1)
     behind = between(line, spacing, 0.0, front(line, spacing, 0.5 * exact.pressure))
     for quantity, answer, got in _means(exact, behind):
         yield relative(
-            f"Noh, plane, {CELLS} cells: {quantity} of the whole plateau",
+            f"Noh, plane, {cells} cells: {quantity} of the whole plateau",
             expected=answer,
             got=got,
             within=PLANE_PLATEAU,
@@ -131,9 +133,10 @@ def _density(line: ColumnProfile) -> float:
     return float(line.mass.sum() / line.volume.sum()) if line.mass.size else float("nan")
 
 
-def _plane(cells: int, recipe: Recipe) -> ColumnProfile:
+def plane(cells: int, recipe: Recipe) -> Problem:
+    """Gas against a plane."""
     matter = gas(NOH_GAMMA, densest=Noh(1).density, sound_speed=0.0)
-    problem = column(
+    return column(
         [Stretch("gas", matter, 1.0, 0.0, 1.0, -1.0)],
         recipe,
         cells=round((1.0 + SPARE) * cells),
@@ -141,7 +144,6 @@ def _plane(cells: int, recipe: Recipe) -> ColumnProfile:
         end_time=END_TIME,
         ends=("SYMMETRIC", "FREE"),
     )
-    return profile(simulate(problem).snapshot, 0)
 
 
 def _axis(cells: int, recipe: Recipe) -> ColumnProfile:

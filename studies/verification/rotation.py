@@ -59,7 +59,7 @@ def _mises(stress: tuple[float, ...] | np.ndarray) -> float:
 def _turned_point(angle: float, steps: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """A stress before and after steps that only turn it."""
     dt = 1e-8
-    gradient = _spin([part * angle for part in AXIS]) / dt
+    gradient = spin([part * angle for part in AXIS]) / dt
     point = PointState(MATTER.density, 0.0, 0.0, 0.0, STRESS, 0.0, 300.0)
     matter = elastic(MATTER)
     for _ in range(steps):
@@ -70,7 +70,8 @@ def _turned_point(angle: float, steps: int) -> tuple[tuple[float, ...], tuple[fl
     return STRESS, point.deviator
 
 
-def _spin(vector: list[float]) -> np.ndarray:
+def spin(vector: list[float]) -> np.ndarray:
+    """The velocity gradient of a rotation."""
     x, y, z = vector
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
@@ -84,7 +85,7 @@ def _on_grid(recipe: Recipe) -> Iterator[Row]:
         limit=ROUND_OFF * 1e2,
         got=float(np.abs(sizes / _mises(STRESS) - 1.0).max()),
     )
-    turned = _rotated(STRESS, 2.0 * math.atan(0.5 * TURN))
+    turned = rotated(STRESS, 2.0 * math.atan(0.5 * TURN))
     yield at_most(
         f"grid, {TURN} rad in a step: distance from the stress turned by 2 atan(w / 2) (of its size)",
         limit=ROUND_OFF * 1e2,
@@ -119,11 +120,11 @@ def _farthest(stress: np.ndarray, expected: np.ndarray) -> float:
     return float(np.abs(stress - expected).max()) / _mises(STRESS)
 
 
-def _rotated(stress: tuple[float, ...], angle: float) -> np.ndarray:
+def rotated(stress: tuple[float, ...], angle: float) -> np.ndarray:
     """R s R^T about ``AXIS`` (Rodrigues), six components."""
     xx, yy, zz, xy, yz, zx = stress
     full = np.array([[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]])
-    k = _spin(list(AXIS))
+    k = spin(list(AXIS))
     turn = np.eye(3) + math.sin(angle) * k + (1.0 - math.cos(angle)) * k @ k
     s = turn @ full @ turn.T
     return np.array([s[0, 0], s[1, 1], s[2, 2], s[0, 1], s[1, 2], s[2, 0]])
@@ -135,12 +136,12 @@ def _block(recipe: Recipe) -> Problem:
     line = SPACING / per_cell * (np.arange(CELLS * per_cell) + 0.5)
     position = lattice(line, line, line)
     dt = 1e-9
-    spin = _spin([part * TURN / dt for part in AXIS])
+    turning = spin([part * TURN / dt for part in AXIS])
     body = Body(
         name="block",
         matter=elastic(MATTER),
         position=position,
-        velocity=(position - 0.5 * CELLS * SPACING) @ spin.T,
+        velocity=(position - 0.5 * CELLS * SPACING) @ turning.T,
         mass=np.full(len(position), MATTER.density * (SPACING / per_cell) ** 3),
         density=MATTER.density,
         spacing=(SPACING / per_cell,) * 3,

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from solver.problem import Problem
 from solver.simulation import simulate
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, observed_order, relative, reported
@@ -36,9 +37,9 @@ PRESSURE, VELOCITY, DENSITY, SHOCK_SPEED = 0.01, 0.01, 0.02, 0.01
 def _run(recipe: Recipe) -> Iterator[Row]:
     for chosen in (recipe, replace(recipe, shape=GATED)):
         exact = riemann(*SOD, SOD_GAMMA)
-        lines = {cells: _tube(cells, chosen) for cells in CELLS}
-        errors = [_density_error(lines[cells], exact, cells) for cells in CELLS]
-        for row in _rows(lines[CELLS[-1]], exact, CELLS[-1]):
+        lines = {cells: gases(tube(cells, chosen)) for cells in CELLS}
+        errors = [density_error(lines[cells], exact, cells**-2.0) for cells in CELLS]
+        for row in rows(lines[CELLS[-1]], exact, CELLS[-1]):
             named = replace(row, claim=f"{chosen.shape}: {row.claim}")
             yield named if chosen.shape == GATED else named.ungated()
         for cells, error in zip(CELLS, errors, strict=True):
@@ -50,12 +51,18 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             break
 
 
-def _tube(cells: int, recipe: Recipe) -> tuple[ColumnProfile, ColumnProfile]:
+def gases(problem: Problem) -> tuple[ColumnProfile, ColumnProfile]:
     """Left and right gas at the end."""
+    snapshot = simulate(problem).snapshot
+    return profile(snapshot, 0), profile(snapshot, 1)
+
+
+def tube(cells: int, recipe: Recipe) -> Problem:
+    """The tube with so many cells."""
     left, right = SOD
     spacing = 1.0 / cells
     matter = gas(SOD_GAMMA, densest=left.density, sound_speed=left.sound_speed(SOD_GAMMA))
-    problem = column(
+    return column(
         [
             Stretch(
                 name,
@@ -74,8 +81,6 @@ def _tube(cells: int, recipe: Recipe) -> tuple[ColumnProfile, ColumnProfile]:
         end_time=END_TIME,
         ends=("SYMMETRIC", "SYMMETRIC"),
     )
-    snapshot = simulate(problem).snapshot
-    return profile(snapshot, 0), profile(snapshot, 1)
 
 
 def _between(line: ColumnProfile, begin: float, end: float, spacing: float) -> ColumnProfile:
@@ -85,7 +90,8 @@ def _between(line: ColumnProfile, begin: float, end: float, spacing: float) -> C
     return line.part((line.place > low) & (line.place < high))
 
 
-def _rows(lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, cells: int) -> Iterator[Row]:
+def rows(lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, cells: int) -> Iterator[Row]:
+    """The states beside the contact and the shock, against their gates."""
     spacing = 1.0 / cells
     contact = exact.contact * END_TIME
     regions = {
@@ -109,13 +115,15 @@ def _rows(lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, cells: int
     )
 
 
-def _density_error(lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, cells: int) -> float:
-    """Mean over the tube of |density - exact|, with the volumes of the particles."""
+def density_error(
+    lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, section: float
+) -> float:
+    """Mean over the tube of |density - exact|, with the volumes of the particles; ``section`` is that of the tube."""
     total = 0.0
     for line in lines:
         gap = np.abs(line.density - exact.density(line.place, END_TIME))
         total += float((line.volume * gap).sum())
-    return total * cells**2  # over the cross-section of one cell
+    return total / section
 
 
 CASE = Case(
