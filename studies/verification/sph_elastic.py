@@ -25,6 +25,9 @@ STRESS, WAVE_SPEED = 0.01, 0.01  # as of the grid: ``elastic_waves``
 LENGTH = 1e-2  # m
 ORDERS = {"without viscosity": 2.0, "with viscosity": 1.0}
 ORDER_ERROR = 0.3
+# m/s. At ``SPEED`` the order misses its gate by 0.002: 3e-4 of the error does not change with the spacing, as large as
+# the strain, which linear theory leaves out. This speed was added when that was known, before it ran.
+GENTLE = 1e-3
 AMPLITUDE = 0.01  # of the velocity, with the finest spacing and without viscosity
 NUMERICS = {
     "without viscosity": SPH._replace(viscosity=ArtificialViscosity(0.0, 0.0)),
@@ -37,7 +40,8 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     for name, smoothing in SMOOTHINGS.items():
         yield from _step(name, smoothing)
     for name, smoothing in NUMERICS.items():
-        yield from _standing(name, smoothing)
+        yield from _standing(name, smoothing, SPEED)
+    yield from _standing("without viscosity", NUMERICS["without viscosity"], GENTLE)
 
 
 def _step(name: str, smoothing: Smoothing) -> Iterator[Row]:
@@ -60,16 +64,16 @@ def _step(name: str, smoothing: Smoothing) -> Iterator[Row]:
     yield trend(f"step wave, {name}: error of the stress over three spacings", errors)
 
 
-def _standing(name: str, smoothing: Smoothing) -> Iterator[Row]:
+def _standing(name: str, smoothing: Smoothing, speed: float) -> Iterator[Row]:
     """v = v0 sin(pi x / L) cos(pi c t / L): after a period everything is as it was."""
     errors = []
     for particles in PARTICLES:
-        problem = _mode(particles, smoothing)
+        problem = _mode(particles, smoothing, speed)
         end = simulate(problem).snapshot
         p, turn = end.particles, math.pi * MATTER.longitudinal_speed / LENGTH * end.time
-        exact = SPEED * math.cos(turn) * np.sin(math.pi * p.position[:, 0] / LENGTH)
-        errors.append(float(np.sqrt(((p.velocity[:, 0] - exact) ** 2).mean() * 2.0)) / SPEED)
-    where = f"standing wave, {name}"
+        exact = speed * math.cos(turn) * np.sin(math.pi * p.position[:, 0] / LENGTH)
+        errors.append(float(np.sqrt(((p.velocity[:, 0] - exact) ** 2).mean() * 2.0)) / speed)
+    where = f"standing wave, {speed:g} m/s, {name}"
     for particles, error in zip(PARTICLES, errors, strict=True):
         is_gated = name == "without viscosity" and particles == PARTICLES[-1]
         yield absolute(
@@ -87,7 +91,7 @@ def _standing(name: str, smoothing: Smoothing) -> Iterator[Row]:
         )
 
 
-def _mode(particles: int, smoothing: Smoothing) -> Problem:
+def _mode(particles: int, smoothing: Smoothing, speed: float) -> Problem:
     spacing = LENGTH / particles
     wave = Stretch(
         "bar",
@@ -95,7 +99,7 @@ def _mode(particles: int, smoothing: Smoothing) -> Problem:
         MATTER.density,
         0.0,
         LENGTH,
-        lambda x: SPEED * np.sin(math.pi * x / LENGTH),
+        lambda x: speed * np.sin(math.pi * x / LENGTH),
     )
     problem = column(
         [wave],

@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.geometry import grid
 from solver.geometry.cartesian3d import Cartesian3D
-from solver.problem import Body, Face, Problem, Smoothing
+from solver.problem import ArtificialViscosity, Body, Face, Problem, Smoothing
 from solver.simulation import Simulation, start
 from solver.tensor import equivalent_stress
 from studies.values.recipes import Recipe
@@ -29,6 +29,9 @@ TURN_STEP = 1e-13
 
 # Of sums over a hundred neighbours in strains of 4e-6, and of rotations of 0.05; set with those of the grid's cases.
 ROUND_OFF, SMALL_STRAIN = 1e-11, 1e-9
+# The first run had the viscosity on, whose forces change the velocities of the surface by 3e-4 of what the patch test
+# asks for: it missed the gates with 2e-9 and 5e-4. The gates are those; the gradient is looked at without the forces.
+NONE = ArtificialViscosity(0.0, 0.0)
 # A spinning block under stress for so many steps: its angular momentum over that at the start.
 SPIN, SPIN_STEPS, TORQUE = 1e4, 200, 1e-11  # rad/s
 
@@ -47,7 +50,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
 def _patch(where: str, smoothing: Smoothing, disturbed: float, *, exact: bool) -> Iterator[Row]:
     """A linear velocity changes density by det(1 + L dt), and shears by 2 G dev(D) dt."""
     gradient = np.array(GRADIENT)
-    simulation = _block(smoothing, disturbed, gradient)
+    simulation = _block(smoothing._replace(viscosity=NONE), disturbed, gradient)
     inside = _inside(simulation)
     simulation.advance()
     grown = np.linalg.det(np.eye(3) + gradient * STEP)
