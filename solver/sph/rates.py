@@ -158,8 +158,8 @@ def viscous(smoothing, dimensions, own, others, near, nearby, d, squared, length
 
 
 @kernel
-def accelerate(smoothing, dimensions, tables, table, ranges, lists, gravity, dt, sums):
-    """Velocities at n+1 and new positions of particles; their energy takes the half of the work in those at n.
+def accelerate(smoothing, dimensions, tables, table, ranges, lists, gravity, kick, dt, sums):
+    """Velocities after a ``kick`` (s) and positions after a step; the energy takes the half of the work before it.
 
     ``sums`` (8,) gets the impulse of images (3), the mass, the work of gravity, and the largest inverse of a stable
     step for a Courant number of 1 (1/s).
@@ -210,35 +210,37 @@ def accelerate(smoothing, dimensions, tables, table, ranges, lists, gravity, dt,
                 nearest = maximum(nearest, -mu)
             a = total(ax) + gravity[0], total(ay) + gravity[1], total(az) + gravity[2]
             old = table[VX, i], table[VY, i], table[VZ, i]
-            new = old[0] + a[0] * dt, old[1] + a[1] * dt, old[2] + a[2] * dt
+            new = old[0] + a[0] * kick, old[1] + a[1] * kick, old[2] + a[2] * kick
             table[VX, i], table[VY, i], table[VZ, i] = new
             table[NEW_X, i] = table[X, i] + new[0] * dt
             table[NEW_X + 1, i] = table[Y, i] + new[1] * dt
             table[NEW_X + 2, i] = table[Z, i] + new[2] * dt
             moved[i, MOVED], moved[i, MOVED + 1], moved[i, MOVED + 2] = new
             gained = total(power_of_stress) + 0.5 * viscosity.heating * total(heat)
-            table[ENERGY, i] += 0.5 * dt * gained
+            table[ENERGY, i] += 0.5 * kick * gained
             px, py, pz = px + mass * total(bx), py + mass * total(by), pz + mass * total(bz)
             weight += mass
             for axis in range(3):
-                work += 0.5 * mass * gravity[axis] * (old[axis] + new[axis]) * dt
+                work += 0.5 * mass * gravity[axis] * (old[axis] + new[axis]) * kick
             length, sound = number(place, i, LENGTH), number(other, i, SOUND)
             signal = sound + VISCOUS * (
                 viscosity.linear * sound + viscosity.quadratic * largest(nearest)
             )
             force = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) ** 0.25
             fastest = max(fastest, signal / length, force / length**0.5)
-    sums[IMPULSE], sums[IMPULSE + 1], sums[IMPULSE + 2] = px * dt, py * dt, pz * dt
+    sums[IMPULSE], sums[IMPULSE + 1], sums[IMPULSE + 2] = px * kick, py * kick, pz * kick
     sums[WEIGHT], sums[WORK], sums[FASTEST] = weight, work, fastest
 
 
 @kernel
-def find_gradients(smoothing, dimensions, tables, table, ranges, lists, correction, gradients, dt):
-    """Velocity gradients of the velocities at n+1, into three lines of ``gradients`` (3 n, 8) for each particle.
+def find_gradients(
+    smoothing, dimensions, tables, table, ranges, lists, correction, gradients, kick, dt
+):
+    """Gradients of the velocities after the kick, into three lines of ``gradients`` (3 n, 8) for each particle.
 
-    The energy takes the other half of the work of the viscosity, in these velocities.
+    The energy takes the other half of the work, but for what the point update adds in a step.
     """
-    place, other = bare(tables.place), bare(tables.other)
+    place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
     neighbours = bare(lists.neighbours)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
@@ -259,7 +261,7 @@ def find_gradients(smoothing, dimensions, tables, table, ranges, lists, correcti
                 l11, l12, l13 = l11 - vx * gx, l12 - vx * gy, l13 - vx * gz
                 l21, l22, l23 = l21 - vy * gx, l22 - vy * gy, l23 - vy * gz
                 l31, l32, l33 = l31 - vz * gx, l32 - vz * gy, l33 - vz * gz
-            table[ENERGY, i] += 0.25 * dt * smoothing.viscosity.heating * total(heat)
+            table[ENERGY, i] += 0.25 * kick * smoothing.viscosity.heating * total(heat)
             over = 1.0 / number(other, i, RHO)
             b11, b22, b33 = (
                 correction[i, 0] * over,
@@ -279,3 +281,9 @@ def find_gradients(smoothing, dimensions, tables, table, ranges, lists, correcti
                 gradients[line, 1 + component] = raw[0] * b11 + raw[1] * b12 + raw[2] * b31
                 gradients[line + 1, 1 + component] = raw[0] * b12 + raw[1] * b22 + raw[2] * b23
                 gradients[line + 2, 1 + component] = raw[0] * b31 + raw[1] * b23 + raw[2] * b33
+            power = number(stress, i, 0) * first[0] + number(stress, i, 1) * first[1]
+            power += number(stress, i, 2) * first[2] + number(stress, i, 3) * second[0]
+            power += number(stress, i, 4) * second[1] + number(stress, i, 5) * second[2]
+            power += number(stress, i, 6) * third[0] + number(stress, i, 7) * third[1]
+            power += number(other, i, T33) * third[2]
+            table[ENERGY, i] += 0.5 * (kick - dt) * power

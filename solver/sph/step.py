@@ -2,12 +2,13 @@
 
 Particles hold x, v, sigma at time n; all sums take the neighbours and weights of x at n.
 
-forces   v(n+1) = v(n) + a(n) dt, x(n+1) = x(n) + v(n+1) dt: with a constant step the leapfrog whose velocities live
-         half a step before
-strain   the gradient of v(n+1), from which density, stress and energy at n+1 follow, point by point as on the grid
+forces   leapfrog: v(n+1/2) = v(n-1/2) + a(n) k with k half of the step before and half of this one, and
+         x(n+1) = x(n) + v(n+1/2) dt; a problem begins with half a step of force
+strain   the gradient of v(n+1/2), from which density, stress and energy at n+1 follow, point by point as on the grid
 
-The forces of stress n change the kinetic energy by f . (v(n) + v(n+1)) / 2 dt, and the internal energy takes minus
-that with the same weights, as in ``solver/step.py``: their sum is kept to round-off, whatever the stress is.
+The forces of stress n change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the internal energy takes minus
+that with the same weights: half of k in the first velocity, half of k less half of dt in the second one, and the point
+update the rest. Their sum is kept to round-off, whatever stress and steps are.
 """
 
 from typing import Any
@@ -42,6 +43,7 @@ from solver.sph.tables import new_memory, tables_of
 from solver.state import lines
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
+from solver.timestep import Interval
 from solver.transfer import new_pack
 
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
@@ -82,8 +84,10 @@ class ParticleStepper(Method):
         self.accelerate, self.find_gradients = Bound(accelerate), Bound(find_gradients)
         self.summarise = Bound(summarise)
 
-    def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
-        """Take the particles from n, at a time, to n+1."""
+    def advance(self, partition: Partition, interval: Interval) -> StepBalance:
+        """Take the particles from n to n+1."""
+        time, dt, before = interval
+        kick = 0.5 * (before + dt)
         smoothing, axes, impulse = self.smoothing, self.axes, np.zeros(3)
         table, count = partition.table, partition.particles.mass.size
         self._room(count)
@@ -119,6 +123,7 @@ class ParticleStepper(Method):
                 ranges,
                 self._lists(share),
                 self.gravity,
+                kick,
                 dt,
                 self.sums[share],
             ),
@@ -135,6 +140,7 @@ class ParticleStepper(Method):
                 self._lists(share),
                 self.correction,
                 self.gradients,
+                kick,
                 dt,
             ),
         )
@@ -144,15 +150,15 @@ class ParticleStepper(Method):
                 share, body, begin, end, table, time + dt, dt
             ),
         )
-        return self._balance(partition, impulse, dt)
+        return self._balance(partition, impulse, kick)
 
-    def _balance(self, partition: Partition, impulse: np.ndarray, dt: float) -> StepBalance:
+    def _balance(self, partition: Partition, impulse: np.ndarray, kick: float) -> StepBalance:
         self.summarise(self.tallies, self.summary)
         # The signal that takes as long through a cell as the one that decides through its smoothing length.
         signal = self.problem.geometry.spacing * max(float(self.sums[:, FASTEST].max()), STANDSTILL)
         tally = Tally(*self.summary.tolist())._replace(signal=signal, convected=signal)
         impulse += self.sums[:, IMPULSE : IMPULSE + 3].sum(axis=0)
-        impulse += self.sums[:, WEIGHT].sum() * self.gravity * dt
+        impulse += self.sums[:, WEIGHT].sum() * self.gravity * kick
         gone, reflected = 0, 0
         if tally.outside:
             gone, reflected = cross_faces(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from solver.problem import ArtificialViscosity, Problem, Smoothing
-from solver.simulation import simulate
+from solver.simulation import simulate, start
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, observed_order, relative, reported
 from studies.verification._collision import Piece, collide, collision_problem, waves
@@ -28,6 +28,9 @@ ORDER_ERROR = 0.3
 # m/s. At ``SPEED`` the order misses its gate by 0.002: 3e-4 of the error does not change with the spacing, as large as
 # the strain, which linear theory leaves out. This speed was added when that was known, before it ran.
 GENTLE = 1e-3
+# rad. After a whole period the velocity is at rest in its phase, whose error counts in the square: the order of that row
+# is 4 in place of the stated 2, and its gate is missed. This phase, with the order 2, was stated then, before it ran.
+PASSING = 2.5 * math.pi
 AMPLITUDE = 0.01  # of the velocity, with the finest spacing and without viscosity
 NUMERICS = {
     "without viscosity": SPH._replace(viscosity=ArtificialViscosity(0.0, 0.0)),
@@ -42,6 +45,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     for name, smoothing in NUMERICS.items():
         yield from _standing(name, smoothing, SPEED)
     yield from _standing("without viscosity", NUMERICS["without viscosity"], GENTLE)
+    yield from _passing()
 
 
 def _step(name: str, smoothing: Smoothing) -> Iterator[Row]:
@@ -89,6 +93,24 @@ def _standing(name: str, smoothing: Smoothing, speed: float) -> Iterator[Row]:
             got=observed_order(errors),
             within=ORDER_ERROR,
         )
+
+
+def _passing() -> Iterator[Row]:
+    """The same wave when its velocity passes through zero: an error of its phase counts in full."""
+    errors = []
+    for particles in PARTICLES:
+        made = start(_mode(particles, NUMERICS["without viscosity"], GENTLE), threads=1)
+        omega = math.pi * MATTER.longitudinal_speed / LENGTH
+        while omega * made.time < PASSING:
+            made.advance()
+        p, turn = made.particles, omega * (made.time - 0.5 * made.before)  # of the velocity
+        exact = GENTLE * math.cos(turn) * np.sin(math.pi * p.position[:, 0] / LENGTH)
+        errors.append(float(np.sqrt(((p.velocity[:, 0] - exact) ** 2).mean() * 2.0)) / GENTLE)
+    where = f"standing wave, {GENTLE:g} m/s, without viscosity, after 5/4 of a period"
+    claim = f"{where}: error of the velocity (of its amplitude)"
+    yield absolute(claim, expected=0.0, got=errors[-1], within=AMPLITUDE)
+    order = observed_order(errors)
+    yield absolute(f"{where}: observed order", expected=2.0, got=order, within=ORDER_ERROR)
 
 
 def _mode(particles: int, smoothing: Smoothing, speed: float) -> Problem:
