@@ -92,7 +92,8 @@ def find_neighbours(
     ``first`` and ``stop`` (n,) say where a list stands. ``correction`` (n, 8) has the six components of B, the inverse
     of sum V_j (x_j - x_i) grad W with V_j = m_j / rho_i, along the axes that have extent: Bonet and Lok (1999), Eq. 35.
     """
-    counts, begin, member, ordered = cells.counts, cells.begin, cells.member, cells.sorted
+    counts, begin = cells.counts, cells.begin
+    member, ordered = bare(cells.member), bare(cells.sorted)
     empty = place.shape[0] - 1
     filled = 0
     for body in range(ranges.shape[0]):
@@ -110,10 +111,10 @@ def find_neighbours(
                         if filled + high - low + LANES > neighbours.size:
                             return -1
                         for k in range(low, high):
-                            dx, dy, dz = ordered[0, k] - x, ordered[1, k] - y, ordered[2, k] - z
-                            reach = own + ordered[3, k]
+                            dx, dy = number(ordered, 0, k) - x, number(ordered, 1, k) - y
+                            dz, reach = number(ordered, 2, k) - z, number(ordered, 3, k) + own
                             squared = dx * dx + dy * dy + dz * dz
-                            neighbours[filled] = member[k]
+                            neighbours[filled] = element(member, k)
                             filled += int((squared < reach * reach) & (squared > 0.0))
                 while filled % LANES:
                     neighbours[filled] = empty

@@ -28,8 +28,8 @@ ORDER_ERROR = 0.3
 # m/s. At ``SPEED`` the order misses its gate by 0.002: 3e-4 of the error does not change with the spacing, as large as
 # the strain, which linear theory leaves out. This speed was added when that was known, before it ran.
 GENTLE = 1e-3
-# rad. After a whole period the velocity is at rest in its phase, whose error counts in the square: the order of that row
-# is 4 in place of the stated 2, and its gate is missed. This phase, with the order 2, was stated then, before it ran.
+# rad. After a whole period the velocity is at rest in its phase, whose error counts in the square: the order of that
+# row is 4 in place of the stated 2, and misses. This phase, with the order 2, was stated then, before it ran.
 PASSING = 2.5 * math.pi
 AMPLITUDE = 0.01  # of the velocity, with the finest spacing and without viscosity
 NUMERICS = {

@@ -34,6 +34,10 @@ FAMILIES: dict[str, tuple[dict[str, Any], dict[str, float]]] = {
     ),
     "3d_gimp": ({"geometry": "quarter", "shape": "gimp", "particles_per_cell": 3}, WIDE),
     "3d_spline": ({"geometry": "quarter", "particles_per_cell": 3}, WIDE),
+    "3d_sph": (
+        {"geometry": "quarter", "particles_per_cell": 2, "debris": "follow"},
+        {"12k": 7.75, "117k": 16.8},
+    ),
 }
 PROBLEMS: dict[str, dict[str, Any]] = {
     f"{family}_{size}": {**choices, "cells_per_diameter": cells}
@@ -117,9 +121,19 @@ def simulation(name: str, threads: int = 1, warm: int = WARM) -> Any:
 
     setting_of = module("studies.runs.execution", former="studies.execution").setting_of
 
-    made = start(setting_of(question(**PROBLEMS[name])).problem, threads=threads)
+    problem = setting_of(question(**PROBLEMS[name])).problem
+    if name.startswith("3d_sph"):
+        problem = smoothed(problem)
+    made = start(problem, threads=threads)
     advance(made, warm)
     return made
+
+
+def smoothed(problem: Any) -> Any:
+    """The problem by smoothed particles with the numerics of their verification cases."""
+    from studies.verification._smoothed import COURANT, SPH
+
+    return replace(problem, smoothing=SPH, courant=COURANT)
 
 
 def advance(made: Any, steps: int) -> int:
