@@ -37,7 +37,7 @@ from solver.step import Stepper, shares_of
 from solver.strength import stored_part
 from solver.stress import QUANTITIES, Limits, Tally, find_fault
 from solver.threads import ThreadPool, asked_threads
-from solver.timestep import Interval, first_step, stable_step
+from solver.timestep import first_step, stable_step
 from solver.vectors import LANES
 
 # Steps between reorderings of the particle arrays, for memory locality; debris is retired before them.
@@ -56,7 +56,6 @@ CARRIED = (
     "time",
     "step",
     "dt",
-    "before",
     "smallest_step",
     "particle_steps",
     "removed",
@@ -134,7 +133,6 @@ class Simulation:
     step: int = 0
     ledger: Ledger = field(default_factory=Ledger)
     counters: Counters = field(default_factory=Counters)
-    before: float = 0.0  # the step that was just taken, s
     smallest_step: float = math.inf
     particle_steps: int = 0
     removed: float = 0.0  # energy that damping, walls, absorbers and contact took, J
@@ -234,7 +232,7 @@ class Simulation:
             self._retire()
             self._arrange()
         dt = self.dt
-        balance = self.stepper.advance(self.partition, Interval(self.time, dt, self.before))
+        balance = self.stepper.advance(self.partition, self.time, dt)
         self.tally = balance.tally
         self.impulse += balance.impulse
         self.removed += balance.energy + balance.contact
@@ -242,7 +240,6 @@ class Simulation:
         self.worked += balance.work
         self.counters.reflected += balance.reflected
         self.time += dt
-        self.before = dt
         self.step += 1
         self.particle_steps += self.particles.mass.size
         self.smallest_step = min(self.smallest_step, dt)

@@ -66,7 +66,6 @@ from solver.stress import (
     update_particles,
 )
 from solver.threads import ThreadPool
-from solver.timestep import Interval
 from solver.transfer import (
     StepDamping,
     StepWork,
@@ -199,10 +198,9 @@ class Stepper(Method):
             for first, second in itertools.combinations(range(apart), 2)
         ]
 
-    def advance(self, partition: Partition, interval: Interval) -> StepBalance:
-        """Take the particles from n to n+1."""
-        dt = interval.dt
-        self.time = interval.time + dt
+    def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
+        """Take the particles from n, at a time, to n+1."""
+        self.time = time + dt
         scheme, impulse = self.problem.scheme, np.zeros(3)
         if scheme == Scheme.USF:
             self._update_first(partition, dt)

@@ -12,22 +12,12 @@ That a particle moves is no wave: the convective rule, |v| + c, is that of a fix
 weights change little within a step, and that no particle jumps over the ghosts at a face: ``travel`` says so by itself.
 """
 
-from typing import NamedTuple
-
 from solver.problem import StepRule
 from solver.stress import Tally
 
 VOLUME_CHANGE = 0.1  # largest |tr D| dt: beyond it the midpoint work of a step loses its meaning
 GROWTH = 1.05  # largest ratio of a step to the one before
 FIRST_STEP = 0.1  # of the stable step, while the impact establishes itself
-
-
-class Interval(NamedTuple):
-    """A step from n to n+1."""
-
-    time: float  # at n, s
-    dt: float  # s
-    before: float  # the step that ended at n, s; 0 at the start
 
 
 def stable_step(

@@ -11,6 +11,7 @@ that with the same weights: half of k in the first velocity, half of k less half
 update the rest. Their sum is kept to round-off, whatever stress and steps are.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,6 @@ from solver.sph.tables import new_memory, tables_of
 from solver.state import lines
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
-from solver.timestep import Interval
 from solver.transfer import new_pack
 
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
@@ -64,6 +64,7 @@ class ParticleStepper(Method):
         self.limits = limits
         self.pool = pool
         self.axes = _axes(problem)
+        self.before = np.zeros(1)  # the step that ended at n, s
         self.space = Scattered(
             problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes
         )
@@ -84,10 +85,18 @@ class ParticleStepper(Method):
         self.accelerate, self.find_gradients = Bound(accelerate), Bound(find_gradients)
         self.summarise = Bound(summarise)
 
-    def advance(self, partition: Partition, interval: Interval) -> StepBalance:
-        """Take the particles from n to n+1."""
-        time, dt, before = interval
-        kick = 0.5 * (before + dt)
+    def carried(self) -> dict[str, np.ndarray]:
+        """The step before."""
+        return {"before": self.before}
+
+    def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what ``carried`` gave."""
+        self.before = arrays["before"]
+
+    def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
+        """Take the particles from n, at a time, to n+1."""
+        kick = 0.5 * (float(self.before[0]) + dt)
+        self.before = np.array([dt])
         smoothing, axes, impulse = self.smoothing, self.axes, np.zeros(3)
         table, count = partition.table, partition.particles.mass.size
         self._room(count)

@@ -102,8 +102,10 @@ def _passing() -> Iterator[Row]:
         made = start(_mode(particles, NUMERICS["without viscosity"], GENTLE), threads=1)
         omega = math.pi * MATTER.longitudinal_speed / LENGTH
         while omega * made.time < PASSING:
+            dt = made.dt
             made.advance()
-        p, turn = made.particles, omega * (made.time - 0.5 * made.before)  # of the velocity
+            at = made.time - 0.5 * dt  # of the velocities
+        p, turn = made.particles, omega * at
         exact = GENTLE * math.cos(turn) * np.sin(math.pi * p.position[:, 0] / LENGTH)
         errors.append(float(np.sqrt(((p.velocity[:, 0] - exact) ** 2).mean() * 2.0)) / GENTLE)
     where = f"standing wave, {GENTLE:g} m/s, without viscosity, after 5/4 of a period"

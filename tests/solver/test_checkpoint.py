@@ -192,14 +192,11 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file
         file.unlink()
 
 
-@pytest.mark.parametrize("name", [name for name in CARRIED if name != "before"])
+@pytest.mark.parametrize("name", CARRIED)
 def test_restart__would_differ_without_any_of_the_numbers_carried(
     name: str, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The comparison sees each of them: what is left out starts from its initial value again.
-
-    The step before decides the bits of smoothed particles alone: ``test_sph``.
-    """
+    """The comparison sees each of them: what is left out starts from its initial value again."""
     problem = rubbing(end_time=0.5 * END, gravity=GRAVITY)
     expected = Witness(file).run(problem)
     stopped(problem, file)
