@@ -8,7 +8,6 @@ import math
 import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +28,6 @@ class ComparedShots:
     stated: float | None  # largest relative error that a shot states; None where none states any
 
 
-@cache
 def stored() -> dict[str, Any]:
     """The results as they were computed."""
     document: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))

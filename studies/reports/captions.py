@@ -121,7 +121,7 @@ def _parts(view: FigureView, name: str) -> Iterator[str]:
     if view.over_offsets and np.isfinite(offsets).any():
         yield "scatter over offsets"
     elif (offsets > 0.0).any():
-        yield "position on the grid, as single runs state it"
+        yield "position on the grid (as single runs state it)"
     if (view.flat(cubes.MEASUREMENT_PART, name) > 0.0).any():
         yield "measurement"
 

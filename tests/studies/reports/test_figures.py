@@ -108,7 +108,7 @@ def test_mark__is_open_where_resolutions_tell_no_mesh_error(sweep: Sweep) -> Non
         (REFINED, "uncertainty: mesh error, scatter over offsets, measurement. Open points"),
         (
             TWO_GRIDS,
-            "uncertainty: mesh error, position on the grid, as single runs state it",
+            "uncertainty: mesh error, position on the grid (as single runs state it)",
         ),
         (OFFSETS_ALONE, "uncertainty: scatter over offsets, measurement, without the mesh error."),
         (PLAIN, "that one run states, without the mesh error; open points carry a flag."),
