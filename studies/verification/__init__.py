@@ -4,8 +4,9 @@ How to add one: a module here that offers a ``Case`` as ``CASE``, or a tuple of 
 ``Recipe``) and yields rows: the compared quantity, the exact answer, the computed one, the error and its tolerance. A
 tolerance is set from the numerics' order or from what the answer is needed for; a row without one is reported, and
 ``reported`` asks that its figure is a number. Where the figure was known when the tolerance, or what it gates, was
-decided, the line says so: ``contact`` (parting, sliding), ``vibrating_bar`` (the
-finest pair), ``sod`` (GIMP), ``energy`` (the hottest share), ``absorbing`` (the burst), ``absorbing_block`` (its size).
+decided, the line says so: ``contact`` (parting, sliding), ``vibrating_bar`` (the finest pair), ``sph_elastic`` (the
+gentle wave), ``sph_patch`` (forces), ``sod`` (GIMP), ``energy`` (the hottest share), ``absorbing`` (the burst),
+``absorbing_block`` (its size).
 Exact answers are functions of their own, in modules whose name starts with an underscore, with their own doctests; they
 share no code with the solver. A case loads the solver; this module does not.
 
