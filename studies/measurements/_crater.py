@@ -84,8 +84,8 @@ def upper_walls(view: ImpactView) -> np.ndarray | None:
 
 def at_surface(walls: np.ndarray) -> np.ndarray:
     """Radius (sectors,) of the opening at the original surface, from those of the upper walls (m)."""
-    # Squares of the radii: linear in the depth for a paraboloid, and but for the square of the depth for a sphere, whose
-    # diameter is 3 h^2 / R too large, h the unit of the layers.
+    # Squares of the radii: linear in the depth for a paraboloid, and but for the square of the depth for a sphere. Its
+    # diameter becomes 3 h^2 / R too large, h the distance of the layers.
     _, squares = np.polyfit(CENTRES, walls**2, 1)
     radii: np.ndarray = np.sqrt(np.maximum(squares, 0.0))
     return radii

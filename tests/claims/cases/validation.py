@@ -1,7 +1,7 @@
 """The validation cases: each is a claim by its own sentence, on three grids; all together on coarse ones are quick.
 
-Their pages are opened in a browser. With all of these the set takes a core more than an hour; the longest have a name of
-their own, so that ``make claims NAME`` recomputes any other in minutes.
+Their pages are opened in a browser. With all of these the set takes a core more than an hour; each case has a name of
+its own, so that ``make claims NAME`` recomputes it alone.
 """
 
 import tempfile
