@@ -1,7 +1,7 @@
 """A verdict on every law of holes, from holes in aluminium and copper at 2 to 7 km/s in plates of 0.1 to 0.6 diameters.
 
-The cost grows with (t/d)^-3: with 4, 8 and 16 cells through the plate's thickness t/d = 0.1 takes a core about half an
-hour, at 0.1 us a particle-step, and the other thicknesses together about 15 minutes.
+The cost grows with (t/d)^-3: with 4, 8 and 16 cells through the plate's thickness t/d = 0.1 takes a core about 40
+minutes, at 0.1 us a particle-step, and the other thicknesses together about 15.
 """
 
 from collections import Counter
