@@ -150,7 +150,7 @@ def _of_holes(series: HoleSeries) -> Iterator[Row]:
 def _pooled(series: Sequence[HoleSeries]) -> list[Subject]:
     """Each law against all holes of a material, with t/d beside the speed as an axis."""
     pooled: dict[str, Subject] = {}
-    for own, cube in ((own, cube) for own in series for cube in own.cubes):
+    for cube, ratio in ((cube, each.ratio) for each in series for cube in each.cubes):
         (evidence,) = (
             evidence
             for evidence in evidence_of(points_of(cube), [])
@@ -158,7 +158,7 @@ def _pooled(series: Sequence[HoleSeries]) -> list[Subject]:
         )
         for subject in evidence.subjects:
             points = tuple(
-                replace(point, at={"speed": point.at["speed"], RATIO: own.ratio})
+                replace(point, at={"speed": point.at["speed"], RATIO: ratio})
                 for point in subject.points
             )
             before = pooled.get(subject.name, replace(subject, points=()))
