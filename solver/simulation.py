@@ -11,6 +11,7 @@ import numpy as np
 from solver.audit import Audit, Ledger, Totals, audit, body_balances, totals
 from solver.checkpoint import Carried, Checkpointing
 from solver.checkpointing import CheckpointWriter, Observing
+from solver.coupling import CoupledStepper
 from solver.debris import clear_debris
 from solver.eos import reference_density, reference_sound_speed
 from solver.errors import ProblemError, UnphysicalState
@@ -425,8 +426,10 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
 
 def _method(problem: Problem) -> type[Method]:
     """The class whose steps compute a problem."""
-    if any(body.mesh for body in problem.bodies):
+    if all(body.mesh for body in problem.bodies):
         return ElementStepper
+    if any(body.mesh for body in problem.bodies):
+        return CoupledStepper
     return Stepper if problem.smoothing is None else ParticleStepper
 
 

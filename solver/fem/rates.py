@@ -143,8 +143,23 @@ def flow_of(gamma, v, axis):
     return flow
 
 
+@device
+def power_of(states, p, rate, heating):
+    """Power of the stress of an integration point in a rate of strain, with a part of its viscosity; W/m3."""
+    shear = (
+        states[S11, p],
+        states[S22, p],
+        states[S33, p],
+        states[S12, p],
+        states[S23, p],
+        states[S31, p],
+    )
+    heated = states[PRESSURE, p] + heating * states[VISCOSITY, p]
+    return contract(shear, rate) - heated * (rate[0] + rate[1] + rate[2])
+
+
 @kernel
-def push_nodes(meshed, table, states, begin, end, dt, heating, v, taken):
+def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
     """Forces of the elements begin..end on each of their nodes; ``v`` (nodes, 3) is scratch.
 
     The energy of each integration point takes the half of its stress' work in the velocities before the forces, and
@@ -187,20 +202,22 @@ def push_nodes(meshed, table, states, begin, end, dt, heating, v, taken):
                 isotropic = (pressure, pressure, pressure, 0.0, 0.0, 0.0)
                 thrust(kind, isotropic, volume, operators[0], force)
             rate = symmetric(strain_rate(meshed, element, point, v))
-            heated = states[PRESSURE, p] + heating * states[VISCOSITY, p]
-            power = contract(shear, rate) - heated * (rate[0] + rate[1] + rate[2])
-            states[ENERGY, p] += 0.5 * dt * power / states[DENSITY, p]
+            states[ENERGY, p] += (
+                0.5 * kick * power_of(states, p, rate, heating) / states[DENSITY, p]
+            )
         for number in range(meshed.gamma.shape[1]):
             gamma = meshed.gamma[element, number]
             for axis in range(AXES):
                 spring = meshed.springs[element, number, axis]
-                taken[0] += 0.5 * dt * spring * flow_of(gamma, v, axis)
+                taken[0] += 0.5 * kick * spring * flow_of(gamma, v, axis)
                 for node in range(v.shape[0]):
                     force[node, axis] -= spring * gamma[node]
 
 
 @kernel
-def strain_elements(meshed, table, states, begin, end, dt, v, gradients, lengths, taken):
+def strain_elements(
+    meshed, table, states, begin, end, kick, dt, heating, v, gradients, lengths, taken
+):
     """Velocity gradients of the velocities at n+1, into three lines of ``gradients`` for each integration point.
 
     Its ``lengths`` (1, points) are those of the elements at n. The springs of hourglass modes take the other half of
@@ -226,6 +243,9 @@ def strain_elements(meshed, table, states, begin, end, dt, v, gradients, lengths
             p = start + point
             lengths[0, p] = length
             gradient = strain_rate(meshed, element, point, v)
+            # The update adds the half of the work of dt: the kick's is another where steps change.
+            power = power_of(states, p, symmetric(gradient), heating)
+            states[ENERGY, p] += 0.5 * (kick - dt) * power / states[DENSITY, p]
             for axis in range(AXES):
                 place = speed = 0.0
                 for node in range(nodes):
@@ -236,11 +256,11 @@ def strain_elements(meshed, table, states, begin, end, dt, v, gradients, lengths
                 for component in range(AXES):
                     gradients[AXES * p + axis, VELOCITY + component] = gradient[component][axis]
         if kind.points == 1:
-            stretch_springs(meshed, element, v, gradient, squares, dt, taken)
+            stretch_springs(meshed, element, v, gradient, squares, kick, dt, taken)
 
 
 @device
-def stretch_springs(meshed, element, v, gradient, squares, dt, taken):
+def stretch_springs(meshed, element, v, gradient, squares, kick, dt, taken):
     """The hourglass springs of an element, turned by the spin of its gradient and stretched by its velocities."""
     stiffness = meshed.stiffness * meshed.volume[element] * squares / v.shape[0]
     a = 0.5 * dt * (gradient[1][0] - gradient[0][1])  # about axis 3
@@ -250,20 +270,23 @@ def stretch_springs(meshed, element, v, gradient, squares, dt, taken):
         gamma, spring = meshed.gamma[element, number], meshed.springs[element, number]
         p, q, r = spring[0], spring[1], spring[2]
         flow = flow_of(gamma, v, 0), flow_of(gamma, v, 1), flow_of(gamma, v, 2)
-        taken[0] += 0.5 * dt * (p * flow[0] + q * flow[1] + r * flow[2])
+        taken[0] += 0.5 * kick * (p * flow[0] + q * flow[1] + r * flow[2])
         spring[0] = p + c * r - a * q + stiffness * flow[0] * dt
         spring[1] = q + a * p - b * r + stiffness * flow[1] * dt
         spring[2] = r + b * q - c * p + stiffness * flow[2] * dt
 
 
 @kernel
-def move_nodes(around, joints, forces, held, walls, box, loads, table, begin, end, dt, sums):
-    """Velocities at n+1 and new positions of the nodes of the joints begin..end.
+def move_nodes(
+    around, joints, forces, held, walls, box, loads, drivers, table, begin, end, kick, dt, sums
+):
+    """Velocities after a ``kick`` (s) and positions after a step of the nodes of the joints begin..end.
 
     Nodes of a joint move as one: their masses, momenta and forces add. ``joints`` (start, nodes) are the nodes of each,
     ``around`` (start, pairs) the rows of ``forces`` (k, 3) of each node. ``held`` (n, 3) 1 stops a component, ``walls``
-    (3, 2) faces of the ``box`` (2, 3) stop approach; ``loads`` (n, 3) are external forces, N. ``sums`` gets the impulse
-    of faces (3), the energy that walls and the first step of a joint take, and the work of loads.
+    (3, 2) faces of the ``box`` (2, 3) stop approach; ``loads`` (n, 3) are external forces, N. A joint with one of the
+    ``drivers`` (n,), columns of the table, or -1, moves as it does. ``sums`` gets the impulse of faces (3), the energy
+    that walls and the first step of a joint take, and the work of loads.
     """
     start, pairs = around
     first, members = joints
@@ -281,16 +304,18 @@ def move_nodes(around, joints, forces, held, walls, box, loads, table, begin, en
                     force += forces[pairs[pair], axis]
             i = members[first[joint]]
             old = momentum / mass
-            free = old + (force + pushed) / mass * dt
+            free = old + (force + pushed) / mass * kick
             new = 0.0 if held[i, axis] else free
             if walls[axis, 0]:
                 new = max(new, (box[0, axis] - table[X + axis, i]) / dt)
             if walls[axis, 1]:
                 new = min(new, (box[1, axis] - table[X + axis, i]) / dt)
+            if drivers[i] >= 0:
+                new = free = table[VX + axis, drivers[i]]
             given = mass * (new - free)
             sums[IMPULSE + axis] += given
             sums[HELD] += kinetic - 0.5 * momentum * old - 0.5 * given * (old + new)
-            sums[WORK] += 0.5 * pushed * (old + new) * dt
+            sums[WORK] += 0.5 * pushed * (old + new) * kick
             for k in range(first[joint], first[joint + 1]):
                 i = members[k]
                 table[VX + axis, i] = new

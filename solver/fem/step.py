@@ -2,12 +2,12 @@
 
 Nodes hold x and v, integration points sigma at time n; operators take the positions of n.
 
-forces   of the elements on their nodes; v(n+1) = v(n) + f dt / m, x(n+1) = x(n) + v(n+1) dt: central differences, with
-         velocities that live half a step before
-strain   the gradient of v(n+1), from which density, stress and energy at n+1 follow, point by point as on the grid
+forces   of the elements on their nodes; v(n+1/2) = v(n-1/2) + f k / m with k half of the step before and half of this
+         one, x(n+1) = x(n) + v(n+1/2) dt: central differences
+strain   the gradient of v(n+1/2), from which density, stress and energy at n+1 follow, point by point as on the grid
 
-The forces change the kinetic energy by f . (v(n) + v(n+1)) / 2 dt, and the points take minus that, half with the forces
-and half with the strain, as in ``solver/step.py``: their sum is kept to round-off, whatever the stress is.
+The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the points take minus that, half with the
+forces and half with the strain, as in ``solver/step.py``: their sum is kept to round-off, whatever the stress is.
 """
 
 import math
@@ -121,6 +121,8 @@ class ElementStepper(Method):
         self.box = np.stack([lower, lower + np.asarray(geometry.cells) * geometry.spacing])
         self.joints = joints_of(position, TOGETHER * geometry.spacing)
         self.loads = np.zeros((position.shape[0], AXES))
+        self.undriven = np.full(position.shape[0], -1)
+        self.before = np.zeros(1)  # the step that ended at n, s
         lengths = np.zeros((1, self.states.shape[1]))
         self.space = Points(geometry.lower, geometry.spacing, geometry.cells, lengths)
         self.gradients = lines(AXES * self.states.shape[1])
@@ -140,12 +142,23 @@ class ElementStepper(Method):
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take nodes and integration points from n, at a time, to n+1."""
-        table = partition.table
+        kick = 0.5 * (float(self.before[0]) + dt)
+        self.before = np.array([dt])
+        self.push(partition.table, time, kick, dt)
+        self.move(partition.table, self.undriven, kick, dt)
+        self.strain(partition.table, time, kick, dt)
+        return self.balance(kick)
+
+    def push(self, table: np.ndarray, time: float, kick: float, dt: float) -> None:
+        """The forces on the nodes at n."""
         self.taken[:], self.node_sums[:] = 0.0, 0.0
         self._load(table, time, dt)
         self._over_elements(
-            lambda share, body, begin, end: self._push(share, body, begin, end, table, dt)
+            lambda share, body, begin, end: self._push(share, body, begin, end, table, kick)
         )
+
+    def move(self, table: np.ndarray, drivers: np.ndarray, kick: float, dt: float) -> None:
+        """Velocities and places at n+1; nodes with ``drivers``, columns of the table or -1, move as these do."""
         edges = np.linspace(0, self.joints[0].size - 1, self.shares + 1).astype(int)
         self.pool.run(
             lambda share: self.move_nodes(
@@ -156,19 +169,26 @@ class ElementStepper(Method):
                 self.walls,
                 self.box,
                 self.loads,
+                drivers,
                 table,
                 edges[share],
                 edges[share + 1],
+                kick,
                 dt,
                 self.node_sums[share],
             ),
             range(self.shares),
         )
+
+    def strain(self, table: np.ndarray, time: float, kick: float, dt: float) -> None:
+        """Density, stress and energy at n+1."""
         self._over_elements(
-            lambda share, body, begin, end: self._strain(share, body, begin, end, table, time, dt)
+            lambda share, body, begin, end: self._strain(
+                share, body, begin, end, table, time + dt, kick, dt
+            )
         )
-        table[X : Z + 1] = table[NEW_X : NEW_Z + 1]
-        return self._balance(dt)
+        nodes = self.undriven.size
+        table[X : Z + 1, :nodes] = table[NEW_X : NEW_Z + 1, :nodes]
 
     def material_points(
         self, particles: Particles, body: np.ndarray
@@ -203,11 +223,11 @@ class ElementStepper(Method):
     def carried(self) -> dict[str, np.ndarray]:
         """The state of the elements that passes from step to step."""
         springs = {f"springs_{number}": mesh.springs for number, mesh in enumerate(self.meshes)}
-        return {"elements": self.states, **springs}
+        return {"elements": self.states, "before": self.before, **springs}
 
     def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from what ``carried`` gave."""
-        self.states[:] = arrays["elements"]
+        self.states[:], self.before = arrays["elements"], arrays["before"]
         for number, mesh in enumerate(self.meshes):
             mesh.springs[:] = arrays[f"springs_{number}"]
 
@@ -216,7 +236,7 @@ class ElementStepper(Method):
         gravity = np.array(self.problem.gravity)
         if not self.loaded and not gravity.any():
             return
-        self.loads[:] = table[MASS, :, None] * gravity
+        self.loads[:] = table[MASS, : len(self.loads), None] * gravity
         for loaded in self.loaded:
             load = loaded.load
             pressure = mean_pressure(load, time, time + dt)
@@ -230,7 +250,7 @@ class ElementStepper(Method):
                 )
 
     def _push(
-        self, share: int, body: int, begin: int, end: int, table: np.ndarray, dt: float
+        self, share: int, body: int, begin: int, end: int, table: np.ndarray, kick: float
     ) -> None:
         mesh = self.meshes[body]
         self.find_operators[body](mesh, table, begin, end)
@@ -240,14 +260,22 @@ class ElementStepper(Method):
             self.states,
             begin,
             end,
-            dt,
+            kick,
             float(self.problem.viscosity.heating),
             self.scratch[share][body],
             self.taken[share],
         )
 
     def _strain(
-        self, share: int, body: int, begin: int, end: int, table: np.ndarray, time: float, dt: float
+        self,
+        share: int,
+        body: int,
+        begin: int,
+        end: int,
+        table: np.ndarray,
+        time: float,
+        kick: float,
+        dt: float,
     ) -> None:
         problem, mesh = self.problem, self.meshes[body]
         self.strain_elements[body](
@@ -256,7 +284,9 @@ class ElementStepper(Method):
             self.states,
             begin,
             end,
+            kick,
             dt,
+            float(problem.viscosity.heating),
             self.scratch[share][body],
             self.gradients,
             self.space.lengths,
@@ -276,18 +306,19 @@ class ElementStepper(Method):
             self.gradients,
             self.tallies,
             share * len(self.meshes) + body,
-            time + dt,
+            time,
             dt,
             0,
         )
 
-    def _balance(self, dt: float) -> StepBalance:
+    def balance(self, kick: float) -> StepBalance:
+        """What the step exchanged with faces, loads and springs."""
         self.summarise(self.tallies, self.summary)
         tally = Tally(*self.summary.tolist())
         # A mesh moves with the matter, and may leave the box.
         tally = tally._replace(convected=tally.signal, outside=0.0)
         sums = self.node_sums.sum(axis=0)
-        impulse = sums[IMPULSE : IMPULSE + 3] + self.loads.sum(axis=0) * dt
+        impulse = sums[IMPULSE : IMPULSE + 3] + self.loads.sum(axis=0) * kick
         removed = float(sums[HELD] + self.taken.sum()) + self._erode()
         return StepBalance(impulse, removed, 0.0, float(sums[WORK]), 0, 0, tally)
 

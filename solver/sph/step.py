@@ -11,7 +11,7 @@ that with the same weights: half of k in the first velocity, half of k less half
 update the rest. Their sum is kept to round-off, whatever stress and steps are.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -40,8 +40,8 @@ from solver.sph.rates import (
     set_stress,
 )
 from solver.sph.smoothing import SUPPORT
-from solver.sph.tables import new_memory, tables_of
-from solver.state import lines
+from solver.sph.tables import MOVED, new_memory, tables_of
+from solver.state import VX, lines
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
 from solver.transfer import new_pack
@@ -78,6 +78,10 @@ class ParticleStepper(Method):
         self.memory = new_memory(0)
         self.measures = np.zeros((2, 0))
         bodies = range(len(problem.bodies))
+        # Bodies whose particles move, those that neighbours see and another method moves, and both.
+        self.active = [number for number in bodies if problem.bodies[number].mesh is None]
+        self.passive = [number for number in bodies if number not in self.active]
+        self.seen = list(bodies)
         self.measure = [Bound(measure) for _ in bodies]
         self.update_particles = [Bound(update_particles) for _ in bodies]
         self.lay_out, self.set_stress = Bound(lay_out), Bound(set_stress)
@@ -97,29 +101,40 @@ class ParticleStepper(Method):
         """Take the particles from n, at a time, to n+1."""
         kick = 0.5 * (float(self.before[0]) + dt)
         self.before = np.array([dt])
-        smoothing, axes, impulse = self.smoothing, self.axes, np.zeros(3)
+        self.push(partition, kick, dt)
+        self.strain(partition, time, kick, dt)
+        return self.balance(partition, kick)
+
+    def push(self, partition: Partition, kick: float, dt: float) -> None:
+        """Velocities after a ``kick`` (s) and positions after the step."""
+        smoothing, axes = self.smoothing, self.axes
         table, count = partition.table, partition.particles.mass.size
         self._room(count)
-        self._over_bodies(partition, self._measure)
+        self._over_bodies(partition, self._measure, self.seen)
         images = images_of(self.problem, axes, partition.particles.position, self.measures[0])
         whole = count + images.source.size
         if whole >= self.memory.place.shape[0]:
             self.memory = new_memory(int(SPARE * whole) + 1)
         tables = tables_of(self.memory, whole)
+        self.tables, self.images = tables, images
         self._over_shares(
             partition,
             lambda share, ranges: self.lay_out(
                 smoothing, table, self.measures, ranges, tables.place, tables.other
             ),
+            self.seen,
         )
         set_places(tables, images, count)
         cells = sort_into_cells(tables.place, whole)
-        self._over_shares(partition, lambda share, ranges: self._find(share, ranges, cells, tables))
+        self._over_shares(
+            partition, lambda share, ranges: self._find(share, ranges, cells, tables), self.seen
+        )
         self._over_shares(
             partition,
             lambda share, ranges: self.set_stress(
                 table, self.correction, ranges, tables.stress, tables.other
             ),
+            self.seen,
         )
         set_stresses(tables, images, count)
         self._over_shares(
@@ -137,13 +152,19 @@ class ParticleStepper(Method):
                 self.sums[share],
             ),
         )
-        set_velocities(tables, images, count)
+
+    def strain(self, partition: Partition, time: float, kick: float, dt: float) -> None:
+        """Density, stress and energy at n+1."""
+        table = partition.table
+        for begin, end in partition.shares[:, self.passive].reshape(-1, 2):
+            self.tables.other[begin:end, MOVED : MOVED + AXES] = table[VX : VX + AXES, begin:end].T
+        set_velocities(self.tables, self.images, partition.particles.mass.size)
         self._over_shares(
             partition,
             lambda share, ranges: self.find_gradients(
-                smoothing,
-                axes,
-                tables,
+                self.smoothing,
+                self.axes,
+                self.tables,
                 table,
                 ranges,
                 self._lists(share),
@@ -158,10 +179,12 @@ class ParticleStepper(Method):
             lambda share, body, begin, end: self._update(
                 share, body, begin, end, table, time + dt, dt
             ),
+            self.active,
         )
-        return self._balance(partition, impulse, kick)
 
-    def _balance(self, partition: Partition, impulse: np.ndarray, kick: float) -> StepBalance:
+    def balance(self, partition: Partition, kick: float) -> StepBalance:
+        """What the step exchanged with faces and gravity."""
+        impulse = np.zeros(3)
         self.summarise(self.tallies, self.summary)
         # The signal that takes as long through a cell as the one that decides through its smoothing length.
         signal = self.problem.geometry.spacing * max(float(self.sums[:, FASTEST].max()), STANDSTILL)
@@ -248,16 +271,23 @@ class ParticleStepper(Method):
             0,
         )
 
-    def _over_shares(self, partition: Partition, call: Any) -> None:
-        """A kernel over each share of the particles of all bodies."""
-        self.pool.run(lambda share: call(share, partition.shares[share]), range(len(self.packs)))
+    def _over_shares(
+        self, partition: Partition, call: Any, bodies: Sequence[int] | None = None
+    ) -> None:
+        """A kernel over each share of the particles of some bodies, by default those that move."""
+        chosen = self.active if bodies is None else bodies
+        self.pool.run(
+            lambda share: call(share, np.ascontiguousarray(partition.shares[share][chosen])),
+            range(len(self.packs)),
+        )
 
-    def _over_bodies(self, partition: Partition, call: Any) -> None:
-        """A kernel over each body in each share."""
+    def _over_bodies(self, partition: Partition, call: Any, bodies: Sequence[int]) -> None:
+        """A kernel over some bodies in each share."""
         self.table = partition.table
 
         def work(share: int) -> None:
-            for body, (begin, end) in enumerate(partition.shares[share].tolist()):
+            for body in bodies:
+                begin, end = partition.shares[share, body].tolist()
                 call(share, body, begin, end)
 
         self.pool.run(work, range(len(self.packs)))

@@ -1,0 +1,128 @@
+"""Smoothed particles beside finite elements in one problem: Zhang, Qiang and Gao (2011), the coupled algorithm.
+
+Bodies with a mesh are elements, the others particles. Particles that begin at nodes of a mesh are fixed to them. In the
+sums of particles the nodes stand as background particles, with their mass, place, velocity and the stress of the
+elements around them at n, so that no kernel is cut at the interface; they are seen and sum nothing themselves. A fixed
+particle has the mass of its node on top of its own, and moves the node: what the elements feel there is a prescribed
+motion. Both methods take one step, and read each other at one time level.
+
+The forces of background particles on particles, and of elements on prescribed nodes, are two readings of one traction.
+They differ by errors of discretisation, and so momentum and energy are kept to these: the audit says how well.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from solver.errors import ProblemError
+from solver.fem.step import TOGETHER, ElementStepper
+from solver.method import Method, Partition, StepBalance
+from solver.problem import Problem
+from solver.sph.step import ParticleStepper
+from solver.state import MASS, Particles
+from solver.stress import CULPRIT, MAXIMA, Limits, Tally
+from solver.threads import ThreadPool
+
+
+class CoupledStepper(Method):
+    """The stages of a step of particles and elements; ``shares`` of each may be done at once."""
+
+    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+        meshed = [body for body in problem.bodies if body.mesh]
+        if any(body.mesh for body in problem.bodies[len(meshed) :]):
+            raise ProblemError("bodies with a mesh come first; reorder the bodies")
+        if any(load.body >= len(meshed) for load in problem.tractions):
+            raise ProblemError(
+                "a traction presses on particles; let it press on a body with a mesh"
+            )
+        elements = replace(problem, bodies=tuple(meshed), smoothing=None)
+        self.elements = ElementStepper(elements, limits, pool, shares)
+        self.particles = ParticleStepper(replace(problem, tractions=()), limits, pool, shares)
+        self.nodes = sum(body.mass.size for body in meshed)
+        self.before = np.zeros(1)  # the step that ended at n, s
+        self.fixed = _fixed_particles(
+            problem, self.nodes
+        )  # of each node its particle's number, or -1
+        self.order: np.ndarray | None = None
+        self.faulty = False
+
+    def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
+        """Take particles, nodes and integration points from n, at a time, to n+1."""
+        kick = 0.5 * (float(self.before[0]) + dt)
+        self.before = np.array([dt])
+        table, drivers = partition.table, self._drivers(partition.particles)
+        driven = np.flatnonzero(drivers >= 0)
+        own = table[MASS, driven].copy()
+        self.elements.show(table[:, : self.nodes])
+        self.elements.push(table, time, kick, dt)
+        table[MASS, drivers[driven]] += own
+        table[MASS, driven] = 0.0
+        self.particles.push(partition, kick, dt)
+        table[MASS, driven] = own
+        self.elements.move(table, drivers, kick, dt)
+        table[MASS, driven] = 0.0
+        self.particles.strain(partition, time, kick, dt)
+        table[MASS, drivers[driven]] -= own
+        table[MASS, driven] = own
+        self.elements.strain(table, time, kick, dt)
+        first, second = self.elements.balance(kick), self.particles.balance(partition, kick)
+        self.faulty = first.tally.fault > 0.0
+        return _added(first, second)
+
+    def material_points(
+        self, particles: Particles, body: np.ndarray
+    ) -> tuple[Particles, np.ndarray]:
+        """The points with a stress that a fault is about, and the index of each one's body."""
+        return self.elements.material_points(particles, body) if self.faulty else (particles, body)
+
+    def show(self, table: np.ndarray) -> None:
+        """Write the present state of the nodes."""
+        self.elements.show(table[:, : self.nodes])
+
+    def carried(self) -> dict[str, np.ndarray]:
+        """Arrays that pass from step to step beside the particles."""
+        return {**self.elements.carried(), "before": self.before}
+
+    def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what ``carried`` gave."""
+        self.elements.take_over(arrays)
+        self.before = arrays["before"]
+
+    def _drivers(self, particles: Particles) -> np.ndarray:
+        """The column of the particle that is fixed to each node, or -1."""
+        column = np.full(int(max(particles.number.max(), self.fixed.max())) + 1, -1)
+        column[particles.number] = np.arange(particles.number.size)
+        return np.where(self.fixed >= 0, column[self.fixed], -1)
+
+
+def _fixed_particles(problem: Problem, nodes: int) -> np.ndarray:
+    """The number of the particle that begins at each node, or -1; raises ProblemError without any."""
+    position = np.concatenate([body.position for body in problem.bodies])
+    place = np.rint(position / (TOGETHER * problem.geometry.spacing)).astype(np.int64)
+    _, site = np.unique(place, axis=0, return_inverse=True)
+    site = site.ravel()
+    at_site = np.full(site.max() + 1, -1)
+    at_site[site[nodes:]] = np.arange(nodes, site.size)
+    fixed: np.ndarray = at_site[site[:nodes]]
+    if (fixed < 0).all():
+        raise ProblemError(
+            "no particle begins at a node; let particles and mesh meet on common nodes"
+        )
+    return fixed
+
+
+def _added(first: StepBalance, second: StepBalance) -> StepBalance:
+    """The balances of both methods in one: sums, and the largest speeds and rates."""
+    tally = np.add(first.tally, second.tally)
+    tally[:MAXIMA] = np.maximum(first.tally, second.tally)[:MAXIMA]
+    tally[CULPRIT] = first.tally.culprit if first.tally.fault else second.tally.culprit
+    return StepBalance(
+        first.impulse + second.impulse,
+        first.energy + second.energy,
+        first.contact + second.contact,
+        first.work + second.work,
+        first.gone + second.gone,
+        first.reflected + second.reflected,
+        Tally(*tally.tolist()),
+    )
