@@ -41,7 +41,7 @@ from solver.sph.rates import (
 )
 from solver.sph.smoothing import SUPPORT
 from solver.sph.tables import MOVED, new_memory, tables_of
-from solver.state import VX, lines
+from solver.state import VX, Particles, lines
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
 from solver.transfer import new_pack
@@ -193,12 +193,11 @@ class ParticleStepper(Method):
         impulse += self.sums[:, WEIGHT].sum() * self.gravity * kick
         gone, reflected = 0, 0
         if tally.outside:
+            # Bodies that another method moves come first.
+            first = int(partition.shares[:, self.active, 0].min())
+            moved = Particles(*(array[first:] for array in partition.particles))
             gone, reflected = cross_faces(
-                self.problem.geometry,
-                self.faces,
-                self.problem.clamp,
-                partition.particles,
-                impulse,
+                self.problem.geometry, self.faces, self.problem.clamp, moved, impulse
             )
         work = float(self.sums[:, WORK].sum())
         return StepBalance(impulse, 0.0, 0.0, work, gone, reflected, tally)

@@ -1,0 +1,98 @@
+"""Smoothed particles coupled to finite elements: common motion, balances, bits and refusals."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.checkpoint import Checkpointing
+from solver.checkpointing import CheckpointWriter, Observing
+from solver.errors import ProblemError
+from solver.fem.elements import Hexahedron
+from solver.fem.mesh import lattice, node_masses
+from solver.problem import Body, Problem, Smoothing
+from solver.simulation import simulate, start
+from solver.sph.smoothing import CubicSpline
+from tests.solver.bodies import DENSITY, OPEN, SPACING, box, elastic_copper
+
+CELLS = 4
+LINE = (CELLS + np.arange(CELLS + 1)) * SPACING
+
+
+def bar(velocity: Any = 0.0, **changes: Any) -> Problem:
+    """A cube of elements beneath a cube of particles that begin at the nodes of the mesh that would go on."""
+    position, mesh = lattice(Hexahedron(), LINE, LINE, LINE)
+    above = position + np.array([0.0, 0.0, CELLS * SPACING])
+
+    def body(name: str, place: np.ndarray, own: Any) -> Body:
+        flow = velocity(place) if callable(velocity) else np.full(place.shape, velocity)
+        masses = node_masses(mesh, position, DENSITY)
+        return Body(name, elastic_copper(), place, flow, masses, DENSITY, (SPACING,) * 3, mesh=own)
+
+    standard = {
+        "geometry": box(3 * CELLS, 3 * CELLS, 5 * CELLS),
+        "bodies": (body("elements", position, mesh), body("particles", above, None)),
+        "faces": OPEN,
+        "end_time": 1e-6,
+        "smoothing": Smoothing(CubicSpline()),
+    }
+    return Problem(**{**standard, **changes})
+
+
+def pressing(place: np.ndarray) -> np.ndarray:
+    """The particles run into the elements, m/s."""
+    return np.outer(50.0 * (2.0 - place[:, 2] / (CELLS * SPACING)), [0.0, 0.0, 1.0])
+
+
+def test_common_motion_strains_nothing() -> None:
+    outcome = simulate(bar(10.0))
+    p = outcome.snapshot.particles
+    np.testing.assert_allclose(p.velocity, 10.0, rtol=1e-9)
+    assert np.abs(p.density / DENSITY - 1.0).max() < 1e-9
+
+
+def test_particles_fixed_to_nodes_move_with_them() -> None:
+    p = simulate(bar(pressing)).snapshot.particles
+    nodes = p.number.size // 2
+    node, particle = p.number[:nodes] % nodes, p.number[nodes:] % nodes
+    np.testing.assert_array_equal(node, np.arange(nodes))
+    top, bottom = node % (CELLS + 1) == CELLS, particle % (CELLS + 1) == 0
+    place = p.position[nodes:][bottom][np.argsort(particle[bottom])]
+    np.testing.assert_allclose(p.position[:nodes][top], place, atol=1e-9 * SPACING)
+    assert np.abs(p.deviator).max() > 1e6
+
+
+def test_balances_hold_to_the_errors_of_two_readings_of_one_traction() -> None:
+    audit = simulate(bar(pressing)).audit
+    assert audit.mass_error < 1e-12
+    assert audit.momentum_error < 0.05
+    assert abs(audit.energy_drift) < 0.02
+
+
+def test_threads_and_a_checkpoint_give_the_same_bits(tmp_path: Path) -> None:
+    one, two = (start(bar(pressing), threads=threads, shares=2) for threads in (1, 2))
+    for _ in range(6):
+        one.advance()
+    for _ in range(3):
+        two.advance()
+    CheckpointWriter(two, Observing(), Checkpointing(path=tmp_path / "c"), 1.0)._write()
+    last = start(bar(pressing), threads=2, shares=2)
+    CheckpointWriter(last, Observing(), Checkpointing(path=tmp_path / "c"), 1.0).restore()
+    for _ in range(3):
+        last.advance()
+    for name in ("velocity", "deviator", "energy"):
+        np.testing.assert_array_equal(
+            getattr(last.particles, name), getattr(one.particles, name), err_msg=name
+        )
+
+
+def test_bodies_that_cannot_be_coupled_are_refused() -> None:
+    problem = bar()
+    elements, particles = problem.bodies
+    with pytest.raises(ProblemError, match="mesh come first"):
+        start(replace(problem, bodies=(particles, elements)))
+    away = replace(particles, position=particles.position + 0.3 * SPACING)
+    with pytest.raises(ProblemError, match="no particle begins at a node"):
+        start(replace(problem, bodies=(elements, away)))
