@@ -43,7 +43,7 @@ AT_INTERFACE, REFLECTED, SYMMETRY = 0.05, 0.02, 1e-9
 
 
 @dataclass(frozen=True)
-class Reading:
+class BarHistory:
     """Histories at the interface's inner points, and of a section of elements."""
 
     time: np.ndarray  # (t,) s
@@ -111,7 +111,7 @@ def _meshed(name: str, across: np.ndarray, along: np.ndarray) -> Body:
     )
 
 
-def read(problem: Problem) -> Reading:
+def read(problem: Problem) -> BarHistory:
     """Run a bar and watch its interface: the particles there, or the nodes without any."""
     place = np.concatenate([body.position for body in problem.bodies])
     spacing = problem.geometry.spacing
@@ -138,7 +138,7 @@ def read(problem: Problem) -> Reading:
 
     outcome = simulate(problem, watch, interval=INTERVAL)
     time, velocity, stress, mean = (np.array(values) for values in zip(*rows, strict=True))
-    return Reading(time, velocity, stress, mean, outcome)
+    return BarHistory(time, velocity, stress, mean, outcome)
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
@@ -154,7 +154,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         yield reported(f"{where}: {name}", series[-1], order=observed_order(series))
 
 
-def _rows(cells: int, coupled: Reading, alone: Reading) -> Iterator[Row]:
+def _rows(cells: int, coupled: BarHistory, alone: BarHistory) -> Iterator[Row]:
     where = f"coupled bar, {SIDE / cells * 1e3:g} mm"
     for time in READ:
         for name, got, exact, peak, published in zip(
