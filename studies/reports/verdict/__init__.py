@@ -100,6 +100,7 @@ class QuantityVerdict:
 
     quantity: str
     recommendation: str  # empty where no point judges anything
+    sentences: tuple[str, ...]  # of it
     reason: str  # why no law is recommended; empty where one is
     laws: tuple[
         LawVerdict, ...
@@ -178,9 +179,11 @@ def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep]) -> QuantityVer
         for subject in evidence.subjects
         if not subject.drawn_only
     )
+    sentences = summary.recommendation(evidence.quantity, laws)
     return QuantityVerdict(
         evidence.quantity,
-        summary.recommendation(evidence.quantity, laws),
+        " ".join(sentences),
+        sentences,
         summary.why_no_law(evidence, laws),
         tuple(sorted(laws, key=lambda law: (law.reference, not law.judged, *_rank(law)))),
         texts.outside_texts([law for law in laws if not law.judged]),

@@ -44,10 +44,10 @@ EXPECTED = ("mesh error", DEFINITION, MODEL)
 # ---- laws to use ---------------------------------------------------------------------------------
 
 
-def recommendation(quantity: str, laws: Sequence["LawVerdict"]) -> str:
-    """Which law to use where, and what it does elsewhere: against observations, then against the simulation.
+def recommendation(quantity: str, laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
+    """Sentences on which law to use where, and what it does elsewhere: against observations, then the simulation.
 
-    Empty where no point judges anything. Beside shots the simulation speaks of laws where it judges more points.
+    None where no point judges anything. Beside shots the simulation speaks of laws where it judges more points.
     """
     judged = [law for law in laws if law.judged]
     by_shots, by_simulation = (
@@ -58,9 +58,9 @@ def recommendation(quantity: str, laws: Sequence["LawVerdict"]) -> str:
     texts += [_of_simulation(law) for law in judged if law.subject == "simulation"]
     if _most_judged(by_simulation) > _most_judged(by_shots):
         texts.append(_which(by_simulation, recommended=not by_shots))
-    if not texts:
-        return ""
-    return f"{capital(words(quantity))}: {'. '.join([texts[0], *map(capital, texts[1:])])}."
+    if texts:
+        texts[0] = f"{words(quantity)}: {texts[0]}"
+    return tuple(f"{capital(text)}." for text in texts)
 
 
 def _most_judged(laws: Sequence["LawVerdict"]) -> int:
@@ -231,9 +231,13 @@ def _rests(evidence: Evidence) -> str:
     mesh = "" if evidence.parts.get("mesh error") else "; one mesh, whose error is unknown"
     flagged = sum(map(bool, evidence.flagged))
     left = f"; {flagged} of {plural(evidence.all_points, 'point')} flagged and not judged"
-    doubted = [f"{count} {word}" for word, count in evidence.shots.items() if word not in SURE]
-    how = f" ({joined(doubted)})" if doubted else ""
     count = sum(evidence.shots.values())
+    doubted = [
+        word if known == count else f"{known} {word}"
+        for word, known in evidence.shots.items()
+        if word not in SURE
+    ]
+    how = f" ({joined(doubted)})" if doubted else ""
     beside = f"; beside {plural(count, 'observed shot')}{how}" if count else ""
     return f"rests on numerics {model}{mesh}{left if flagged else ''}{beside}"
 
