@@ -14,6 +14,7 @@ from service.records.jobs import Lease, State
 from service.store import fair_queueing
 from service.store.commands import Commands, insert_new_runs, point_rows, run_rows
 from service.store.statements import (
+    invalidate_tallies,
     is_held,
     log_event,
     now,
@@ -57,6 +58,8 @@ class Searches(Commands):
                 fair_queueing.schedule(connection, id, row.priority)
             counts = {"planned": SWEEPS.c.planned + len(points), "new": SWEEPS.c.new + new}
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(counts))
+            # The tally of a sweep whose points had all ended may be remembered.
+            invalidate_tallies(connection, len(points))
             release_publications(connection, moment, JOBS.c.sweep_id == id)
             log_event(connection, moment, "extended", sweep_id=id, points=len(points), new=new)
         return True
