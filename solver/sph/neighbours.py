@@ -210,4 +210,9 @@ def _correct(smoothing, dimensions, place, other, ranges, neighbours, first, sto
                 correction[i, 2] = (s11 * s22 - s12 * s12) * whole
                 correction[i, 4] = (s12 * s31 - s11 * s23) * whole
             else:
-                correction[i, 0] = correction[i, 1] = correction[i, 2] = 1.0
+                # Below the density whose smoothing length it has, 1 / rho would let its gradient run away.
+                part, mass = 1.0, number(place, i, HEAVY)
+                if mass > 0.0:
+                    volume = (number(place, i, LENGTH) / smoothing.ratio) ** dimensions
+                    part = min(other[i, RHO] * volume / mass, 1.0)
+                correction[i, 0] = correction[i, 1] = correction[i, 2] = part

@@ -107,6 +107,10 @@ def materials_of(run: Run) -> "Materials":
     return {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
 
 
+# s per particle-step of smoothed particles in three dimensions, 117 000 of them, 2026-11-23 (``make bench``).
+SMOOTHED_COST = 1.8e-6
+
+
 def estimate(run: Run) -> Estimate:
     """The expected cost of a run on one core."""
     chosen = scenarios.load(run.scenario)
@@ -114,6 +118,8 @@ def estimate(run: Run) -> Estimate:
     flat = run.parameters.get("geometry") == "axisymmetric"
     shape = entries("solver.shapes", "SHAPE")[str(run.parameters["shape"])]
     cost = shape.flat_cost if flat else shape.box_cost
+    if run.parameters.get("method") == "sph":
+        cost = SMOOTHED_COST
     return Estimate(
         particles=size.particles,
         steps=size.steps,

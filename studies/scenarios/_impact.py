@@ -32,6 +32,7 @@ from studies.scenarios._matter import (
     failure_of,
     matter,
 )
+from studies.scenarios._method import is_smoothed
 from studies.scenarios._numerics import (
     BY_RECIPE,
     Numerics,
@@ -163,7 +164,10 @@ def filled(parameters: Parameters, **derived: float) -> Parameters:
 
 def filled_choices(parameters: Parameters) -> Parameters:
     """The parameters with all that their recipe chooses."""
-    return filled_from(filled_numerics(parameters), IMPACT_RECIPES[parameters.recipe])
+    preset = IMPACT_RECIPES[parameters.recipe]
+    if is_smoothed(parameters):  # which does not retire any
+        preset = replace(preset, debris="follow")
+    return filled_from(filled_numerics(parameters), preset)
 
 
 def outline(values: Mapping[str, Any], *, thickness: str, radius: str) -> Outline | None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, PerSecond, Second
+from studies.scenarios._method import smoothing
 from studies.values.errors import Finding
 from studies.values.files import MOST_FRAMES
 from studies.values.parameters import Choice
@@ -222,6 +223,7 @@ def numerics(parameters: Numerics) -> dict[str, Any]:
         "stress_rate": Jaumann() if parameters.jaumann else Unturned(),
         "contact": _contact(parameters),
         "fixed_dt": parameters.fixed_dt,
+        "smoothing": smoothing(parameters),
     }
 
 

@@ -13,6 +13,7 @@ from studies.scenarios._impact import (
     size,
 )
 from studies.scenarios._impact_observer import IMPACT
+from studies.scenarios._method import ByMethod, check_method
 from studies.scenarios._oblique import STEEPEST, Oblique, check_oblique
 from studies.scenarios._plate import PlatePerforation, cells, check_plate, plate_radius
 from studies.scenarios._settling import SettlingImpact, check_window, filled_settling
@@ -20,7 +21,7 @@ from studies.values.errors import Finding
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThinPlate(PlatePerforation, Oblique, SettlingImpact):
+class ThinPlate(ByMethod, PlatePerforation, Oblique, SettlingImpact):
     """Parameters of a perforation."""
 
     # Part of the identity of stored runs, at 0 too.
@@ -38,6 +39,7 @@ def _fill(parameters: ThinPlate) -> ThinPlate:
 
 def _check(parameters: ThinPlate, materials: Materials) -> list[Finding]:
     return [
+        *check_method(parameters),
         *check_shot(parameters, materials),
         *check_window(parameters),
         *check_oblique(parameters),
