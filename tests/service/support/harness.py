@@ -25,9 +25,10 @@ from tests.service.support.fakes import (
 from tests.service.support.targets import FakeRun, execute, publish
 
 PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
-# A tick waits for every verification, however busy the machine is, and nothing is put off.
+# A tick waits for every verification and looks at all orphans, however busy the machine is; nothing is put off.
 AT_ONCE = Timings(
     leadership_retry=0.0,
+    collection_step=DEADLINE,
     verification_wait=DEADLINE,
     last_verification_wait=DEADLINE,
     verification_retry=0.0,

@@ -138,6 +138,7 @@ SETTING: dict[str, dict[str, Any]] = {
     "friction": {"contact": "bardenhagen"},
     "failure_strain": {"failure": "plastic-strain", "failure_strain": 1.0},
     "failure_time": {"failure": "spall", "failure_time": 1e-7},
+    "method": {"geometry": "quarter"},
 }
 FOLLOWS: dict[str, dict[str, Any]] = {
     "projectile_shape": {"projectile_length": 8e-3},
