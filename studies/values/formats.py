@@ -128,6 +128,11 @@ def _millimetres(value: float) -> float:
     return value * display_of("m").factor
 
 
+def _ratio(value: float) -> str:
+    """Three decimals; two digits of what would vanish by them, such as the uncertainty of a small ratio."""
+    return digits(value, 2) if 0.0 < abs(value) < 1e-3 else decimals(value, 3)
+
+
 RESIDUAL = "_residual"  # end of the kinds whose numbers show their sign
 
 # Kinds of numbers that a report prints, by the word that a template uses.
@@ -135,7 +140,7 @@ KINDS: dict[str, Callable[[float], str]] = {
     "count": digits,
     "length": lambda value: decimals(_millimetres(value), 2),
     "length_residual": lambda value: signed(_millimetres(value), 2),
-    "ratio": lambda value: decimals(value, 3),
+    "ratio": _ratio,
     "ratio_residual": lambda value: signed(value, 3),
     "share": of_share,
     "share_residual": lambda value: f"{signed(value * 100, 1)}{NARROW_SPACE}%",

@@ -26,7 +26,7 @@ AGAIN = (
 RAMP = ("#5b4cc4", "#0072b2", "#009e9e", "#7fa800", "#d99000")
 INK, GREY, RULE, CRIMSON = "#1a1a1a", "#8a8a8a", "#e4e4e4", "#a3003c"
 
-FLAGGED = "flagged: see the label at the mark"
+FLAGGED = "flagged: see Failed and flagged"
 OUTSIDE = "law outside its range: open marks, dotted"
 NO_MESH_ERROR = "simulation without a mesh error: open marks"
 WINDOW = "window in which growth is judged"
