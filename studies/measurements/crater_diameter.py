@@ -13,7 +13,7 @@ from studies.measurements._impact import (
 
 
 def _read(view: ImpactView) -> Reading:
-    """Where walls begin on the way out from the axis, in three layers, continued to the original surface."""
+    """Where walls begin on the way out from the axis, in six layers, continued to the original surface."""
     walls = upper_walls(view)
     if walls is None:
         return Reading(math.nan, flags=("no_crater",))
@@ -32,9 +32,9 @@ MEASUREMENT = Measurement(
     unit="m",
     meaning="equal-area diameter at the original surface: the radius at which matter connected to the target, by its "
     "undisturbed volume, first fills half of a window of two cells, halved by area, on the way out from the axis (of "
-    "an oblique shot, from the middle of the mouth), in three layers of two cells, one cell apart below the surface, "
-    "continued to it by the straight line through its squares; in a crater of less than eight cells the layers are "
-    "thinner, so that they end above half of its depth",
-    version=5,
+    "an oblique shot, from the middle of the mouth), in six layers of two cells, one cell apart below the surface, "
+    "continued to it by the conic of revolution through them, its square quadratic in the depth; in a crater of less "
+    "than fourteen cells the layers are thinner and nearer to each other, so that they end above half of its depth",
+    version=6,
     read=_read,
 )

@@ -63,7 +63,7 @@ def _of_crater(view: ImpactView) -> tuple[np.ndarray | None, tuple[str, ...]]:
 
 OPENINGS = {
     "hole": ("hole", "of the hole by areal density (hole_diameter_areal)", _of_hole, 1),
-    "crater": ("crater", "of the crater at the original surface (crater_diameter)", _of_crater, 3),
+    "crater": ("crater", "of the crater at the original surface (crater_diameter)", _of_crater, 4),
 }
 AXES: dict[str, tuple[str, str, Callable[[np.ndarray], float]]] = {
     "largest": ("Largest diameter", "largest diameter", lambda d: float(d.max())),

@@ -13,7 +13,6 @@ from tests.studies.measurements.shapes import rows_of, shapes
     "are read to a tenth of a cell, whatever the order of their particles",
 )
 def known_shapes() -> Iterator[Row]:
-    """The diameter of the scoop misses it: a wall is continued as that of a paraboloid (docs/limits.md)."""
     for name, shape in shapes().items():
         for row in rows_of(shape):
             yield replace(row, claim=f"{name}: {row.claim} (SI)")
