@@ -9,7 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.measurements._impact import ImpactView, edge_from_inside, overlap, radii_by_sector
+from studies.measurements._impact import (
+    ImpactView,
+    contained,
+    edge_from_inside,
+    overlap,
+    radii_by_sector,
+)
 
 COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: the floor of a crater is flat there
 
@@ -83,14 +89,22 @@ def upper_walls(view: ImpactView) -> np.ndarray | None:
     return None if np.isnan(walls).any() else walls
 
 
-def at_surface(walls: np.ndarray) -> np.ndarray:
-    """Radius (sectors,) of the opening at the original surface, from those of the upper walls (m)."""
+def opening(view: ImpactView) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    """Radius (sectors,) of the crater at the original surface (m), or None and the flag that says why."""
+    walls = upper_walls(view)
+    if walls is None:
+        return None, ("no_crater",)
+    if not contained(view, walls):
+        return None, ("not_contained",)
     # Squares of the radii are quadratic in the depth for every conic of revolution: sphere, ellipsoid, paraboloid, cone
     # and cylinder. Through six layers that scatters little more than a straight line through three (1.8 times the
     # scatter of a layer, 1.5), which makes a hemisphere too wide by a fifth of a cell at a radius of 16 cells.
     *_, squares = np.polyfit(CENTRES, walls**2, CONIC)
-    radii: np.ndarray = np.sqrt(np.maximum(squares, 0.0))
-    return radii
+    # Walls may close below the surface while the crater forms.
+    if (squares <= 0.0).any():
+        return None, ("no_crater",)
+    radii: np.ndarray = np.sqrt(squares)
+    return radii, ()
 
 
 def wall(view: ImpactView, centre: float, height: float) -> np.ndarray:

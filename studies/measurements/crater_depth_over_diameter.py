@@ -24,6 +24,6 @@ MEASUREMENT = Measurement(
     title="Crater depth over diameter",
     unit="1",
     meaning="crater depth divided by crater diameter",
-    version=5,
+    version=6,
     read=_read,
 )

@@ -3,23 +3,19 @@
 import math
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._crater import at_surface, upper_walls
+from studies.measurements._crater import opening
 from studies.measurements._impact import (
     ImpactView,
     azimuthal_spread,
-    contained,
     equal_area_diameter,
 )
 
 
 def _read(view: ImpactView) -> Reading:
     """Where walls begin on the way out from the axis, in six layers, continued to the original surface."""
-    walls = upper_walls(view)
-    if walls is None:
-        return Reading(math.nan, flags=("no_crater",))
-    if not contained(view, walls):
-        return Reading(math.nan, flags=("not_contained",))
-    radii = at_surface(walls)
+    radii, flags = opening(view)
+    if radii is None:
+        return Reading(math.nan, flags=flags)
     return Reading(
         equal_area_diameter(radii),
         {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)},

@@ -10,11 +10,10 @@ from collections.abc import Callable
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._crater import at_surface, upper_walls
+from studies.measurements._crater import opening
 from studies.measurements._impact import (
     ImpactView,
     azimuthal_spread,
-    contained,
     equal_area_diameter,
 )
 from studies.measurements._perforation import areal_edges, film_flags, flag_without_hole, rim_flags
@@ -53,17 +52,9 @@ def _of_hole(view: ImpactView) -> tuple[np.ndarray | None, tuple[str, ...]]:
     return radii, film_flags(view) + rim_flags(view, equal_area_diameter(radii))
 
 
-def _of_crater(view: ImpactView) -> tuple[np.ndarray | None, tuple[str, ...]]:
-    """Radii (sectors,) of a crater at the original surface; None with the reason."""
-    walls = upper_walls(view)
-    if walls is None:
-        return None, ("no_crater",)
-    return (at_surface(walls), ()) if contained(view, walls) else (None, ("not_contained",))
-
-
 OPENINGS = {
     "hole": ("hole", "of the hole by areal density (hole_diameter_areal)", _of_hole, 1),
-    "crater": ("crater", "of the crater at the original surface (crater_diameter)", _of_crater, 4),
+    "crater": ("crater", "of the crater at the original surface (crater_diameter)", opening, 4),
 }
 AXES: dict[str, tuple[str, str, Callable[[np.ndarray], float]]] = {
     "largest": ("Largest diameter", "largest diameter", lambda d: float(d.max())),
@@ -76,8 +67,8 @@ AXES: dict[str, tuple[str, str, Callable[[np.ndarray], float]]] = {
 }
 
 
-def _axis(opening: str, axis: str) -> Measurement:
-    noun, where, radii_of, version = OPENINGS[opening]
+def _axis(name: str, axis: str) -> Measurement:
+    noun, where, radii_of, version = OPENINGS[name]
     title, meaning, pick = AXES[axis]
 
     def read(view: ImpactView) -> Reading:
@@ -88,7 +79,7 @@ def _axis(opening: str, axis: str) -> Measurement:
         return Reading(pick(_diameters(view, radii)), parts, flags)
 
     return Measurement(
-        name=f"{opening}_diameter_{axis}",
+        name=f"{name}_diameter_{axis}",
         title=f"{title} of the {noun}",
         unit="m",
         meaning=f"{meaning} {where}, through its middle: the sums of the radii of opposite sectors, one over their "
@@ -98,4 +89,4 @@ def _axis(opening: str, axis: str) -> Measurement:
     )
 
 
-MEASUREMENT = tuple(_axis(opening, axis) for opening in OPENINGS for axis in AXES)
+MEASUREMENT = tuple(_axis(name, axis) for name in OPENINGS for axis in AXES)

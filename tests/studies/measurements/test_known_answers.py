@@ -414,6 +414,12 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("crater_depth", bored_half_space, "perforated"),
     ("crater_depth_over_diameter", bored_half_space, "perforated"),
     ("crater_diameter", lambda: scooped_half_space(0.0), "no_crater"),
+    (
+        "crater_diameter",
+        lambda: cratered(lambda z: (2.0 if z < 1.5 * CELL else 12.0) * CELL, CRATER),
+        "no_crater",
+    ),
+    ("crater_depth_over_diameter", lambda: scooped_half_space(0.0), "no_crater"),
     *(
         (name, lambda: scooped_half_space(BREADTH - 2.0 * CELL), "not_contained")
         for name in ("crater_diameter", "crater_volume", "crater_diameter_largest")
