@@ -4,6 +4,7 @@ reports take bias and scatter too, and printed as a page.
 Bias and scatter are those of simulation / observation - 1: its mean, and its standard deviation about the mean.
 """
 
+import json
 import math
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -107,7 +108,10 @@ def sweep_of(name: str, shots: Sequence[observations.Observation]) -> dict[str, 
 def computed(
     name: str, folder: Path, shots: Sequence[observations.Observation] | None = None
 ) -> Iterator[dict[str, Any]]:
-    """A row for each shot of a table: as published, with the simulation at its parameters; all of them by default."""
+    """A row for each shot of a table: as published, with the simulation at its parameters; all of them by default.
+
+    Raises ValueError where the folder has results of an earlier definition.
+    """
     import whipple
     from studies.cubes import reading
     from studies.cubes import variables as cubes
@@ -119,7 +123,14 @@ def computed(
     with whipple.open_cube(whipple.run_sweep(document, folder)) as cube:
         points = points_of(cube.load())
         places = places_of(points)
+        measured_with = json.loads(cube.attrs["measurement_versions"])
         for quantity in dict.fromkeys(shot.quantity for shot in shots or all_shots):
+            present = measurements.load(quantity).version
+            if measured_with[quantity] != [present]:
+                raise ValueError(
+                    f"{folder}: {quantity} has version {measured_with[quantity]} in place of {present}; measure again "
+                    f"with 'whipple remeasure --data {folder}/.whipple', or use another directory"
+                )
             for match in matched_observations(points, quantity):
                 shot = all_shots[match.observation]
                 if shots is None or shot in shots:
