@@ -35,6 +35,7 @@ from studies.values.formats import (
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 MOST_REASONS = 4  # of a law, in its row
+MOST_LAWS = 6  # whose bands are listed open; a longer list is folded
 
 
 class Node:
@@ -222,6 +223,7 @@ def environment() -> Environment:
         alone=_alone,
         unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
         first_rows=lambda rows: [row for row, _ in zip(rows, range(MOST_ROWS), strict=False)],
+        is_long=lambda laws: len(laws) > MOST_LAWS,
         judged_laws=lambda laws: [law for law in laws if bare(law.judged)],
         some_reasons=lambda reasons: [
             reason for reason, _ in zip(reasons, range(MOST_REASONS), strict=False)

@@ -48,8 +48,8 @@ addEventListener("resize", () => {
   width = innerWidth;
 });
 addEventListener("beforeprint", () => {
-  // Paper cannot be opened: the sources are printed.
-  for (const each of document.querySelectorAll("details.sources")) each.open = true;
+  // Paper cannot be opened: laws and sources are printed.
+  for (const each of document.querySelectorAll("details.on-paper")) each.open = true;
   draw(true);
 });
 addEventListener("afterprint", () => draw());
