@@ -49,6 +49,7 @@ class ImpactView:
     thickness: float  # of the target, m
     target_mass: float  # of the whole target, undisturbed, kg per radian of the sector
     target_radius: float  # from where radii begin to the nearest rim, m
+    room: float  # height of the grid before the original surface, m
     back_absorbs: bool  # whether waves leave through the back of the target
     projectile_diameter: float  # m
     span: float = 2.0 * math.pi  # angle that the sectors cover, rad
@@ -120,6 +121,7 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
         thickness=setting.thickness,
         target_mass=float(body.mass.sum()) * sectors / setting.sector,
         target_radius=setting.radius - float(np.abs(centre).max()),
+        room=-float(problem.geometry.lower[axis]),
         back_absorbs=any((a.body, a.axis, a.side) == (number, axis, 1) for a in problem.absorbers),
         projectile_diameter=setting.projectile_diameter,
         span=2.0 * math.pi if plane.shape[1] == 1 else setting.sector,

@@ -7,6 +7,10 @@ import numpy as np
 from studies.measurements import Measurement, Reading
 from studies.measurements._impact import ImpactView, edge_from_inside, overlap
 
+AT_EDGE = (
+    2.0  # cells below the end of the grid: so near to it, the grid cuts what flies off with the lip
+)
+
 
 def _read(view: ImpactView) -> Reading:
     """The highest ring of attached matter about the axis, each ring a cell wide and every half of a cell."""
@@ -17,6 +21,8 @@ def _read(view: ImpactView) -> Reading:
     height = max((each for each in heights if math.isfinite(each)), default=math.nan)
     if not height >= 0.5 * view.cell:
         return Reading(math.nan, flags=("no_lip",))
+    if height > view.room - AT_EDGE * view.cell:
+        return Reading(math.nan, flags=("lip_at_edge",))
     return Reading(height, {"resolution": view.resolution})
 
 
@@ -48,7 +54,8 @@ MEASUREMENT = Measurement(
     unit="m",
     meaning="largest height above the original surface at which matter connected to the target, by its undisturbed "
     "volume, fills half of a window of one cell on the way down, in rings one cell wide about the axis, mean over the "
-    "sectors of azimuth; a lip thinner than half of a cell is none",
-    version=1,
+    "sectors of azimuth; a lip thinner than half of a cell is none, and one within two cells of the end of the grid, "
+    "where ejecta still hang together with it, has no height",
+    version=2,
     read=_read,
 )

@@ -281,6 +281,7 @@ def _runs(dataset: xr.Dataset) -> Iterator[Document]:
     flags = _flags(dataset)
     states = cubes.RUN_STATE.of(dataset).values.ravel()
     main = main_quantities(dataset)
+    lengths = [name for name in main if dataset[name].attrs["units"] == "m"]
     doubted = np.logical_or.reduce(
         [cubes.FLAGS_OF_RUN.of(dataset).values.ravel() != 0]
         + [cubes.FLAGS.of(dataset, name).values.ravel() != 0 for name in main]
@@ -298,7 +299,7 @@ def _runs(dataset: xr.Dataset) -> Iterator[Document]:
             "doubted": bool(doubted[number]),
             "has_value": any(values[name] is not None for name in main),
             "values": values,
-            "ratios": {name: _ratio(values[name], diameter) for name in main},
+            "ratios": {name: _ratio(values[name], diameter) for name in lengths},
         }
 
 
@@ -330,7 +331,7 @@ def _flags(dataset: xr.Dataset) -> list[list[str]]:
 
 
 def _ratio(value: float | None, diameter: float | None) -> float | None:
-    """A quantity over the projectile's diameter."""
+    """A length over the projectile's diameter."""
     return None if value is None or diameter is None else value / diameter
 
 

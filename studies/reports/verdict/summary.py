@@ -57,7 +57,8 @@ def recommendation(quantity: str, laws: Sequence["LawVerdict"]) -> tuple[str, ..
     texts = [_which(by_shots)] if by_shots else []
     texts += [_of_simulation(law) for law in judged if law.subject == "simulation"]
     if _most_judged(by_simulation) > _most_judged(by_shots):
-        texts.append(_which(by_simulation, recommended=not by_shots))
+        judge = "by the simulation alone, " if by_shots else ""
+        texts.append(judge + _which(by_simulation, recommended=not by_shots))
     if texts:
         texts[0] = f"{words(quantity)}: {texts[0]}"
     return tuple(f"{capital(text)}." for text in texts)
@@ -118,6 +119,11 @@ def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
         clauses.append("" if second is None else _use(second, recommended))
         return "; ".join(filter(None, clauses))
     nearest = f"{title(best, best.no_range)}, {_doing(best, '')}"
+    if any(band.word == "agrees" for band in best.bands):
+        return (
+            f"no law can be recommended to {at_most(TRUST)} against {OF[best.reference]}, because the joint "
+            f"uncertainty is wider where laws agree; the nearest, {nearest}"
+        )
     return (
         f"no law is within {at_most(TRUST)} of {OF[best.reference]} at any judged point; the nearest, "
         f"{nearest}"

@@ -65,6 +65,7 @@ def impact(
             "thickness": thickness,
             "target_mass": float((DENSITY * radius * PARTICLE**2).sum()),
             "target_radius": breadth,
+            "room": 8.0 * CELL,
             "back_absorbs": False,
             "projectile_diameter": DIAMETER,
             **changes,

@@ -427,6 +427,7 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("crater_volume", lambda: scooped_half_space(0.0), "no_crater"),
     ("crater_volume", bored_half_space, "perforated"),
     ("crater_lip_height", lambda: scooped_half_space(CRATER), "no_lip"),
+    ("crater_lip_height", lambda: walled_crater(6.5 * CELL), "lip_at_edge"),
     ("crater_rebound", lambda: depths(math.nan, math.nan), "no_crater"),
     ("hole_diameter_mean_root", lambda: drilled_disc(0.0), "not_perforated"),
     ("width_at_fifth", lambda: bar(lambda points: points * (1.0, 1.0, 0.15)), "too_short"),
