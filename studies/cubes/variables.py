@@ -227,7 +227,7 @@ def model_contribution(contribution: str) -> Variable:
         lambda assessed: assessed.shares.get(contribution),
         RUNS,
         "1",
-        label=f"{{words}}, {contribution}",
+        label=f"{{words}}, {contribution.replace('equation of state', 'EOS')}",
     )
 
 

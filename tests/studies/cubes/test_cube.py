@@ -211,7 +211,8 @@ def test_label__of_every_variable_of_a_measurement_is_short(name: str) -> None:
     quantity = Quantity(name, measurement.unit, measurement.meaning)
     parts = [variables.uncertainty_part(part) for part in ("azimuth", "growth", "resolution")]
     every = [each for each in vars(variables).values() if isinstance(each, Variable)]
-    for variable in (*every, *parts):
+    contributions = [variables.model_contribution(name) for name in CONTRIBUTIONS]
+    for variable in (*every, *parts, *contributions):
         filled = variable.filled(quantity)
         assert len(filled.long_name) <= LONGEST_LABEL, filled
         assert filled.meaning in (filled.long_name, filled.comment)
