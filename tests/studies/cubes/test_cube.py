@@ -12,6 +12,7 @@ from studies import measurements, scenarios
 from studies.cubes import cube, variables
 from studies.cubes.variable import LONGEST_LABEL, Quantity, Variable
 from studies.cubes.variables import STATES
+from studies.sweeps.screening import CONTRIBUTIONS
 from studies.values.parameters import declared
 from studies.values.results import MESH_DETERMINED
 from tests.studies.cubes.reading import checks
