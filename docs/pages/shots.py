@@ -173,7 +173,7 @@ def page() -> str:
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
         f"{document['physics_version']}; versions of the measurements: {versions}). Accuracies: "
         + ", ".join(f"{TITLES[name]}: `{word}`" for name, word in document["accuracy"].items())
-        + ".\n",
+        + ". Blocks with craters absorb waves at their edges.\n",
         "## Bias and scatter\n",
         summary(shots),
         "A shot contradicts a slower one of its series where the faster bar is the longer one; the last column "
