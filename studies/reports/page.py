@@ -35,6 +35,7 @@ from studies.values.formats import (
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 MOST_REASONS = 4  # of a law, in its row
+PANELS = 6  # of a figure in one drawing
 MOST_LAWS = 6  # whose bands are listed open; a longer list is folded
 
 
@@ -119,6 +120,7 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
             setup=lambda document: setup_sketch(bare(document)),
             growth=lambda document: growth_sketch(bare(document)),
             colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
+            pieces=[list(map(str, range(len(drawing["pieces"])))) for drawing in drawings],
             drawings=[_script_json(drawing) for drawing in drawings],
             plotly=Markup(_file("static", "plotly-basic.min.js")),
             script=Markup(_file("templates", "report.js")),
@@ -128,10 +130,18 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
 
 
 def _drawing(figure: Figure) -> dict[str, Any]:
-    """A figure for Plotly, with a layout for each width of a page."""
+    """A figure for Plotly in pieces that fit a sheet of A4, each with a layout for each width of a page."""
+    pieces = [
+        figure.panels[first : first + PANELS] for first in range(0, len(figure.panels), PANELS)
+    ]
     return {
-        "data": plot(figure)["data"],
-        "layouts": [plot(figure, width)["layout"] for width in WIDTHS],
+        "pieces": [
+            {
+                "data": plot(figure, panels=panels)["data"],
+                "layouts": [plot(figure, width, panels)["layout"] for width in WIDTHS],
+            }
+            for panels in pieces
+        ]
     }
 
 

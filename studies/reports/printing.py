@@ -54,8 +54,8 @@ def draw_figures(cube: Path, folder: Path, format: Format) -> list[Path]:
     file = cube / CUBE if cube.is_dir() else cube
     try:
         dataset = xr.open_dataset(file)
-    except (OSError, ValueError) as error:
-        raise _no_cube(file, str(error).partition(". ")[0]) from None
+    except (OSError, ValueError):
+        raise _no_cube(file, "not a NetCDF file that can be read") from None
     with dataset:
         if "quantities" not in dataset.attrs:
             raise _no_cube(file, "a NetCDF file without the attributes of a cube")
@@ -243,7 +243,7 @@ def _legend(canvas: Any, specification: Mapping[str, Any]) -> None:
     named = [trace for trace in specification["data"] if trace.get("showlegend")]
     handles: list[Any] = []
     for trace in sorted(named, key=lambda trace: trace.get("legendrank", 1000)):
-        label, marker = _plain(trace["name"]), trace.get("marker", {})
+        label, marker = _plain(trace["name"].replace("<br>", "\n")), trace.get("marker", {})
         if trace.get("fill") == "toself":
             handles.append(Patch(color=_colour(trace["fillcolor"]), label=label))
             continue

@@ -19,6 +19,8 @@ ROOM = 280  # width of the set-up itself: labels stand beside it
 TALLEST = 260  # of the set-up itself
 ABOVE, BELOW = 66, 44  # room for flight and dimensions, and for dimensions below
 APART = 9  # between a body and its dimension
+LETTER = 7.0  # width of a letter of a label, on average
+LINE = 15  # between the lines of a label
 FLIGHT = 30  # length of the arrow of flight
 LEFT, RIGHT = 44, 14  # of a growth history
 TOP, HIGH = 20, 190
@@ -68,12 +70,26 @@ def _shape(shape: Document, place: Place, sign: float, document: Document) -> It
     if shape["heading"]:
         yield from _flight(shape, 0.5 * (x + right), y, sign, document["labels"].get("speed", ""))
         if name:
-            yield text("tick", x - 12, 0.5 * (y + bottom) + 4, f"{shape['body']}: {name}", "end")
+            # Beside the arrow: its dimensions stand beside the body.
+            left = 0.5 * (x + right) - FLIGHT * max(0.0, shape["heading"][0]) - 12
+            lines = _label(shape["body"], name, left)
+            yield from _lines(left, y - APART - FLIGHT, lines, "end")
     elif name:
-        inside = bottom - y > 30
-        yield text(
-            "tick", x + 6, y + 18 if inside else bottom + 16, f"{shape['body']}: {name}", "start"
-        )
+        # Left of the axis where the body is wide enough.
+        lines = _label(shape["body"], name, 0.5 * (right - x) - 10)
+        inside = bottom - y > 12 + LINE * len(lines)
+        yield from _lines(x + 6, y + 18 if inside else bottom + 16, lines, "start")
+
+
+def _label(body: str, material: str, room: float) -> list[str]:
+    """The label of a body, in two lines where one is wider than the room (px)."""
+    line = f"{body}: {material}"
+    return [line] if LETTER * len(line) <= room else [f"{body}:", material]
+
+
+def _lines(x: float, y: float, lines: list[str], anchor: str) -> Iterator[str]:
+    for number, words in enumerate(lines):
+        yield text("tick", x, y + LINE * number, words, anchor)
 
 
 def _flight(shape: Document, x: float, y: float, sign: float, speed: str) -> Iterator[str]:

@@ -31,7 +31,7 @@ from studies.sweeps.sweep import (
     vocabulary,
 )
 from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.nearest import nearest_cure, shown
+from studies.values.nearest import nearest, nearest_cure, shown
 from studies.values.parameters import declared, find, missing, parse_value, parse_values
 from studies.values.quantities import exact_number, refusal
 from studies.values.recipes import ACCURACY
@@ -500,6 +500,10 @@ class _DocumentReading:
         names = {*self.fixed, *self.varied}
         if any(self.document.get(key) is not None for key in ("resolution", "accuracy")):
             names.add(RESOLUTION)
+        # A misspelt name is refused as such.
+        names |= {
+            meant for name in names - set(self.record) for meant in nearest(name, self.record)
+        }
         for parameter in self.record.values():
             if parameter.required and parameter.name not in names:
                 finding = missing(parameter, "fixed")

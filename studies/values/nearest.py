@@ -52,13 +52,21 @@ def nearest_cure(value: object, allowed: Iterable[str]) -> str:
     'use one of: speed, target'
     """
     names = sorted(allowed)
-    written = value if isinstance(value, str) else ""
-    close = _close(written, names) if len(written) <= LONGEST_NAME else []
-    if close:
+    if close := nearest(value, names):
         first, last = ", ".join(map(repr, close[:-1])), repr(close[-1])
         return f"did you mean {first + ' or ' if first else ''}{last}?"
     more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
     return "use one of: " + ", ".join(names[:MOST_NAMES]) + more if names else "leave it out"
+
+
+def nearest(value: object, allowed: Iterable[str]) -> list[str]:
+    """The names that an unknown name may be meant for; none where none is near.
+
+    >>> nearest("velocity", ["speed", "target"]), nearest("x", ["speed", "target"])
+    (['speed'], [])
+    """
+    written = value if isinstance(value, str) else ""
+    return _close(written, sorted(allowed)) if len(written) <= LONGEST_NAME else []
 
 
 def _close(written: str, names: list[str]) -> list[str]:

@@ -1,6 +1,7 @@
 """The layout of a figure: its panels side by side or in rows, their axes, ranges, ticks and titles, the legend."""
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from textwrap import wrap
 from typing import Any
@@ -15,10 +16,14 @@ from studies.values.formats import NARROW_SPACE, display_of, signed, with_unit
 WIDTH = 1000  # the text width of the page
 # Widths for which a page has layouts: a screen, a tablet or a sheet of A4, a telephone.
 WIDTHS = (WIDTH, 700, 340)
-LEGEND_ENTRY = 300  # width that an entry of the legend needs
+LEGEND_MARK = 44  # width of the mark before an entry of the legend, with the space around both
+LEGEND_LETTER = 7.6  # width of a letter of the legend, on average
+NARROW = 500  # below it the legend begins at the left edge, in smaller letters
+LEFT, RIGHT = 64, 12  # beside the panels
 PANEL_WIDTH = 300  # least width of a panel
-LETTER = 7.2  # width of a letter of a title, on average
+LETTER = 9.0  # width of a letter of a title, on average in the widest of usual fonts
 PANEL_HEIGHT = 380
+LOW_HEIGHT = 270  # height of each of more than two rows, so that three of them fit a sheet of A4
 WIDE_HEIGHT = 430  # height of a figure with one panel, px
 LEGEND_LINE = 22
 ABOVE, BELOW = 26, 52  # around the panels, without notes and legend
@@ -32,26 +37,33 @@ HEADROOM = 0.06  # above the highest point
 MOST_TICKS = 7  # of an axis in per cent
 
 
-def layout_of(figure: Figure, entries: Sequence[str], width: int) -> dict[str, Any]:
-    most = max(1, (width - 76) // PANEL_WIDTH)
-    columns = min({1: 1, 2: 2, 4: 2}.get(len(figure.panels), 3), most)
-    rows = math.ceil(len(figure.panels) / columns)
-    height = (WIDE_HEIGHT if len(figure.panels) == 1 else PANEL_HEIGHT) * rows
-    legend = LEGEND_LINE * math.ceil(len(entries) / max(1, width // LEGEND_ENTRY)) + 18
-    across = int((width - 76) / columns / LETTER)
-    titles = [wrap(panel.title, across) for panel in figure.panels]
+def layout_of(
+    figure: Figure, panels: Sequence[Panel], entries: Sequence[str], width: int
+) -> dict[str, Any]:
+    """The layout of some panels of a figure; ``entries`` are those of the legend."""
+    inside = width - LEFT - RIGHT
+    columns = min({1: 1, 2: 2, 4: 2}.get(len(panels), 3), max(1, inside // PANEL_WIDTH))
+    rows = math.ceil(len(panels) / columns)
+    own = figure.scales == "own"
+    space = GAP_WITH_NUMBERS * WIDTH / width if own else GAP
+    part = (1 - space * (columns - 1)) / columns
+    low = columns > 1 and rows > 2
+    of_row = LOW_HEIGHT if low else WIDE_HEIGHT if len(panels) == 1 else PANEL_HEIGHT
+    height = of_row * rows
+    legend = LEGEND_LINE * _legend_lines(entries, inside) + 18
+    titles = [wrap(_bound(panel.title), int(part * inside / LETTER)) for panel in panels]
     lines = max(map(len, titles), default=0) - 1
-    notes = NOTE_LINE * (max(0, lines) + any(panel.note for panel in figure.panels))
+    notes = NOTE_LINE * (max(0, lines) + any(panel.note for panel in panels))
     layout: dict[str, Any] = {
         "width": width,
         "height": height + legend + notes,
-        "margin": {"l": 64, "r": 12, "t": ABOVE + notes, "b": BELOW + legend},
+        "margin": {"l": LEFT, "r": RIGHT, "t": ABOVE + notes, "b": BELOW + legend},
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"family": "Helvetica, Arial, sans-serif", "size": 13, "color": INK},
         "legend": {
             "orientation": "h",
-            "x": 0,
+            **({"x": -LEFT / inside, "font": {"size": 12}} if width < NARROW else {"x": 0}),
             "y": -58 / (height - ABOVE - BELOW),
             "yanchor": "top",
             "itemclick": False,
@@ -60,12 +72,9 @@ def layout_of(figure: Figure, entries: Sequence[str], width: int) -> dict[str, A
         "hoverlabel": {"font": {"size": 12}},
         "annotations": [],
     }
-    own = figure.scales == "own"
-    space = GAP_WITH_NUMBERS * WIDTH / width if own else GAP
-    part = (1 - space * (columns - 1)) / columns
-    gap = (ROW_GAP + notes) / (PANEL_HEIGHT * rows - ABOVE - BELOW) if rows > 1 else 0.0
+    gap = (ROW_GAP + notes) / (height - ABOVE - BELOW) if rows > 1 else 0.0
     tall = (1 - gap * (rows - 1)) / rows
-    for number, panel in enumerate(figure.panels):
+    for number, panel in enumerate(panels):
         suffix = "" if number == 0 else str(number + 1)
         row, column = divmod(number, columns)
         left, top = column * (part + space), 1 - row * (tall + gap)
@@ -87,6 +96,20 @@ def layout_of(figure: Figure, entries: Sequence[str], width: int) -> dict[str, A
         }
         layout["annotations"].append(_title(panel, titles[number], left, top))
     return layout
+
+
+def _bound(title: str) -> str:
+    """A title in which no line break parts a number from its unit."""
+    return re.sub(r"(?<=\d) (?=[^\W\d])", "\u00a0", title)
+
+
+def _legend_lines(entries: Sequence[str], width: float) -> int:
+    """Lines that the legend needs in some width (px): its columns are as wide as its longest entry."""
+    lines = [entry.split("<br>") for entry in entries]
+    longest = max((len(line) for each in lines for line in each), default=0)
+    columns = max(1, int(width / (LEGEND_MARK + LEGEND_LETTER * longest)))
+    rows = (lines[first : first + columns] for first in range(0, len(lines), columns))
+    return sum(max(map(len, row)) for row in rows)
 
 
 def _percent_ticks(low: float, high: float) -> dict[str, Any]:

@@ -11,7 +11,7 @@ function draw(printing) {
     let text = document.querySelector(`[data-drawing="${place.dataset.plot}"]`).textContent;
     if (dark.matches && !printing)
       for (const [colour, bright] of Object.entries(brighter)) text = text.replaceAll(colour, bright);
-    const { data, layouts } = JSON.parse(text);
+    const { data, layouts } = JSON.parse(text).pieces[place.dataset.piece];
     const width = printing ? paper : place.parentElement.clientWidth;
     const layout = layouts.find((each) => each.width <= width) || layouts[layouts.length - 1];
     layout.width = Math.min(width, layouts[0].width);

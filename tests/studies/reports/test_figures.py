@@ -1,5 +1,6 @@
 """Figures of simulation, laws, observations and convergence, and their captions."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -376,3 +377,36 @@ def test_legend__says_which_laws_are_drawn_only() -> None:
     drawn = figures(dataset, compare(dataset))[0]
     labels = {one.label for panel in drawn.panels for one in panel.series if one.kind == "law"}
     assert labels == {"thesis 1-3, aluminium (drawn only)"}
+
+
+# ---- what fits -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_titles__fit_their_panels_and_part_no_number_from_its_unit(width: int) -> None:
+    place = {"speed": 6180.0, "plate_thickness": 2e-3}
+    titled = replace(drawn(built(REFINED), "laws"), scales="own")
+    title = "speed 6.18 km/s, plate thickness 2 mm"
+    panels = (replace(titled.panels[0], title=title, at=place),) * 6
+    layout = plot(replace(titled, panels=panels), width)["layout"]
+    left, right = layout["xaxis"]["domain"]
+    room = (right - left) * (width - layout["margin"]["l"] - layout["margin"]["r"])
+    lines = re.sub("</?b>", "", layout["annotations"][0]["text"]).split("<br>")
+    # The widest of usual fonts, DejaVu Sans in bold, has 9 px a letter at this size.
+    assert all(9 * len(line) <= room for line in lines)
+    assert "6.18\u00a0km/s" in " ".join(lines)
+
+
+def test_legend__breaks_long_labels_and_has_room_for_each_line() -> None:
+    figure = drawn(built(PLAIN), "laws")
+    label = "Volume over energy (constant fitted to one copper shot)"
+    (panel,) = figure.panels[:1]
+    law = next(series for series in panel.series if series.kind == "law")
+    short, long = (
+        plot(replace(figure, panels=(replace(panel, series=(replace(law, label=name),)),)), 340)
+        for name in ("law", label)
+    )
+    (entry,) = {trace["name"] for trace in long["data"]} - {OUTSIDE}
+    assert entry.replace("<br>", " ") == label
+    assert max(map(len, entry.split("<br>"))) <= 44
+    assert long["layout"]["height"] > short["layout"]["height"]

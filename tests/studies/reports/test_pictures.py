@@ -218,7 +218,8 @@ def test_growth__shades_the_window_in_which_it_is_judged(tmp_path: Path) -> None
     place = report["figures"].index(figure)
     drawing = re.search(rf'data-drawing="{place}">(.*?)</script>', html)
     assert drawing
-    shades = [trace for trace in json.loads(drawing[1])["data"] if trace["line"]["width"] == SHADE]
+    (piece,) = json.loads(drawing[1])["pieces"]
+    shades = [trace for trace in piece["data"] if trace["line"]["width"] == SHADE]
     for shade, line in zip(
         [each for each in shades if None not in each["x"]], histories, strict=True
     ):

@@ -114,7 +114,8 @@ def test_drawings__show_the_points_of_the_document(case: Case) -> None:
     assert len(shown.drawings) == len(document["figures"]) > 0
     for drawing, figure in zip(shown.drawings, document["figures"], strict=True):
         x, y = (display_of(figure[axis]["unit"]).factor for axis in "xy")
-        drawn = {(a, b) for t in drawing["data"] for a, b in zip(t["x"], t["y"], strict=True)}
+        traces = [trace for piece in drawing["pieces"] for trace in piece["data"]]
+        drawn = {(a, b) for t in traces for a, b in zip(t["x"], t["y"], strict=True)}
         for series in (each for panel in figure["panels"] for each in panel["series"]):
             for name in ("y", "low", "high"):
                 for a, b in zip(
