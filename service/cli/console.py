@@ -59,11 +59,14 @@ def _plain(value: Any) -> Any:
 def print_table(
     columns: Sequence[str], rows: Iterable[Sequence[str]], *, file: IO[str] | None = None
 ) -> None:
-    """Print rows below their headings; wrapped on a terminal, one line each elsewhere."""
+    """Print rows below their headings; on a terminal wrapped but for the first column, one line each elsewhere."""
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
 
-    table = Table(*columns, box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    first, *others = columns
+    # A name or an id is typed by whoever read it.
+    typed = Column(first, no_wrap=True, overflow="ignore")
+    table = Table(typed, *others, box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for row in rows:
         table.add_row(*row)
     stream = file or sys.stdout

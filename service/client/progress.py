@@ -39,13 +39,12 @@ def showing_progress(name: str) -> Iterator[Show]:
         task = bar.add_task(name, total=1.0, done=0, planned=0, left="")
 
         def show(sweep: SweepStatus) -> None:
-            left = duration(sweep.eta_seconds)
             bar.update(
                 task,
                 completed=sweep.progress,
                 done=_computed(sweep),
                 planned=sweep.planned,
-                left=f"{left} left" if sweep.eta_seconds else sweep.state,
+                left=_left(sweep) or sweep.state,
             )
 
         yield show
@@ -64,9 +63,15 @@ class _ProgressLines:
         if now == self._shown:
             return
         self._shown = now
-        left = f", {duration(sweep.eta_seconds)} left" if sweep.eta_seconds else ""
-        line = f"{self._name}: {computed}/{sweep.planned} runs, {sweep.progress:.0%}{left}"
+        left = ", ".join(filter(None, (f"{sweep.progress:.0%}", _left(sweep))))
+        line = f"{self._name}: {computed}/{sweep.planned} runs, {left}"
         print(line, file=sys.stderr, flush=True)
+
+
+def _left(sweep: SweepStatus) -> str:
+    """The time left; empty before a run has ended, while kernels are compiled and no speed is known."""
+    known = sweep.eta_seconds and _computed(sweep)
+    return f"{duration(sweep.eta_seconds)} left" if known else ""
 
 
 def _computed(sweep: SweepStatus) -> int:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from studies.cubes import variables as cubes
-from studies.reports.view import FigureView, is_cut
+from studies.reports.view import ONLY_DRAWN, FigureView, is_cut
 
 NEAR = (
     0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
@@ -36,8 +36,16 @@ def of_laws(view: FigureView, name: str, kinds: set[str]) -> str:
     sentences = [of_points(view, name)]
     sentences += [text for shown, text in OF_KINDS if kinds & shown]
     drawn = view.drawn_laws(name)
-    if listed := sorted(title for law, title in view.laws(name).items() if law not in drawn):
+    left_out = sorted(title for law, title in view.laws(name).items() if law not in drawn)
+    plain = [title for title in left_out if title.endswith(ONLY_DRAWN)]
+    if listed := [title for title in left_out if title not in plain]:
         sentences.append(f"Not drawn, because no point is inside their range: {', '.join(listed)}.")
+    if plain:
+        names = ", ".join(title.removesuffix(ONLY_DRAWN) for title in plain)
+        sentences.append(f"Not drawn beside so many, because in no verdict: {names}.")
+    sentences += [
+        f"The lines of {first} and {second} coincide." for first, second in view.coinciding(name)
+    ]
     if view.left_out:
         sentences.append("The cube contains the panels that are not drawn.")
     return " ".join(sentences)

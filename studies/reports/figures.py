@@ -218,6 +218,7 @@ def companions(view: FigureView, name: str) -> Figure:
         for other in reading.quantities_of(view.dataset)
         if other.startswith(f"{name}_") and view.dataset[other].attrs["units"] == unit
     ]
+    others = _distinct(view, name, others)
     panels = [
         Panel(
             piece.title,
@@ -239,6 +240,16 @@ def companions(view: FigureView, name: str) -> Figure:
         y=view.scale_of(name),
         panels=tuple(panels),
     )
+
+
+def _distinct(view: FigureView, name: str, others: Sequence[str]) -> list[str]:
+    """The readings that differ somewhere from those before them: largest and smallest do not in axial symmetry."""
+    kept = {name: view.succeeded(name)}
+    for other in others:
+        values = view.succeeded(other)
+        if not any(np.array_equal(values, each, equal_nan=True) for each in kept.values()):
+            kept[other] = values
+    return list(kept)[1:]
 
 
 def growth(view: FigureView, name: str) -> Figure:

@@ -16,6 +16,7 @@ import xarray as xr
 from studies.reports import compare
 from studies.reports.figures import figures
 from studies.reports.plot import plot
+from studies.reports.plot.styles import FLAGGED
 from studies.values.errors import Finding, InvalidInput, MissingExtra
 from studies.values.files import CUBE, write_atomically
 
@@ -243,7 +244,7 @@ def _legend(canvas: Any, specification: Mapping[str, Any]) -> None:
     named = [trace for trace in specification["data"] if trace.get("showlegend")]
     handles: list[Any] = []
     for trace in sorted(named, key=lambda trace: trace.get("legendrank", 1000)):
-        label, marker = _plain(trace["name"].replace("<br>", "\n")), trace.get("marker", {})
+        label, marker = _plain(_elsewhere(trace["name"])), trace.get("marker", {})
         if trace.get("fill") == "toself":
             handles.append(Patch(color=_colour(trace["fillcolor"]), label=label))
             continue
@@ -265,6 +266,11 @@ def _legend(canvas: Any, specification: Mapping[str, Any]) -> None:
             fontsize=9,
             borderaxespad=0.0,
         )
+
+
+def _elsewhere(label: str) -> str:
+    """A label of the page in a file, which has no other sections."""
+    return "flagged: see the report" if label == FLAGGED else label.replace("<br>", "\n")
 
 
 def _colour(text: str) -> Any:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
@@ -16,7 +17,9 @@ from studies.laws import DRAWN_ONLY
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.quantities import readable
 
-MOST_LAWS = 6  # in one figure
+MOST_LAWS = 6  # in one figure, with more only where all of them are judged
+ONLY_DRAWN = " (drawn only)"  # end of the titles of laws that enter no verdict
+ALIKE = 2e-3  # lines that differ by less, relative, lie on each other
 MOST_PANELS = 12  # panels of a figure; further panels are in the cube
 WINDOW = "settled_window"  # the parameter: time over which growth is judged
 PREFERRED = "speed"  # the abscissa where the sweep varies it
@@ -129,18 +132,40 @@ class FigureView:
         )
         confidences = reading.confidences_of(self.dataset, name) or [""] * len(names)
         return {
-            law: f"{title} (drawn only)" if confidence in DRAWN_ONLY else title
+            law: title + ONLY_DRAWN if confidence in DRAWN_ONLY else title
             for law, title, confidence in zip(names, titles, confidences, strict=True)
         }
 
     def drawn_laws(self, name: str) -> dict[str, str]:
-        """Title by name of the laws that are drawn: all, or of many those that have a point inside their range."""
+        """Title by name of the laws that are drawn: all; of many those that have a point inside their range, and of
+        many such laws those that enter the verdict.
+        """
         titles = self.laws(name)
-        if len(titles) <= MOST_LAWS:
-            return titles
+        if len(titles) > MOST_LAWS:
+            names = cubes.LAW_NAME.of(self.dataset, name).values.astype(str)
+            inside = (self.flat(cubes.BY_LAW_IN_RANGE, name) == 1).any(axis=0)
+            titles = {law: title for law, title in titles.items() if inside[names == law].any()}
+        if len(titles) > MOST_LAWS:
+            titles = {law: title for law, title in titles.items() if not title.endswith(ONLY_DRAWN)}
+        return titles
+
+    def coinciding(self, name: str) -> list[tuple[str, str]]:
+        """Titles of two drawn laws whose lines lie on each other at every point."""
+        titles = self.drawn_laws(name)
+        if not titles:
+            return []
         names = cubes.LAW_NAME.of(self.dataset, name).values.astype(str)
-        inside = (self.flat(cubes.BY_LAW_IN_RANGE, name) == 1).any(axis=0)
-        return {law: title for law, title in titles.items() if inside[names == law].any()}
+        answers = self.flat(cubes.BY_LAW, name)
+        alike = []
+        for first, second in combinations(titles, 2):
+            a, b = answers[:, names == first], answers[:, names == second]
+            if (
+                a.shape == b.shape == (len(a), 1)
+                and np.isfinite(a).any()
+                and np.allclose(a, b, rtol=ALIKE, atol=0.0, equal_nan=True)
+            ):
+                alike.append((titles[first], titles[second]))
+        return alike
 
     def xs(self, piece: Slice) -> tuple[float | str, ...]:
         return tuple(self.x[cell] for cell in piece.cells)

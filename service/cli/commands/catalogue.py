@@ -114,12 +114,10 @@ def _list_laws(entries: list[Document]) -> None:
             law["title"],
             law["quantity"],
             law["use"].partition(" (")[0],
-            law["source"],
-            "; ".join(each["words"] for each in law["range"]),
         )
         for law in entries
     )
-    print_table(("name", "title", "quantity", "use", "source", "range"), rows)
+    print_table(("name", "title", "quantity", "use"), rows)
 
 
 def _show_law(law: Document) -> None:

@@ -12,7 +12,9 @@ from studies.reports import figures as labels
 from studies.reports.figures import Figure
 
 # Okabe and Ito (2008), without black (the simulation) and yellow (too pale on paper).
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+# Further laws, dashed.
+COLOURS = (*OKABE_ITO, "#7e4fc9", "#8c5a3c", "#7a8a00", "#3f7f93")
 SYMBOLS = ("square", "triangle-up", "diamond", "triangle-down", "star-diamond", "hexagon")
 AGAIN = (
     "circle",
@@ -109,7 +111,7 @@ def styles_of(figure: Figure) -> dict[str, Style]:
         name: Style(
             COLOURS[place % len(COLOURS)],
             marks[place % len(marks)],
-            dash="solid" if place < len(COLOURS) else "dash",
+            dash="solid" if place < len(OKABE_ITO) else "dash",
         )
         for place, name in enumerate(coloured)
     }

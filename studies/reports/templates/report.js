@@ -2,8 +2,8 @@
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const paper = 700; // px: the text width of a sheet of A4
 const brighter = {
-  "#1a1a1a": "#e8e8e6", "#e4e4e4": "#3a3d42", "#0072b2": "#56b4ff", "#a3003c": "#ff7aa5", "#5b4cc4": "#9d92ff",
-  "#8a8a8a": "#a0a3a8",
+  "#1a1a1a": "#e8e8e6", "#e4e4e4": "#3a3d42", "#0072b2": "#6c96ff", "#a3003c": "#ff7aa5", "#5b4cc4": "#9d92ff",
+  "#8a8a8a": "#a0a3a8", "#7e4fc9": "#b08bff", "#8c5a3c": "#c98e68", "#7a8a00": "#b5c433", "#3f7f93": "#7cc4da",
 };
 
 function draw(printing) {

@@ -1,5 +1,6 @@
 """The command line: exit status, words, and that no mistake of a user ends in a traceback."""
 
+import io
 import json
 import re
 import subprocess
@@ -14,7 +15,7 @@ import pytest
 from service.cli import local
 from service.cli import validation as validation_commands
 from service.cli.commands import computing
-from service.cli.console import SHORT_ID
+from service.cli.console import SHORT_ID, print_table
 from service.records.jobs import RUN_STATES, Keep, SweepState, SweepStatus
 from service.records.settings import Settings
 from studies import examples, verification
@@ -340,12 +341,21 @@ def test_plot__of_a_missing_file_says_so_with_an_example(
     assert "Examples" not in output
 
 
-def test_laws__are_listed_with_use_and_source(
-    whipple: Run, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_tables__cut_no_name_on_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    monkeypatch.setenv("COLUMNS", "50")
+    name, terminal = "al-6061-t6-steinberg-guinan", Terminal()
+    print_table(("name", "title"), [(name, "Aluminium 6061-T6 " * 5)], file=terminal)
+    assert name in terminal.getvalue()
+
+
+def test_laws__are_listed_with_use(whipple: Run, capsys: pytest.CaptureFixture[str]) -> None:
     assert whipple("laws") == 0
     header, *lines = capsys.readouterr().out.splitlines()
-    assert header.split() == ["name", "title", "quantity", "use", "source", "range"]
+    assert header.split() == ["name", "title", "quantity", "use"]
     (maiden,) = [line for line in lines if line.startswith("maiden_c ")]
     (carey,) = [line for line in lines if line.startswith("carey")]
     assert ("verdict" in maiden, "drawn only" in carey) == (True, True)

@@ -410,3 +410,35 @@ def test_legend__breaks_long_labels_and_has_room_for_each_line() -> None:
     assert entry.replace("<br>", " ") == label
     assert max(map(len, entry.split("<br>"))) <= 44
     assert long["layout"]["height"] > short["layout"]["height"]
+
+
+def test_caption__names_laws_that_coincide_and_laws_left_out_as_unjudged() -> None:
+    values = (1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.8)
+    laws = tuple(
+        fakes.Law(
+            f"law_{number}",
+            "hole_diameter",
+            lambda shot, _, value=value: value,
+            valid=(0.0, 1e9),
+            title=f"law {number}",
+        )
+        for number, value in enumerate(values)
+    )
+    laws = (replace(laws[0], confidence="memory"), *laws[1:])
+    sweep = fakes.holes()
+    dataset = cube.build(sweep, fakes.results(sweep), replace(fakes.catalogue(), laws=laws))
+    figure = drawn(dataset, "laws")
+    assert "The lines of law 5 and law 6 coincide." in figure.caption
+    assert figure.caption.count("coincide") == 1
+    assert "because in no verdict: law 0." in figure.caption
+    assert not series_of(figure, label="law 0 (drawn only)")
+
+
+def test_companions__leave_out_a_reading_that_repeats_another() -> None:
+    dataset = built(PLAIN)
+    assert len(drawn(dataset, "companions").panels[0].series) == 2
+    dataset["hole_diameter_areal"] = dataset["hole_diameter_areal"].copy(
+        data=dataset["hole_diameter"].values
+    )
+    names = {figure.name for figure in figures(dataset, compare(dataset))}
+    assert "hole_diameter_companions" not in names

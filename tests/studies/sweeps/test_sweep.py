@@ -384,6 +384,14 @@ def test_parse__of_anything_anywhere_refuses_and_never_crashes(path: str, value:
             Sweep.parse(changed(path, value))
 
 
+def test_parse__of_a_misspelt_required_parameter_refuses_it_once() -> None:
+    document = changed("axes/velocity", ["6 km/s"])
+    del document["axes"]["speed"]
+    with pytest.raises(InvalidInput) as caught:
+        Sweep.parse(document)
+    assert [finding.field for finding in caught.value.findings] == ["axes.velocity"]
+
+
 def test_parse__names_every_missing_parameter() -> None:
     document = changed("fixed", {})
     document["axes"] = {"speed": ["6 km/s"]}
