@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -31,15 +31,26 @@ from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.benchmarks import thesis
 from tests.benchmarks.baseline import FILE, MEASURE, MEASURED, ROOT, measured
-from tests.benchmarks.measure import PAIRS, PROBLEMS, SWEEP, advance, question, simulation
+from tests.benchmarks.measure import (
+    BARS,
+    PAIRS,
+    PROBLEMS,
+    SWEEP,
+    advance,
+    problem_of,
+    question,
+    simulation,
+)
 
 Figures = Iterator[tuple[str, float]]
 
+NAMES = [*PROBLEMS, *(f"{family}_{size}" for family, sizes in BARS.items() for size in sizes)]
 THREADS = 2
 STEPS = 20  # in a block of what is measured in turns
 NODES_PER_PARTICLE = 20  # of the large box
 SETTLED = 0.005  # of the final value: a run has settled once it stays this near
 DEMO = ("holes-full", "craters-full")  # of `make demo-full`: the sweeps that both trees know
+ELEMENTS = ("axisymmetric_quadrilaterals", "3d_hexahedra")  # families that count elements
 STAGED = ("axisymmetric_default_12k", "3d_linear_117k", "3d_spline_117k")
 CRATER_SPEED = 6e3  # m/s
 # Short names of the figures that versions are compared by.
@@ -59,8 +70,8 @@ def before() -> dict[str, Any]:
     return former
 
 
-def steps(names: Mapping[str, Any] = PROBLEMS, threads: tuple[int, ...] = (1, THREADS)) -> Figures:
-    """Cost of a particle-step by geometry, shape and size; where the former was measured, how many times as fast."""
+def steps(names: Iterable[str] = NAMES, threads: tuple[int, ...] = (1, THREADS)) -> Figures:
+    """Cost of a step of a particle or an element; where the former was measured, how many times as fast."""
     references = []
     for name in names:
         for count in threads:
@@ -70,6 +81,8 @@ def steps(names: Mapping[str, Any] = PROBLEMS, threads: tuple[int, ...] = (1, TH
             yield f"{tag}_ns", answer["ns"]
             yield f"{tag}_per_reference", answer["ratio"]
             references.append(answer["reference_ns"])
+            if name.startswith(ELEMENTS):
+                yield f"{tag}_elements_per_core_second", 1e9 / answer["ns"]
             if count == 1 and name in MEASURED:
                 family = name.rsplit("_", 1)[0]
                 yield f"{family}_speedup", before()["figures"][name]["ratio"] / answer["ratio"]
@@ -103,7 +116,7 @@ def _split(made: Simulation) -> dict[str, float]:
 
 def threads() -> Figures:
     """Throughput of two threads in one run, over that of two runs of one thread at once, in turns; by the wall."""
-    for family in ("axisymmetric_default", "3d_spline", "3d_linear"):
+    for family in ("axisymmetric_default", "3d_spline", "3d_linear", "3d_sph", *ELEMENTS):
         yield f"{family}_two_threads_117k", _worth_of_threads(f"{family}_117k")
 
 
@@ -162,7 +175,7 @@ def _median_cpu(made: Simulation, count: int) -> float:
 
 def _worth_of_box(name: str) -> float:
     """Cost of a step in a box that is longer in the flight's direction, over that in its own, in turns."""
-    problem = setting_of(question(**PROBLEMS[name])).problem
+    problem = problem_of(name)
     geometry = problem.geometry
     axis = 2 if geometry.nodes[2] > 1 else 1
     particles = sum(body.mass.size for body in problem.bodies)

@@ -34,16 +34,22 @@ FAMILIES: dict[str, tuple[dict[str, Any], dict[str, float]]] = {
     ),
     "3d_gimp": ({"geometry": "quarter", "shape": "gimp", "particles_per_cell": 3}, WIDE),
     "3d_spline": ({"geometry": "quarter", "particles_per_cell": 3}, WIDE),
-    "3d_sph": (
-        {"geometry": "quarter", "particles_per_cell": 2, "debris": "follow"},
-        {"12k": 7.75, "117k": 16.8},
-    ),
+    "3d_sph": ({"geometry": "quarter", "method": "sph"}, {"12k": 7.75, "117k": 16.8}),
 }
 PROBLEMS: dict[str, dict[str, Any]] = {
     f"{family}_{size}": {**choices, "cells_per_diameter": cells}
     for family, (choices, sizes) in FAMILIES.items()
     for size, cells in sizes.items()
 }
+
+# Copper bars that hit a rigid wall: particles or elements across (a radius) and along. Plane strain has no scenario.
+BARS: dict[str, dict[str, tuple[int, int]]] = {
+    "plane_sph": {"12k": (50, 240), "117k": (156, 750)},
+    "axisymmetric_quadrilaterals": {"12k": (50, 240), "117k": (156, 750)},
+    "3d_hexahedra": {"12k": (14, 61), "117k": (30, 130)},
+}
+BAR_SPEED, BAR_SPACING = 200.0, 1e-4  # m/s, m
+ELEMENT_COURANT = 0.8  # of the bound of each element, as in their verification cases
 
 # The converged sweep: speed in m/s, cells per diameter; coarse ones first.
 SWEEP = [(speed, cells) for cells in (16.0, 32.0, 64.0) for speed in (2e3, 3e3, 4e3, 5e3, 6e3, 7e3)]
@@ -119,35 +125,82 @@ def simulation(name: str, threads: int = 1, warm: int = WARM) -> Any:
     """A problem by its name, some steps on, so that the shock is inside."""
     from solver.simulation import start
 
-    setting_of = module("studies.runs.execution", former="studies.execution").setting_of
-
-    problem = setting_of(question(**PROBLEMS[name])).problem
-    if name.startswith("3d_sph"):
-        problem = smoothed(problem)
-    made = start(problem, threads=threads)
+    made = start(problem_of(name), threads=threads)
     advance(made, warm)
     return made
 
 
-def smoothed(problem: Any) -> Any:
-    """The problem by smoothed particles with the numerics of their verification cases."""
+def problem_of(name: str) -> Any:
+    """A problem by its name, which ends with its size."""
+    family, size = name.rsplit("_", 1)
+    if family in BARS:
+        return bar(family, *BARS[family][size])
+    setting_of = module("studies.runs.execution", former="studies.execution").setting_of
+    return setting_of(question(**PROBLEMS[name])).problem
+
+
+def bar(family: str, across: int, along: int) -> Any:
+    """A bar of finite elements, or of smoothed particles in plane strain, with so many across and along."""
+    from solver.fem.elements import Hexahedron, Quadrilateral
+    from solver.fem.mesh import lattice, node_masses
+    from solver.geometry import grid
+    from solver.geometry.axisymmetric import Axisymmetric
+    from solver.geometry.cartesian3d import Cartesian3D
+    from solver.problem import Body, Face, Problem
+    from studies.materials import load
+    from studies.scenarios._matter import matter
     from studies.verification._smoothed import COURANT, SPH
 
-    return replace(problem, smoothing=SPH, courant=COURANT)
+    copper, is_smoothed = load("copper-ofhc"), family == "plane_sph"
+    kind = Hexahedron() if family == "3d_hexahedra" else Quadrilateral()
+    counts = (across, across, along) if family == "3d_hexahedra" else (across, along)
+    middles = 0.5 * BAR_SPACING if is_smoothed else 0.0
+    lines = [middles + BAR_SPACING * np.arange(n + (not is_smoothed)) for n in counts]
+    position, mesh = lattice(kind, *lines)
+    velocity = np.zeros(3)
+    velocity[len(counts) - 1] = -BAR_SPEED
+    body = Body(
+        name="bar",
+        matter=matter(copper),
+        position=position,
+        velocity=velocity,
+        mass=np.full(len(position), copper.density * BAR_SPACING**2)
+        if is_smoothed
+        else node_masses(mesh, position, copper.density),
+        density=copper.density,
+        spacing=(BAR_SPACING, BAR_SPACING, 1.0 if is_smoothed else BAR_SPACING),
+        mesh=None if is_smoothed else mesh,
+    )
+    record = Axisymmetric if family == "axisymmetric_quadrilaterals" else Cartesian3D
+    cells = [2 * n for n in counts] + [0] * (3 - len(counts))
+    return Problem(
+        geometry=grid(record, lower=np.zeros(3), cells=cells, spacing=BAR_SPACING),
+        bodies=(body,),
+        faces=((Face.SYMMETRIC, Face.FREE),) * 3,
+        end_time=1.0,
+        smoothing=SPH if is_smoothed else None,
+        courant=COURANT if is_smoothed else ELEMENT_COURANT,
+    )
 
 
 def advance(made: Any, steps: int) -> int:
-    """Take steps; returns the particle-steps."""
+    """Take steps; returns the particle-steps, or those of elements."""
     done = 0
     for _ in range(steps):
-        done += made.particles.mass.size
+        done += counted(made)
         made.advance()
     return done
 
 
+def counted(made: Any) -> int:
+    """Particles of a simulation; elements where its bodies are meshes, which the former tree has not."""
+    meshes = [mesh for body in made.problem.bodies if (mesh := getattr(body, "mesh", None))]
+    return sum(len(mesh.nodes) for mesh in meshes) or int(made.particles.mass.size)
+
+
 def cost(made: Any) -> dict[str, Any]:
     """Nanoseconds of a particle-step and of the reference, in pairs, and the medians with that of the ratios."""
-    steps = max(5, round(BLOCK / made.particles.mass.size))
+    steps = max(5, round(BLOCK / counted(made)))
     reference_ns()
     pairs = []
     for _ in range(PAIRS):
@@ -155,7 +208,7 @@ def cost(made: Any) -> dict[str, Any]:
         done = advance(made, steps)
         pairs.append(((time.process_time() - begin) / done * 1e9, reference_ns()))
     return {
-        "particles": made.particles.mass.size,
+        "particles": counted(made),
         "ns": statistics.median(ours for ours, _ in pairs),
         "reference_ns": statistics.median(theirs for _, theirs in pairs),
         "ratio": statistics.median(ours / theirs for ours, theirs in pairs),

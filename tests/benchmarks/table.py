@@ -11,7 +11,7 @@ from typing import Any
 
 from tests.benchmarks.baseline import ROOT
 from tests.benchmarks.figures import STAGED
-from tests.benchmarks.measure import FAMILIES
+from tests.benchmarks.measure import BARS, FAMILIES
 
 PAGE = ROOT / "docs" / "speed.md"
 BEGIN, END = "<!-- figures: begin -->\n", "<!-- figures: end -->\n"
@@ -19,6 +19,9 @@ SIZES = "12k", "117k", "1m"
 
 OTHERS = {
     "3d_linear_two_threads_117k": "two threads at 117 k in 3-D linear, of the throughput of two runs of one thread",
+    "3d_sph_two_threads_117k": "the same by smoothed particles",
+    "axisymmetric_quadrilaterals_two_threads_117k": "the same in quadrilaterals of revolution",
+    "3d_hexahedra_two_threads_117k": "the same in hexahedra",
     "python_us_per_step": "Python of a step, us",
     "axisymmetric_default_12k_large_box": "a box of 20 nodes per particle, axisymmetric default, times",
     "3d_linear_117k_large_box": "the same in 3-D linear, times",
@@ -61,15 +64,18 @@ def page(figures: Mapping[str, Any]) -> Iterator[str]:
     about = "{date}, {processor}, {cores} cores, load {load} at the start, Python {python}."
     yield about.format_map(figures)
     yield ""
-    yield "| ns per particle-step (times the reference kernel) | 12 k | 117 k | 1 M | times as fast as before |"
+    yield "| ns per step of a particle or element (times the reference kernel) | 12 k | 117 k | 1 M | speedup |"
     yield "|---|---|---|---|---|"
-    for family in FAMILIES:
+    for family in (*FAMILIES, *BARS):
         for threads, tag in ((1, ""), (2, "_2_threads")):
             names = [f"{family}_{size}{tag}" for size in SIZES]
             cells = [_cost(figures, name) for name in names]
             speedup = _figure(figures, f"{family}_speedup", "{:.1f}".format) if threads == 1 else ""
             if any(cells):
                 yield _row(f"{family}, {threads} thread{'s' * (threads > 1)}", *cells, speedup)
+            rates = [_figure(figures, f"{name}_elements_per_core_second") for name in names]
+            if any(rates):
+                yield _row("elements a second of a core", *rates, "")
     yield _row("a number of the reference kernel", _figure(figures, "reference_ns"), "", "", "")
     yield ""
     yield from _stages(figures)
