@@ -41,6 +41,7 @@ from studies.cubes.variables import STATES
 from studies.reports.compare import Comparison, published_shots
 from studies.reports.figures import figures
 from studies.reports.limits import limits_of, residual_curves, residual_figure
+from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
 from studies.sweeps.screening import CONTRIBUTIONS
 from studies.sweeps.sweep import OFFSET, RESOLUTION
@@ -52,7 +53,8 @@ from studies.sweeps.sweep import OFFSET, RESOLUTION
 # 6: what the verdict rests on and what error bars hold, once for all quantities; numbers of the model part
 # 7: the words of bands are those of the text (trusted, within); laws without a stated range; the shots of a material
 # 8: limits of a search, curves of residual velocities
-REPORT_VERSION = 8
+# 9: methods side by side
+REPORT_VERSION = 9
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -108,6 +110,7 @@ def document(
         "limits": limits_of(dataset),
         "residual_curves": curves,
         "pictures": pictures_of(dataset, sections or {}),
+        "methods": methods_of(dataset, points),
         "convergence": _convergence(dataset, points) if refinements_of(dataset) else None,
         **compared,
         "runs": runs,

@@ -1,4 +1,4 @@
-"""What a step of a smoothed particle and of an element costs, with one thread and two, by the code of ``make bench``."""
+"""Cost of a step of a smoothed particle and of an element, with one thread and two, by the code of ``make bench``."""
 
 from collections.abc import Iterator
 
