@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
@@ -76,7 +75,7 @@ def _rows(points: xr.Dataset, name: str, first: str) -> Iterator[Document]:
 
 
 def _sentence(name: str, first: str, other: str, rows: Sequence[Document]) -> str:
-    """ "By method sph the hole diameter is 8.1 to 12 % smaller than by mpm (3 points): more than the error bars of both." """
+    """ "By method sph the hole is 8.1 to 12 % smaller than by mpm (3 points): more than the error bars of both." """
     quantity = name.replace("_", " ")
     compared = [row for row in rows if row["relative"] is not None]
     if not compared:
@@ -116,9 +115,10 @@ def _cost(dataset: xr.Dataset, first: str, other: str) -> str:
         by_run(dataset, METHOD).astype(str),
     )
     ours, theirs = (float(seconds[methods == method].sum()) for method in (other, first))
-    if not (np.isfinite(ours / theirs) if theirs else False):
+    if not (theirs > 0.0 and math.isfinite(ours)):
         return ""
-    return f"Runs by method {other} took {digits(ours / theirs, DIGITS)} times as long as those by {first}, by the clock."
+    times = digits(ours / theirs, DIGITS)
+    return f"Runs by method {other} took {times} times as long as those by {first}, by the clock."
 
 
 def _finite(value: float) -> float | None:

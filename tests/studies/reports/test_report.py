@@ -42,6 +42,7 @@ SWEEPS = {
     "refined": fakes.refined_holes(),
     "offsets": fakes.refined_holes((16.0,)),
     "mixed versions": fakes.holes(),
+    "methods": Sweep((Axis("method", None, ("mpm", "sph")), Axis("speed", "m s-1", (2e3, 3e3)))),
 }
 Case = tuple[xr.Dataset, dict, Page]
 

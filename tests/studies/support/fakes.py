@@ -204,6 +204,7 @@ PARAMETERS = {
         ("cells_per_diameter", "quantity", "1", "cells across the projectile"),
         ("offset", "quantity", "1", "position of the grid, in cells"),
         ("target.strength.A", "quantity", "Pa", "initial yield stress"),
+        ("method", "choice", None, "method that computes"),
     )
 }
 HOLES = {
@@ -254,6 +255,15 @@ def catalogue(scenario: str = "thin_plate", observations: Sequence[Observed] = (
         observations=observations,
         materials=MATERIALS,
     )
+
+
+def scaled(outcome: RunResult, factor: float) -> RunResult:
+    """A result whose measured values are so many times as large."""
+    values = {
+        name: replace(each, value=None if each.value is None else factor * each.value)
+        for name, each in outcome.measurements.items()
+    }
+    return replace(outcome, measurements=values)
 
 
 PROVENANCE: dict[str, str | float] = {
