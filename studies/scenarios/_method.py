@@ -7,7 +7,10 @@ from solver.units import Described
 from studies.values.errors import Finding
 
 if TYPE_CHECKING:
-    from solver.problem import Smoothing
+    from solver.problem import ArtificialViscosity, Smoothing
+
+# Of smoothed particles in place of a recipe's, which is that of cells: Monaghan (1992), section 4.1.
+PAIR_VISCOSITY = {"viscosity_linear": 1.0, "viscosity_quadratic": 2.0}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +21,7 @@ class ByMethod:
         Literal["mpm", "sph"],
         Described(
             "material points on a grid (mpm), or the same particles smoothed over their neighbours (sph), in three "
-            "dimensions",
+            "dimensions, whose viscosity is 1 and 2 unless it is stated",
             neutral=True,
         ),
     ] = "mpm"
@@ -29,12 +32,12 @@ def is_smoothed(parameters: Any) -> bool:
     return getattr(parameters, "method", "mpm") == "sph"
 
 
-def smoothing(parameters: Any) -> "Smoothing | None":
-    """The numerics of smoothed particles, those of their verification; None for other methods."""
+def smoothing(parameters: Any, viscosity: "ArtificialViscosity") -> "Smoothing | None":
+    """The numerics of smoothed particles, those of their verification but for the viscosity; None for other methods."""
     from solver.problem import Smoothing
     from solver.sph.smoothing import CubicSpline
 
-    return Smoothing(CubicSpline()) if is_smoothed(parameters) else None
+    return Smoothing(CubicSpline(), viscosity=viscosity) if is_smoothed(parameters) else None
 
 
 def check_method(parameters: Any) -> list[Finding]:

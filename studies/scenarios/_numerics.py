@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, PerSecond, Second
-from studies.scenarios._method import smoothing
+from studies.scenarios._method import PAIR_VISCOSITY, is_smoothed, smoothing
 from studies.values.errors import Finding
 from studies.values.files import MOST_FRAMES
 from studies.values.parameters import Choice
@@ -153,6 +153,8 @@ def filled_numerics(parameters: Parameters) -> Parameters:
     preset = RECIPES[parameters.recipe]
     if is_solid(parameters) and not parameters.keeps_particles:
         preset = replace(preset, particles_per_cell=FEW_PARTICLES)
+    if is_smoothed(parameters):
+        preset = replace(preset, **PAIR_VISCOSITY)
     return filled_from(parameters, preset)
 
 
@@ -212,10 +214,11 @@ def numerics(parameters: Numerics) -> dict[str, Any]:
     from solver.tensor import Jaumann, Unturned
 
     recipe = recipe_of(parameters)
+    viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
     return {
         "shape": shapes()[recipe.shape].make(recipe.particles_per_cell),
         "scheme": Scheme[recipe.scheme.upper()],
-        "viscosity": ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic),
+        "viscosity": viscosity,
         "courant": recipe.courant,
         "step_rule": StepRule[recipe.step_rule.upper()],
         "travel": recipe.travel,
@@ -223,7 +226,7 @@ def numerics(parameters: Numerics) -> dict[str, Any]:
         "stress_rate": Jaumann() if parameters.jaumann else Unturned(),
         "contact": _contact(parameters),
         "fixed_dt": parameters.fixed_dt,
-        "smoothing": smoothing(parameters),
+        "smoothing": smoothing(parameters, viscosity),
     }
 
 

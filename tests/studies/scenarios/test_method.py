@@ -4,6 +4,8 @@ from typing import Any
 
 import pytest
 
+from solver.problem import ArtificialViscosity, Smoothing
+from solver.sph.smoothing import CubicSpline
 from studies.runs.run import estimate
 from studies.values.errors import InvalidInput
 from tests.contracts.test_scenarios import asked, built
@@ -18,6 +20,13 @@ def test_sph__smooths_the_particles_of_the_grid_and_follows_debris() -> None:
     assert one.problem.retirement is None
     for mine, theirs in zip(one.problem.bodies, other.problem.bodies, strict=True):
         assert (mine.position == theirs.position).all()
+
+
+def test_sph__has_the_viscosity_of_pairs_unless_it_is_stated() -> None:
+    made = built(asked("thin_plate", **SPH)).problem.smoothing
+    assert made == Smoothing(CubicSpline())
+    stated = built(asked("thin_plate", **SPH, viscosity_linear=0.1)).problem.smoothing
+    assert stated.viscosity == ArtificialViscosity(0.1, 2.0)
 
 
 def test_sph__is_part_of_the_identity_and_mpm_is_not() -> None:
