@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from solver.problem import ArtificialViscosity, Smoothing
 
 # Of smoothed particles in place of a recipe's, which is that of cells: Monaghan (1992), section 4.1.
-PAIR_VISCOSITY = {"viscosity_linear": 1.0, "viscosity_quadratic": 2.0}
+PAIR_LINEAR, PAIR_QUADRATIC = 1.0, 2.0
 
 
 @dataclass(frozen=True, kw_only=True)

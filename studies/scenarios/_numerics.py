@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, PerSecond, Second
-from studies.scenarios._method import PAIR_VISCOSITY, is_smoothed, smoothing
+from studies.scenarios._method import (
+    PAIR_LINEAR,
+    PAIR_QUADRATIC,
+    is_smoothed,
+    smoothing,
+)
 from studies.values.errors import Finding
 from studies.values.files import MOST_FRAMES
 from studies.values.parameters import Choice
@@ -154,7 +159,7 @@ def filled_numerics(parameters: Parameters) -> Parameters:
     if is_solid(parameters) and not parameters.keeps_particles:
         preset = replace(preset, particles_per_cell=FEW_PARTICLES)
     if is_smoothed(parameters):
-        preset = replace(preset, **PAIR_VISCOSITY)
+        preset = replace(preset, viscosity_linear=PAIR_LINEAR, viscosity_quadratic=PAIR_QUADRATIC)
     return filled_from(parameters, preset)
 
 

@@ -26,6 +26,7 @@ def test_sph__has_the_viscosity_of_pairs_unless_it_is_stated() -> None:
     made = built(asked("thin_plate", **SPH)).problem.smoothing
     assert made == Smoothing(CubicSpline())
     stated = built(asked("thin_plate", **SPH, viscosity_linear=0.1)).problem.smoothing
+    assert stated is not None
     assert stated.viscosity == ArtificialViscosity(0.1, 2.0)
 
 
