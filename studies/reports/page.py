@@ -27,8 +27,8 @@ from studies.values.formats import (
     display_of,
     is_round_off,
     kind_of,
-    printed,
     printed_alone,
+    printed_beside,
     printed_in,
     with_unit,
 )
@@ -72,9 +72,9 @@ def bare(node: Any) -> Any:
     return node._value if isinstance(node, Node) else node
 
 
-def number(node: Node, kind: str) -> Markup:
-    """A number of the document on the page: in full for programs, as its kind for people."""
-    return _marked(node, printed(bare(node), kind))
+def number(node: Node, kind: str, bar: Node | None = None) -> Markup:
+    """A number of the document on the page: in full for programs, as its kind for people, as exact as its error bar."""
+    return _marked(node, printed_beside(bare(node), kind, bare(bar)))
 
 
 def quantity(node: Node, unit: Any) -> Markup:

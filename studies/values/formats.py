@@ -16,6 +16,7 @@ NARROW_SPACE = "\u202f"
 # A balance is a sum of up to a billion terms, each exact to 1e-16: what is smaller is no error of a program.
 ROUND_OFF = 1e-9
 MINUS = "\u2212"
+MOST_PLACES = 6  # decimals of a value beside its error bar
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -37,7 +38,7 @@ def display_of(unit: str | None) -> Display:
         return Display(1.0, "")
     for display in DISPLAY_UNITS.get(unit, ()):
         if display.of_columns:
-            return Display(1.0 / display.size, re.sub("^u", "µ", display.name))
+            return Display(1.0 / display.size, _raised(re.sub("^u", "µ", display.name)))
     return Display(1.0, _raised(unit))
 
 
@@ -50,7 +51,7 @@ def display_alone(value: float | bool | str | None, unit: str | None) -> Display
     if isinstance(value, float | int) and not isinstance(value, bool) and value:
         for display in DISPLAY_UNITS.get(unit or "1", ()):
             if abs(value) >= display.smallest:
-                return Display(1.0 / display.size, re.sub("^u", "µ", display.name))
+                return Display(1.0 / display.size, _raised(re.sub("^u", "µ", display.name)))
     return display_of(unit)
 
 
@@ -169,6 +170,28 @@ def printed(value: float | None, kind: str) -> str:
         return KINDS[kind](value)
     text = printed_in(value, kind.removesuffix(RESIDUAL))
     return f"+{text}" if kind.endswith(RESIDUAL) and value > 0.0 else text
+
+
+def printed_beside(value: float | None, kind: str, bar: float | None) -> str:
+    """A value or its error bar as a report prints them side by side: both to the second digit of the bar.
+
+    Lengths have their fixed decimals; so has everything without a bar.
+
+    >>> printed_beside(4590e-9, "m3", 980.5e-9), printed_beside(980.5e-9, "m3", 980.5e-9)
+    ('4\u202f590', '980')
+    >>> printed_beside(0.0071, "ratio", 1.6e-4), printed_beside(5312.0, "m s-1", 123.0)
+    ('0.00710', '5.31')
+    """
+    if kind in KINDS and kind != "ratio":
+        return printed(value, kind)
+    if value is None or not math.isfinite(value) or not bar or not math.isfinite(bar):
+        return printed(value, kind)
+    factor = 1.0 if kind == "ratio" else display_of(kind).factor
+    places = 1 - math.floor(math.log10(float(f"{abs(bar * factor):.1e}")))
+    if places > MOST_PLACES:
+        return printed(value, kind)
+    number = round(value * factor, places)
+    return f"{number:,.{max(0, places)}f}".replace(",", NARROW_SPACE).replace("-", MINUS)
 
 
 def printed_in(value: float | bool | None, unit: str | None) -> str:

@@ -17,6 +17,7 @@ from studies.values.formats import (
     kind_of,
     printed,
     printed_alone,
+    printed_beside,
     printed_in,
 )
 from studies.values.quantities import DISPLAY_UNITS
@@ -94,7 +95,15 @@ def test_page__every_number_is_the_one_in_the_document(case: Case) -> None:
                 for unit in ("m", "m s-1", "s", "Pa", "1")
                 for print_in in (printed_in, printed_alone)
             }
-            assert mark.text in kinds | units
+            beside = at(document, mark.path.rpartition("/")[0])
+            bars = list(beside.values()) if isinstance(beside, dict) else []
+            rounded = {
+                printed_beside(value, kind, bar)
+                for bar in bars
+                if isinstance(bar, float)
+                for kind in ("ratio", "m3", "kg", "J", "K")
+            }
+            assert mark.text in kinds | units | rounded
 
 
 def test_page__every_text_is_the_one_in_the_document(case: Case) -> None:
