@@ -247,6 +247,8 @@ def outside_texts(laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
             says = "; ".join(
                 f"{band.where} {band.says.partition(' (it gives')[0]}" for band in law.bands
             )
+            # The sentence names its variants at the beginning.
+            says = says.replace(f"{law.subject.partition('/')[2]} is not stated", "not stated")
             groups.setdefault((law.reference, says), {}).setdefault(law.title, []).append(law)
     sentences = []
     for (reference, says), mine in groups.items():
@@ -365,13 +367,18 @@ def spread(shares: Iterable[float]) -> str:
 
 
 def difference(residuals: Sequence[float]) -> str:
-    """Relative differences in words: "16 to 25 % less", "3 % less to 4 % more"."""
+    """Relative differences in words, without a side that rounds to nothing.
+
+    >>> difference([-0.25, -0.16]), difference([-0.03, 0.04]), difference([-0.0003, 0.009])
+    ('16 to 25\u202f% less', '3\u202f% less to 4\u202f% more', '0 to 0.9\u202f% more')
+    """
     low, high = min(residuals), max(residuals)
     if max(-low, high) < SAME:
         return NONE_AT_ALL
-    if low < 0.0 < high and (_whole(-low) != "0" or _whole(high) != "0"):
+    if min(-low, high) >= SAME:
         return f"{_whole(-low)}{NARROW_SPACE}% less to {_whole(high)}{NARROW_SPACE}% more"
-    return f"{spread(map(abs, residuals))} {'less' if low < 0.0 else 'more'}"
+    side = "less" if -low > high else "more"
+    return f"{spread(map(abs, residuals))} {side}"
 
 
 def _whole(share: float) -> str:
