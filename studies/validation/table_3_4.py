@@ -94,7 +94,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
 CASE = Validation(
     name="table-3-4",
     says="craters of the thesis' copper cylinder at 4 to 7 km/s: on its cells of 1 mm within 2 mm in depth and 3 mm in "
-    "diameter (its half model misses the diameter of 5 km/s by 0.25 mm); the value without a mesh beside it, deeper "
+    "diameter (its half model misses the diameter of 5 km/s by 0.2 mm); the value without a mesh beside it, deeper "
     "and wider",
     source="Ma (2005), section 3.2.2, Table 3.4: computed with MPM3D",
     sweeps=_sweeps,
