@@ -16,6 +16,7 @@ import xarray as xr
 from studies.reports import compare
 from studies.reports.figures import figures
 from studies.reports.plot import plot
+from studies.reports.plot.layout import LEGEND_COLUMNS
 from studies.reports.plot.styles import FLAGGED
 from studies.values.errors import Finding, InvalidInput, MissingExtra
 from studies.values.files import CUBE, write_atomically
@@ -26,7 +27,6 @@ FORMATS: tuple[Format, ...] = ("png", "svg", "pdf")
 PIXELS = 96.0  # of a specification, in an inch
 POINT = 72.0 / PIXELS  # a pixel in typographic points
 SHARP = 2.0  # pixels of a PNG for each pixel of the specification
-LEGEND_COLUMNS = 3
 LABEL_APART = 6.0  # points, between a mark and its label
 TITLE_LINE = 16.0  # px
 # Plotly's names of marks; "-open" and "-thin" may follow.

@@ -18,6 +18,7 @@ WIDTH = 1000  # the text width of the page
 WIDTHS = (WIDTH, 700, 340)
 LEGEND_MARK = 44  # width of the mark before an entry of the legend, with the space around both
 LEGEND_LETTER = 7.6  # width of a letter of the legend, on average
+LEGEND_COLUMNS = 3  # at most, in a file for print
 NARROW = 500  # below it the legend begins at the left edge, in smaller letters
 LEFT, RIGHT = 64, 12  # beside the panels
 PANEL_WIDTH = 300  # least width of a panel
@@ -107,7 +108,7 @@ def _legend_lines(entries: Sequence[str], width: float) -> int:
     """Lines that the legend needs in some width (px): its columns are as wide as its longest entry."""
     lines = [entry.split("<br>") for entry in entries]
     longest = max((len(line) for each in lines for line in each), default=0)
-    columns = max(1, int(width / (LEGEND_MARK + LEGEND_LETTER * longest)))
+    columns = max(1, min(LEGEND_COLUMNS, int(width / (LEGEND_MARK + LEGEND_LETTER * longest))))
     rows = (lines[first : first + columns] for first in range(0, len(lines), columns))
     return sum(max(map(len, row)) for row in rows)
 
