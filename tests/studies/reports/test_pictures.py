@@ -19,6 +19,7 @@ from studies.reports.plot.traces import SHADE
 from studies.reports.publish import publish_sweep
 from studies.reports.raster import VIRIDIS, Frame, nearest, png, ramp
 from studies.reports.setup import upward
+from studies.reports.sketches import WIDTH, setup_sketch
 from studies.values.formats import printed
 from studies.values.parameters import Parameter
 from tests.studies.runs.solved import solved
@@ -235,3 +236,30 @@ def test_upward__is_where_a_body_flies_against_its_coordinate() -> None:
     setup = {"outline": {"shapes": [{"heading": (0.0, -1.0)}, {"heading": None}]}}
     assert upward(setup) == -1.0
     assert upward(None) == 1.0
+
+
+def test_setup__keeps_long_names_of_materials_inside_and_off_the_axis() -> None:
+    block = {"top": 0.0, "bottom": 0.04, "left": -0.0375, "right": 0.0375}
+    cylinder = {"top": -0.004, "bottom": 0.0, "left": -0.0025, "right": 0.0025}
+    shapes = [
+        {**block, "body": "target", "heading": None, "is_disc": False},
+        {**cylinder, "body": "projectile", "heading": (0.0, 1.0), "is_disc": False},
+    ]
+    drawn = setup_sketch(
+        {
+            "outline": {"shapes": shapes, "dimensions": []},
+            "labels": {"speed": "4 to 7 km/s"},
+            "materials": dict.fromkeys(("projectile", "target"), "copper-thesis-plastic"),
+            "alt": "",
+        }
+    )
+    axis = 0.5 * (WIDTH - 60)
+    labels = re.findall(r'<text class="tick" x="([\d.]+)"[^>]*anchor="(\w+)">([^<]+)<', drawn)
+    assert [text for _, _, text in labels].count("copper-thesis-plastic") == 2
+    for x, anchor, text in labels:
+        if text.endswith("km/s"):
+            continue
+        wide = 6.2 * len(text)
+        left = float(x) - (wide if anchor == "end" else 0.0)
+        assert left >= 0.0
+        assert left + wide <= axis

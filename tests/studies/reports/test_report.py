@@ -113,6 +113,20 @@ def test_page__every_text_is_the_one_in_the_document(case: Case) -> None:
     assert {mark.text == at(document, mark.path) for mark in printed_texts} == {True}
 
 
+@pytest.mark.parametrize(("name", "is_long"), [("grid", True), ("methods", False)])
+def test_page__has_the_main_figure_under_the_headline_and_long_lists_folded(
+    name: str, is_long: bool
+) -> None:
+    html = page.page(document_of(cube_of(name)))
+    headline, figure, laws, section = (
+        html.index(text)
+        for text in ('class="recommendation"', 'data-plot="0"', 'class="bands"', 'id="figures"')
+    )
+    assert headline < figure < laws < section
+    assert html.count('data-plot="0"') == 1
+    assert ("Each law, band by band" in html) == is_long
+
+
 def test_page__has_no_digit_of_its_own_and_loads_nothing(case: Case) -> None:
     _, _, shown = case
     assert re.findall(r"\d", shown.unmarked) == []
