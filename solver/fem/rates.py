@@ -320,3 +320,33 @@ def move_nodes(
                 i = members[k]
                 table[VX + axis, i] = new
                 table[NEW_X + axis, i] = table[X + axis, i] + new * dt
+
+
+@kernel
+def show_nodes(around, point_of, points_of, part, states, table, begin, end, lowest, highest):
+    """Means of rows lowest..highest of the states at the nodes begin..end, by the mass ``part`` (pairs,) of each pair.
+
+    ``around`` (start, pairs) as above; ``point_of`` and ``points_of`` (pairs,) are the first integration point of the
+    element of a pair and their number. Eroded elements have no part; a node without others keeps what it shows, but for
+    the energy, which is that of what is left over the whole mass.
+    """
+    start, pairs = around
+    for i in range(begin, end):
+        live = 0.0
+        for at in range(start[i], start[i + 1]):
+            if states[MASS, point_of[pairs[at]]] > 0.0:
+                live += part[pairs[at]]
+        for row in range(lowest, highest):
+            whole = 0.0
+            for at in range(start[i], start[i + 1]):
+                pair = pairs[at]
+                first, mass, mean = point_of[pair], 0.0, 0.0
+                for p in range(first, first + points_of[pair]):
+                    mass += states[MASS, p]
+                    mean += states[MASS, p] * states[row, p]
+                if mass > 0.0:
+                    whole += part[pair] * mean / mass
+            if row == ENERGY:
+                table[row, i] = whole / table[MASS, i]
+            elif live > 0.0:
+                table[row, i] = whole / live

@@ -30,6 +30,7 @@ from solver.fem.rates import (
     meshed,
     move_nodes,
     push_nodes,
+    show_nodes,
     strain_elements,
 )
 from solver.fem.space import Points
@@ -85,9 +86,10 @@ class ElementStepper(Method):
         self.states = empty_table(int(counts[-1]), remembers=True)
         self.bodies = np.repeat(np.arange(len(meshes)), np.diff(counts))
         sizes = np.cumsum([0, *(mesh.nodes.size for mesh in meshes)])
-        # Of each pair of an element and a node of it: its force, the node, a point of the element, the mass it has.
+        # Of each pair of an element and a node of it: its force, the node, the element's first point and their number,
+        # the mass it has.
         self.forces = np.zeros((int(sizes[-1]), AXES))
-        self.node_of, self.point_of = np.zeros((2, int(sizes[-1])), np.int64)
+        self.node_of, self.point_of, self.points_of = np.zeros((3, int(sizes[-1])), np.int64)
         self.part = np.zeros(int(sizes[-1]))
         self.meshes, self.loaded = [], []
         for number, (body, mesh) in enumerate(zip(problem.bodies, meshes, strict=True)):
@@ -103,6 +105,7 @@ class ElementStepper(Method):
             self.meshes.append(meshed(mesh.kind, columns, first, stiffness, forces))
             self.node_of[pairs] = columns.ravel()
             self.point_of[pairs] = np.repeat(first + np.arange(elements) * mesh.kind.points, count)
+            self.points_of[pairs] = mesh.kind.points
             shares_of_nodes = node_shares(mesh, body.position)
             whole = body.density * volumes.sum(axis=1, keepdims=True)
             self.part[pairs] = (whole * shares_of_nodes).ravel()
@@ -138,7 +141,8 @@ class ElementStepper(Method):
         self.push_nodes = [Bound(push_nodes) for _ in meshes]
         self.strain_elements = [Bound(strain_elements) for _ in meshes]
         self.update_particles = [Bound(update_particles) for _ in meshes]
-        self.move_nodes, self.summarise = Bound(move_nodes), Bound(summarise)
+        self.move_nodes, self.show_nodes = Bound(move_nodes), Bound(show_nodes)
+        self.summarise = Bound(summarise)
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take nodes and integration points from n, at a time, to n+1."""
@@ -198,27 +202,21 @@ class ElementStepper(Method):
 
     def show(self, table: np.ndarray) -> None:
         """Give the nodes of a table the means of the elements around them, by the mass that each has of them."""
-        points = self.states[SHOWN]
-        mass = self.states[MASS]
-        of_pair = np.empty((points.shape[0], self.node_of.size))
-        for mesh, begin, end in zip(self.meshes, self.starts, self.starts[1:], strict=False):
-            own = slice(begin, end)
-            shape = (-1, mesh.kind.points)
-            weight = mass[own].reshape(shape)
-            whole = weight.sum(axis=1)
-            mean = (points[:, own].reshape(-1, *weight.shape) * weight).sum(axis=2)
-            mean /= np.where(whole > 0.0, whole, 1.0)
-            pairs = np.flatnonzero((self.point_of >= begin) & (self.point_of < end))
-            of_pair[:, pairs] = np.repeat(mean, mesh.nodes.shape[1], axis=1)
-        part = np.where(mass[self.point_of] > 0.0, self.part, 0.0)
-        count = table.shape[1]
-        live = np.bincount(self.node_of, part, minlength=count)
-        for row, values in zip(range(SHOWN.start, SHOWN.stop), of_pair, strict=True):
-            total = np.bincount(self.node_of, part * values, minlength=count)
-            if row == ENERGY:
-                table[row] = total / table[MASS]
-            else:
-                np.divide(total, live, out=table[row], where=live > 0.0)
+        self.pool.run(
+            lambda share: self.show_nodes(
+                self.around,
+                self.point_of,
+                self.points_of,
+                self.part,
+                self.states,
+                table,
+                len(self.loads) * share // self.shares,
+                len(self.loads) * (share + 1) // self.shares,
+                SHOWN.start,
+                SHOWN.stop,
+            ),
+            range(self.shares),
+        )
 
     def carried(self) -> dict[str, np.ndarray]:
         """The state of the elements that passes from step to step."""

@@ -29,17 +29,18 @@ class Cells(NamedTuple):
     inverse: float  # of the width of a cell, 1/m
     counts: np.ndarray  # (3,) int64, along each axis
     begin: np.ndarray  # (cells + 1,) where each cell begins in what follows
-    member: np.ndarray  # (n,) places in the tables
-    sorted: np.ndarray  # (4, n) their coordinates and smoothing lengths
+    member: np.ndarray  # (m,) places in the tables
+    sorted: np.ndarray  # (4, m) their coordinates and smoothing lengths
 
 
 def sort_into_cells(place, count):
-    """The cells of the first ``count`` rows of the table of places."""
-    lower, upper = place[:count, :3].min(axis=0), place[:count, :3].max(axis=0)
-    width = SUPPORT * float(place[:count, LENGTH].max())
+    """The cells of the first ``count`` rows of the table of places, without those of no smoothing length."""
+    rows = np.flatnonzero(place[:count, LENGTH] > 0.0)
+    lower, upper = place[rows, :3].min(axis=0), place[rows, :3].max(axis=0)
+    width = SUPPORT * float(place[rows, LENGTH].max())
     while True:
         counts = np.floor((upper - lower) / width).astype(np.int64) + 1
-        if counts.prod(dtype=np.float64) <= CELLS_PER_PARTICLE * count + LANES:
+        if counts.prod(dtype=np.float64) <= CELLS_PER_PARTICLE * rows.size + LANES:
             break
         width *= 1.5
     cells = Cells(
@@ -47,10 +48,10 @@ def sort_into_cells(place, count):
         1.0 / width,
         counts,
         np.zeros(int(counts.prod()) + 1, np.int64),
-        np.zeros(count, np.int32),
-        np.zeros((4, count)),
+        np.zeros(rows.size, np.int32),
+        np.zeros((4, rows.size)),
     )
-    fill_cells(place, cells)
+    fill_cells(place, rows, cells)
     return cells
 
 
@@ -62,21 +63,22 @@ def coordinate(cells, place, p, axis):
 
 
 @kernel
-def fill_cells(place, cells):
-    """Sort by counting; within a cell the order stays."""
+def fill_cells(place, rows, cells):
+    """Sort some rows by counting; within a cell the order stays."""
     counts, begin, member, ordered = cells.counts, cells.begin, cells.member, cells.sorted
-    count = member.size
-    home = np.empty(count, np.int64)
-    for p in range(count):
+    home = np.empty(rows.size, np.int64)
+    for at in range(rows.size):
+        p = rows[at]
         cell = coordinate(cells, place, p, 0) * counts[1] + coordinate(cells, place, p, 1)
-        home[p] = cell * counts[2] + coordinate(cells, place, p, 2)
-        begin[home[p] + 1] += 1
+        home[at] = cell * counts[2] + coordinate(cells, place, p, 2)
+        begin[home[at] + 1] += 1
     for cell in range(begin.size - 1):
         begin[cell + 1] += begin[cell]
     free = begin[:-1].copy()
-    for p in range(count):
-        k = free[home[p]]
-        free[home[p]] += 1
+    for at in range(rows.size):
+        p = rows[at]
+        k = free[home[at]]
+        free[home[at]] += 1
         member[k] = p
         for axis in range(3):
             ordered[axis, k] = place[p, axis]
@@ -100,7 +102,7 @@ def find_neighbours(
         for i in range(ranges[body, 0], ranges[body, 1]):
             first[i] = filled
             x, y, z, own = place[i, 0], place[i, 1], place[i, 2], place[i, LENGTH]
-            if place[i, HEAVY] > 0.0:
+            if own > 0.0:
                 a, b = coordinate(cells, place, i, 0), coordinate(cells, place, i, 1)
                 c = coordinate(cells, place, i, 2)
                 for column in range(max(a - 1, 0), min(a + 2, counts[0])):

@@ -49,6 +49,7 @@ from solver.transfer import new_pack
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
 LISTED = 100  # neighbours of a particle in the first lists; lists that are too short double
 STANDSTILL = 1e-300  # 1/s: cold gas that nothing touches has no signal, and its steps grow
+ON_PLANE = 1e-6  # of a cell: particles that stand on a plane of symmetry, with a part of a mass
 SPARE = 1.2  # of the rows of the tables
 
 
@@ -111,6 +112,8 @@ class ParticleStepper(Method):
         table, count = partition.table, partition.particles.mass.size
         self._room(count)
         self._over_bodies(partition, self._measure, self.seen)
+        self._complete(partition)
+        self._hide(partition)
         images = images_of(self.problem, axes, partition.particles.position, self.measures[0])
         whole = count + images.source.size
         if whole >= self.memory.place.shape[0]:
@@ -209,6 +212,37 @@ class ParticleStepper(Method):
             self.first, self.stop = np.zeros((2, count), np.int64)
             self.correction = lines(count)
             self.gradients = lines(AXES * count)
+
+    def _complete(self, partition: Partition) -> None:
+        """Give particles on a plane of symmetry the smoothing length of the mass that they have with their images."""
+        geometry, length = self.problem.geometry, self.measures[0]
+        for axis in range(self.axes):
+            for side, face in enumerate(self.problem.faces[axis]):
+                if face == Face.SYMMETRIC:
+                    wall = geometry.lower[axis] + side * geometry.cells[axis] * geometry.spacing
+                    away = np.abs(partition.particles.position[:, axis] - wall)
+                    length[away < ON_PLANE * geometry.spacing] *= 2.0 ** (1.0 / self.axes)
+
+    def _hide(self, partition: Partition) -> None:
+        """Take the smoothing length of what another method moves where it has no part in the sums of particles.
+
+        A part have the neighbours of particles, and theirs, which correct their gradients: by the box of the particles.
+        """
+        position, length = partition.particles.position[:, : self.axes], self.measures[0]
+        own, others = (
+            np.concatenate(
+                [np.arange(*edges) for edges in partition.shares[:, bodies].reshape(-1, 2)]
+            )
+            for bodies in (self.active, self.passive or [0])
+        )
+        own = own[length[own] > 0.0]
+        if not self.passive or not own.size:
+            return
+        low, high = position[own].min(axis=0), position[own].max(axis=0)
+        away = np.maximum(low - position[others], position[others] - high).max(axis=1)
+        near = away - length[others] <= length[own].max()
+        farthest = (away + length[others])[near].max(initial=0.0)
+        length[others[away - length[others] > farthest]] = 0.0
 
     def _measure(self, share: int, body: int, begin: int, end: int) -> None:
         made = self.problem.bodies[body]

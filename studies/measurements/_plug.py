@@ -49,6 +49,8 @@ class PlugView:
     thickness: float  # of the plate, m
     plate_radius: float  # m
     projectile_diameter: float  # m
+    # From the axis, m: farther out stand nodes of elements, more than a cell apart.
+    particles_to: float = math.inf
 
     @property
     def resolution(self) -> float:
@@ -104,13 +106,15 @@ def view(setting: Any, snapshot: Any) -> PlugView:
     position, velocity = particles.position[living], particles.velocity[living, axis]
     mass = particles.mass[living] * (2.0 * math.pi / setting.sector)
     plane = position[:, :axis]
-    number = [body.name for body in problem.bodies].index(setting.target)
-    plate, body = snapshot.body[living] == number, problem.bodies[number]
+    names = [body.name for body in problem.bodies]
+    body = problem.bodies[names.index(setting.target)]
+    plate = snapshot.body[living] != names.index("projectile")
     origins = np.concatenate([each.position[:, axis] for each in problem.bodies])
     whole = plate & (particles.damage[living] < 1.0)
     cell = np.floor((position - problem.geometry.lower) / problem.geometry.spacing)
     cell = np.where(problem.geometry.cells > 0, cell, 0.0).astype(np.int64)
     rim = rim_of(setting, plane, position[:, axis], plate)
+    rim |= _held_by_elements(problem.bodies[0].mesh, particles.number[living], rim & whole, whole)
     attached, core = _pieces(cell, mass, whole, rim)
     return PlugView(
         radius=np.sqrt((plane**2).sum(axis=1)),
@@ -128,7 +132,32 @@ def view(setting: Any, snapshot: Any) -> PlugView:
         thickness=setting.thickness,
         plate_radius=setting.radius,
         projectile_diameter=setting.projectile_diameter,
+        particles_to=float(body.position[:, 0].max()) if problem.bodies[0].mesh else math.inf,
     )
+
+
+def _held_by_elements(
+    mesh: Any, number: np.ndarray, rim: np.ndarray, whole: np.ndarray
+) -> np.ndarray:
+    """Nodes of the first body's mesh that hang together with the rim through its elements, among particles (n, bool).
+
+    ``number`` (n,) are those of the particles; an element hangs together where none of its nodes has failed.
+    """
+    held = np.zeros(number.size, bool)
+    if mesh is None:
+        return held
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    nodes = int(mesh.nodes.max()) + 1
+    column = np.flatnonzero(number < nodes)
+    by_node = column[np.argsort(number[column])]
+    sound = mesh.nodes[whole[by_node][mesh.nodes].all(axis=1)]
+    pairs = np.repeat(sound[:, 0], sound.shape[1]), sound.ravel()
+    graph = coo_array((np.ones(sound.size, bool), pairs), shape=(nodes, nodes))
+    piece = connected_components(graph, directed=False)[1]
+    held[by_node] = np.isin(piece, piece[rim[by_node]])
+    return held
 
 
 def _pieces(
@@ -157,8 +186,9 @@ def _flying_with(
         return mine
     from scipy import ndimage
 
-    low = cell.min(axis=0)
-    near = np.zeros(cell.max(axis=0) - low + 1, bool)
+    both = cell[core | failed]
+    low = both.min(axis=0)
+    near = np.zeros(both.max(axis=0) - low + 1, bool)
     near[tuple((cell[core] - low).T)] = True
     near = ndimage.binary_dilation(near, np.ones((3, 3, 3), bool))
     speed = (mass[core] * velocity[core]).sum() / mass[core].sum()

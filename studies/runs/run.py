@@ -118,7 +118,7 @@ def estimate(run: Run) -> Estimate:
     flat = run.parameters.get("geometry") == "axisymmetric"
     shape = entries("solver.shapes", "SHAPE")[str(run.parameters["shape"])]
     cost = shape.flat_cost if flat else shape.box_cost
-    if run.parameters.get("method") == "sph":
+    if run.parameters.get("method", "mpm") != "mpm":
         cost = SMOOTHED_COST
     return Estimate(
         particles=size.particles,

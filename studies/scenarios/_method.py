@@ -27,9 +27,28 @@ class ByMethod:
     ] = "mpm"
 
 
+@dataclass(frozen=True, kw_only=True)
+class ByCoupledMethod(ByMethod):
+    """The choice of a method where elements may surround the particles."""
+
+    method: Annotated[
+        Literal["mpm", "sph", "sph-fem"],
+        Described(
+            "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
+            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions",
+            neutral=True,
+        ),
+    ] = "mpm"
+
+
 def is_smoothed(parameters: Any) -> bool:
-    """Whether smoothed particles compute a run."""
-    return getattr(parameters, "method", "mpm") == "sph"
+    """Whether smoothed particles compute a run, or the middle of it."""
+    return getattr(parameters, "method", "mpm") != "mpm"
+
+
+def is_coupled(parameters: Any) -> bool:
+    """Whether elements surround the smoothed particles of a run."""
+    return getattr(parameters, "method", "mpm") == "sph-fem"
 
 
 def smoothing(parameters: Any, viscosity: "ArtificialViscosity") -> "Smoothing | None":
@@ -45,15 +64,28 @@ def check_method(parameters: Any) -> list[Finding]:
     if not is_smoothed(parameters):
         return []
     refused = (
-        (parameters.geometry == "axisymmetric", "geometry", "set geometry to quarter or half"),
-        (parameters.edges == "absorbing", "edges", "set edges to fixed or free"),
+        (parameters.geometry == "axisymmetric", "geometry", "set geometry to quarter"),
+        (
+            getattr(parameters, "edges", "fixed") == "absorbing",
+            "edges",
+            "set edges to fixed or free",
+        ),
         (parameters.contact != "none", "contact", "set contact to none: bodies meet in the sums"),
         (parameters.scheme not in (None, "musl"), "scheme", "leave scheme out"),
         (bool(parameters.damping_rate), "damping_rate", "leave damping_rate out"),
-        (parameters.debris == "retire", "debris", "set debris to follow"),
+        (
+            getattr(parameters, "debris", "follow") == "retire",
+            "debris",
+            "set debris to follow",
+        ),
     )
     return [
-        Finding(name, str(getattr(parameters, name)), "a value that method sph computes", cure)
+        Finding(
+            name,
+            str(getattr(parameters, name)),
+            f"a value that method {parameters.method} computes",
+            cure,
+        )
         for is_there, name, cure in refused
         if is_there
     ]

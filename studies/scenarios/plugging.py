@@ -23,6 +23,7 @@ from studies.scenarios import (
     Shape,
     Size,
 )
+from studies.scenarios._coupled_plate import coupled_plate, plate_size
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._matter import (
     Fracture,
@@ -34,6 +35,7 @@ from studies.scenarios._matter import (
     failures,
     matter,
 )
+from studies.scenarios._method import ByCoupledMethod, check_method, is_coupled, is_smoothed
 from studies.scenarios._numerics import (
     ContactName,
     Numerics,
@@ -62,6 +64,12 @@ CONE = 1.0  # default length of a conical nose, in projectile diameters
 FLIGHT = 5.0  # thicknesses of the plate that the projectile would fly behind the first touch
 FASTEST = 1.25  # speed of the plug over that of the projectile before the impact, at most: room behind the plate
 AROUND = 2.0  # cells of grid around what moves
+# Half width of the particles in a coupled plate, in projectile diameters: the 47 133 particles of Zhang, Qiang and Gao
+# (2011) are 80 layers of 316 in the projectile, and 13 layers of 41 by 41 in the plate, 1 mm apart.
+SQUARE = 1.0
+WITH_ELEMENTS = (
+    1.5  # projectile diameters: radius of a plate that has elements around its particles, at least
+)
 OBSERVATIONS = 160
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
 REACH = 2.5  # of the sections, in projectile diameters
@@ -130,21 +138,25 @@ class PluggingShot:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plugging(Numerics, Fracture, PluggingShot):
+class Plugging(ByCoupledMethod, Numerics, Fracture, PluggingShot):
     """Parameters of the plugging of a plate."""
 
     # Splines feel the other body two cells early: docs/recipe.md.
     shape: Annotated[str, Choice(shapes), Described("shape functions")] = "gimp"
     particles_per_cell: Annotated[
-        int, Described("particles per cell along each direction", 1, 6)
-    ] = 2
+        int | None,
+        Described(
+            "particles per cell along each direction; by default 2, 1 of smoothed ones", 1, 6
+        ),
+    ] = None
     contact: Annotated[
-        ContactName,
+        ContactName | None,
         Described(
             "bodies share one velocity field, or have separate fields with contact on the nodes (bardenhagen), also "
-            "by the criterion printed in the thesis"
+            "by the criterion printed in the thesis; by default bardenhagen, and none of smoothed particles, which "
+            "meet in their sums"
         ),
-    ] = "bardenhagen"
+    ] = None
     failure: Annotated[
         str, Choice(failures), Described("failure model of what has constants for it")
     ] = "modified-johnson-cook"
@@ -233,9 +245,19 @@ def _end_time(parameters: Plugging) -> float:
     return parameters.end_time or flight / parameters.speed
 
 
+def _with_method(parameters: Plugging) -> Plugging:
+    """The parameters with the particles and the contact of their method."""
+    smoothed = is_smoothed(parameters)
+    return replace(
+        parameters,
+        particles_per_cell=parameters.particles_per_cell or (1 if smoothed else 2),
+        contact=parameters.contact or ("none" if smoothed else "bardenhagen"),
+    )
+
+
 def _fill(parameters: Plugging) -> Plugging:
     return replace(
-        filled_numerics(parameters),
+        filled_numerics(_with_method(parameters)),
         plate_radius=round_quantity(_plate_radius(parameters)),
         end_time=round_quantity(_end_time(parameters)),
         nose_length=round_quantity(_nose_length(parameters))
@@ -246,6 +268,7 @@ def _fill(parameters: Plugging) -> Plugging:
 
 def _check(parameters: Plugging, materials: Materials) -> list[Finding]:
     return [
+        *check_method(parameters),
         *_check_shape(parameters),
         *check_numerics(parameters),
         *check_failure(parameters, materials),
@@ -268,8 +291,8 @@ def _check_shape(parameters: Plugging) -> list[Finding]:
             Finding("projectile_length", f"{length:g} m", limit, "lengthen the projectile")
         )
     radius = _plate_radius(parameters)
-    if radius < diameter:
-        limit = f"at least the projectile's diameter, {diameter:g} m"
+    if radius < (least := (WITH_ELEMENTS if is_coupled(parameters) else 1.0) * diameter):
+        limit = f"at least {least:g} m, by the projectile's diameter"
         findings.append(Finding("plate_radius", f"{radius:g} m", limit, "enlarge the plate"))
     thickness, least = parameters.plate_thickness, 2.0 * _cell(parameters)
     if thickness < least:
@@ -284,13 +307,25 @@ def _build(parameters: Plugging, materials: Materials) -> Setting:
     from solver.problem import Problem
 
     geometry, faces = _grid(parameters)
+    projectile, plate = solids(parameters)
+    flying = _filled(projectile, parameters, materials[projectile.role], geometry)
+    target = materials[plate.role]
+    if is_coupled(parameters):
+        elements, particles = coupled_plate(
+            plate.role,
+            _matter(parameters, target),
+            density=target.density,
+            begin=plate.begin,
+            end=plate.end,
+            **_square(parameters),
+        )
+        bodies: tuple[Body, ...] = (elements, flying, particles)
+    else:
+        bodies = (flying, _filled(plate, parameters, target, geometry))
     return PluggingSetting(
         problem=Problem(
             geometry=geometry,
-            bodies=tuple(
-                _filled(solid, parameters, materials[solid.role], geometry)
-                for solid in solids(parameters)
-            ),
+            bodies=bodies,
             faces=faces,
             clamp=_clamp(parameters),
             end_time=_end_time(parameters),
@@ -304,6 +339,15 @@ def _build(parameters: Plugging, materials: Materials) -> Setting:
         speed=parameters.speed,
         gap=parameters.gap,
     )
+
+
+def _square(parameters: Plugging) -> dict[str, float]:
+    """Half widths of the particles of a coupled plate and of the plate, and their spacing, m."""
+    return {
+        "square": SQUARE * parameters.projectile_diameter,
+        "width": _plate_radius(parameters),
+        "step": _cell(parameters) / particles_per_cell(parameters),
+    }
 
 
 def _grid(parameters: Plugging) -> tuple[Any, tuple[Any, ...]]:
@@ -355,12 +399,7 @@ def _filled(solid: BodyShape, parameters: Plugging, material: "Material", geomet
     part = 1.0 if flat else SECTORS[parameters.geometry]
     return body(
         solid.role,
-        matter(
-            material,
-            thermal_softening=parameters.thermal_softening,
-            tension=recipe_of(parameters).tension,
-            failure=failure_of(parameters, material),
-        ),
+        _matter(parameters, material),
         geometry,
         position=position,
         spacing=(wide, high, 0.0) if flat else (wide, wide, high),
@@ -370,12 +409,24 @@ def _filled(solid: BodyShape, parameters: Plugging, material: "Material", geomet
     )
 
 
+def _matter(parameters: Plugging, material: "Material") -> Any:
+    return matter(
+        material,
+        thermal_softening=parameters.thermal_softening,
+        tension=recipe_of(parameters).tension,
+        failure=failure_of(parameters, material),
+    )
+
+
 def _size(parameters: Plugging, materials: Materials) -> Size:
-    parameters = filled_numerics(parameters)
+    parameters = _fill(parameters)
     lattice = _cell(parameters) / particles_per_cell(parameters)
     if parameters.geometry == "axisymmetric":
         areas = (solid.breadth * (solid.end - solid.begin) for solid in solids(parameters))
         particles = sum(areas) / lattice**2
+    elif is_coupled(parameters):
+        particles = solids(parameters)[0].volume / 4.0 / lattice**3
+        particles += plate_size(thickness=parameters.plate_thickness, **_square(parameters))
     else:
         particles = sum(solid.volume for solid in solids(parameters)) / 4.0 / lattice**3
     sound = max(_elastic(material) for material in materials.values())
