@@ -45,16 +45,14 @@ def point_volumes(mesh: Mesh, position: np.ndarray) -> np.ndarray:
 
     Raises ProblemError for an element that is inside out.
     """
-    kind, operator = mesh.kind, np.zeros((8, 3))
+    kind = mesh.kind
+    x = np.moveaxis(position[mesh.nodes], 0, -1)  # of all elements at once
+    operator = np.zeros_like(x)
     if kind.points == 1:
-        volumes = [[mean_operator(kind, x, operator)] for x in position[mesh.nodes]]
+        volumes = [mean_operator(kind, x, operator)]
     else:
-        points = range(kind.points)
-        volumes = [
-            [point_operator(kind, x, point, operator) for point in points]
-            for x in position[mesh.nodes]
-        ]
-    found = np.array(volumes)
+        volumes = [point_operator(kind, x, point, operator) for point in range(kind.points)]
+    found = np.stack(volumes, axis=-1)
     if (found <= 0.0).any():
         element = int(np.argwhere(found <= 0.0)[0, 0])
         raise ProblemError(

@@ -5,13 +5,14 @@ whole spacings in a square about the axis, those on its faces with a half of a p
 elements lie in rings from there to the rim; the nodes of the innermost ring are the places of the outermost particles.
 """
 
-import math
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from solver.problem import Body, Matter
 
-# As wide as a spacing are the rings that particles see, two smoothing lengths; each farther one is wider by GROWTH.
+# As wide as a spacing are the rings that particles see, two smoothing lengths; each farther one is wider by GROWTH, up
+# to the thickness of the plate: hourglass springs of elements as wide as that stiffen its bending by a fifth, and with
+# the square of the width.
 EVEN, GROWTH = 3, 1.25
 
 
@@ -33,7 +34,8 @@ def coupled_plate(
     from solver.fem.mesh import lattice, node_masses
     from solver.problem import Body
 
-    across, along, rings = _pieces(square, width, end - begin, step)
+    across, along = _pieces(square, end - begin, step)
+    widths = _ring_widths(width - square, end - begin, square / across)
     line = np.linspace(0.0, square, across + 1)
     heights = np.linspace(begin, end, along + 1)
     spacing = (square / across, square / across, (end - begin) / along)
@@ -45,10 +47,9 @@ def coupled_plate(
             np.stack([line[-2::-1], np.full(across, square)], axis=1),
         ]
     )
-    widths = GROWTH ** np.maximum(np.arange(rings) - EVEN + 1, 0)
-    outwards = np.concatenate([[0.0], np.cumsum(widths)]) / widths.sum() * (width / square - 1.0)
+    outwards = np.concatenate([[0.0], np.cumsum(widths)]) / square
     index, outer = lattice(
-        Hexahedron(), np.arange(rings + 1.0), np.arange(len(edge) * 1.0), heights
+        Hexahedron(), np.arange(len(widths) + 1.0), np.arange(len(edge) * 1.0), heights
     )
     ring, node = index[:, :2].astype(int).T
     rim = np.column_stack([edge[node] * (1.0 + outwards[ring])[:, None], index[:, 2]])
@@ -71,13 +72,23 @@ def coupled_plate(
 
 def plate_size(*, square: float, width: float, thickness: float, step: float) -> int:
     """Particles and nodes of such a plate."""
-    across, along, rings = _pieces(square, width, thickness, step)
+    across, along = _pieces(square, thickness, step)
+    rings = len(_ring_widths(width - square, thickness, square / across))
     return ((across + 1) ** 2 + (rings + 1) * (2 * across + 1)) * (along + 1)
 
 
-def _pieces(square: float, width: float, thickness: float, step: float) -> tuple[int, int, int]:
-    """Spacings along the square and through the plate, and rings of elements, the first a spacing wide at least."""
-    across, along = max(1, round(square / step)), max(1, round(thickness / step))
-    wider = max((width - square) / step - EVEN, 0.0)  # spacings that wider rings fill
-    rings = EVEN + math.floor(math.log1p(wider * (1.0 - 1.0 / GROWTH)) / math.log(GROWTH))
-    return across, along, rings
+def _pieces(square: float, thickness: float, step: float) -> tuple[int, int]:
+    """Spacings along the square and through the plate."""
+    return max(1, round(square / step)), max(1, round(thickness / step))
+
+
+def _ring_widths(distance: float, widest: float, spacing: float) -> list[float]:
+    """Widths of the rings of elements that fill a distance, m; the wider ones are stretched alike to its end."""
+    wider: list[float] = []
+    rest = distance - EVEN * spacing
+    while (
+        following := min((wider[-1] if wider else spacing) * GROWTH, max(widest, spacing))
+    ) <= rest - sum(wider) or not wider:
+        wider.append(following)
+    stretch = rest / sum(wider)
+    return [spacing] * EVEN + [width * stretch for width in wider]

@@ -23,7 +23,7 @@ from studies.scenarios import (
     Shape,
     Size,
 )
-from studies.scenarios._coupled_plate import coupled_plate, plate_size
+from studies.scenarios._coupled_plate import EVEN, coupled_plate, plate_size
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._matter import (
     Fracture,
@@ -67,9 +67,6 @@ AROUND = 2.0  # cells of grid around what moves
 # Half width of the particles in a coupled plate, in projectile diameters: the 47 133 particles of Zhang, Qiang and Gao
 # (2011) are 80 layers of 316 in the projectile, and 13 layers of 41 by 41 in the plate, 1 mm apart.
 SQUARE = 1.0
-WITH_ELEMENTS = (
-    1.5  # projectile diameters: radius of a plate that has elements around its particles, at least
-)
 OBSERVATIONS = 160
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
 REACH = 2.5  # of the sections, in projectile diameters
@@ -291,8 +288,11 @@ def _check_shape(parameters: Plugging) -> list[Finding]:
             Finding("projectile_length", f"{length:g} m", limit, "lengthen the projectile")
         )
     radius = _plate_radius(parameters)
-    if radius < (least := (WITH_ELEMENTS if is_coupled(parameters) else 1.0) * diameter):
-        limit = f"at least {least:g} m, by the projectile's diameter"
+    narrowest, limit = diameter, f"at least the projectile's diameter, {diameter:g} m"
+    if is_coupled(parameters):
+        narrowest = SQUARE * diameter + (EVEN + 1) * _square(parameters)["step"]
+        limit = f"at least {narrowest:g} m, the particles and {EVEN + 1} elements"
+    if radius < narrowest:
         findings.append(Finding("plate_radius", f"{radius:g} m", limit, "enlarge the plate"))
     thickness, least = parameters.plate_thickness, 2.0 * _cell(parameters)
     if thickness < least:

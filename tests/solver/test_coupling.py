@@ -12,18 +12,18 @@ from solver.checkpointing import CheckpointWriter, Observing
 from solver.errors import ProblemError
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import lattice, node_masses
-from solver.problem import Body, Problem, Smoothing
+from solver.problem import Body, Face, Problem, Smoothing
 from solver.simulation import simulate, start
 from solver.sph.smoothing import CubicSpline
-from tests.solver.bodies import DENSITY, OPEN, SPACING, box, elastic_copper
+from tests.solver.bodies import DENSITY, FREE, OPEN, SPACING, box, elastic_copper
 
 CELLS = 4
 LINE = (CELLS + np.arange(CELLS + 1)) * SPACING
 
 
-def bar(velocity: Any = 0.0, **changes: Any) -> Problem:
-    """A cube of elements beneath a cube of particles that begin at the nodes of the mesh that would go on."""
-    position, mesh = lattice(Hexahedron(), LINE, LINE, LINE)
+def bar(velocity: Any = 0.0, across: np.ndarray = LINE, **changes: Any) -> Problem:
+    """A block of elements beneath one of particles that begin at the nodes of the mesh that would go on."""
+    position, mesh = lattice(Hexahedron(), across, LINE, LINE)
     above = position + np.array([0.0, 0.0, CELLS * SPACING])
 
     def body(name: str, place: np.ndarray, own: Any) -> Body:
@@ -69,6 +69,47 @@ def test_balances_hold_to_the_errors_of_two_readings_of_one_traction() -> None:
     assert audit.mass_error < 1e-12
     assert audit.momentum_error < 0.05
     assert abs(audit.energy_drift) < 0.02
+
+
+def test_half_a_block_at_a_plane_of_symmetry_moves_as_the_whole_one() -> None:
+    """On the plane stand halves of particles and nodes."""
+    half, whole = np.arange(4) * SPACING, np.arange(7) * SPACING
+    mirror = ((Face.SYMMETRIC, Face.FREE), FREE, FREE)
+    one = simulate(bar(pressing, half, faces=mirror, fixed_dt=2e-8)).snapshot.particles
+    place = 3 * SPACING
+    both = simulate(bar(pressing, whole + place, fixed_dt=2e-8)).snapshot.particles
+    begin = np.concatenate([body.position for body in bar(across=whole + place).bodies])
+    right = np.flatnonzero(begin[both.number, 0] > 1.99 * place)
+    right = right[np.argsort(both.number[right])]
+    mine = np.argsort(one.number)
+    np.testing.assert_allclose(
+        one.velocity[mine], both.velocity[right], atol=1e-9 * np.abs(both.velocity).max()
+    )
+
+
+def test_nodes_beyond_the_reach_of_particles_change_nothing() -> None:
+    """They are left out of the neighbours, and what particles do is the same to round-off."""
+    long = bar(pressing)
+    far, mesh = lattice(Hexahedron(), LINE, LINE, np.arange(-20, 2 * CELLS + 1) * SPACING)
+    elements = replace(
+        long.bodies[0],
+        position=far,
+        velocity=np.zeros(3),
+        mass=node_masses(mesh, far, DENSITY),
+        mesh=mesh,
+    )
+    made = [start(replace(long, bodies=(elements, long.bodies[1])), shares=2) for _ in range(2)]
+    made[1].stepper.particles._hide = lambda partition: None  # type: ignore[attr-defined]
+    for _ in range(5):
+        for each in made:
+            each.advance()
+    seen, every = (each.stepper.particles.measures[0] > 0.0 for each in made)  # type: ignore[attr-defined]
+    assert 0.2 * every.sum() < seen.sum() < 0.6 * every.sum()
+    scale = np.abs(made[1].particles.velocity).max()
+    for name in ("velocity", "position"):
+        np.testing.assert_allclose(
+            getattr(made[0].particles, name), getattr(made[1].particles, name), atol=1e-12 * scale
+        )
 
 
 def test_threads_and_a_checkpoint_give_the_same_bits(tmp_path: Path) -> None:
