@@ -11,7 +11,7 @@ states before the end were asked, and for each state, by its number::
 
 Positions fill their box (lowest and highest, m) with 16 bits, and are differences between neighbours of the initial
 lattice, which compress well; fields are half precision in the units of FIELDS. A finer lattice than a picture shows is
-thinned, evenly.
+thinned, evenly. Elements are shown by points inside their faces in the plane, as far apart as particles of their body.
 """
 
 import math
@@ -24,7 +24,7 @@ import numpy as np
 
 from solver.debris import flown_on_grid
 from solver.geometry import impact_axis
-from solver.problem import Face, Problem
+from solver.problem import Body, Face, Problem
 from solver.state import Snapshot
 from studies.films.radiograph import Radiograph, radiograph
 from studies.values.files import write_atomically
@@ -100,6 +100,11 @@ class SectionRecorder:
         self._widths = np.array([body.spacing[1] for body in problem.bodies])
         # By the permanent numbers of the particles.
         self._kept, self._stride = self._chosen(most)
+        self._fillings = [
+            (index, _filling(body, self.axes, options.reach))
+            for index, body in enumerate(problem.bodies)
+            if body.mesh
+        ]
 
     def add(self, snapshot: Snapshot) -> None:
         """Take the section of each moment to which no other observation will be nearer."""
@@ -121,14 +126,20 @@ class SectionRecorder:
                 self.problem, snapshot, pixel=self.options.pixel, whole=self.options.whole
             )
 
+    @property
+    def spacing(self) -> np.ndarray:
+        """Spacing (bodies, 2) of the shown particles across and along, initially, m."""
+        bodies = self.problem.bodies
+        widths = np.array([[body.spacing[axis] for axis in self.axes] for body in bodies])
+        return widths * self._stride
+
     def save(self, path: Path) -> None:
         """Write the sections so far: whole, or not at all."""
         self.is_saved = True
         bodies = self.problem.bodies
-        spacing = np.array([[body.spacing[axis] for axis in self.axes] for body in bodies])
         arrays: dict[str, object] = {
             "bodies": [body.name for body in bodies],
-            "spacing": spacing * self._stride,
+            "spacing": self.spacing,
             "mirrored": self.problem.faces[0][0] == Face.SYMMETRIC,
             "moments": np.array(self.options.moments),
         }
@@ -159,7 +170,8 @@ class SectionRecorder:
         near, in_plane, place = [], [], []
         for body in self.problem.bodies:
             section = body.position[:, self.axes]
-            near.append((section**2).sum(axis=1) < self.options.reach**2)
+            mine = (section**2).sum(axis=1) < self.options.reach**2
+            near.append(mine if body.mesh is None else np.zeros_like(mine))
             in_plane.append(self._in_plane(body.position, body.spacing[1]))
             width = np.array([body.spacing[axis] for axis in self.axes])
             place.append(np.floor(section / width + 1e-6).astype(np.int64))
@@ -192,13 +204,35 @@ class SectionRecorder:
         number = np.concatenate([particles.number[shown], departed.number[late]])
         order = np.argsort(number)
         position = np.concatenate([particles.position[shown], out[late]])
+        inside = [
+            (index, np.searchsorted(snapshot.body, index) + nodes, weights)
+            for index, (nodes, weights) in self._fillings
+        ]
         return Section(
             time=snapshot.time,
             moment=moment,
-            position=position[:, self.axes][order],
-            body=np.concatenate([snapshot.body[shown], departed.body[late]])[order],
+            position=np.concatenate(
+                [
+                    position[:, self.axes][order],
+                    *(
+                        np.einsum("pn,pnx->px", weights, particles.position[nodes][..., self.axes])
+                        for _, nodes, weights in inside
+                    ),
+                ]
+            ),
+            body=np.concatenate(
+                [
+                    np.concatenate([snapshot.body[shown], departed.body[late]])[order],
+                    *(np.full(len(nodes), index) for index, nodes, _ in inside),
+                ]
+            ),
             fields={
-                name: np.concatenate([values[shown], more])[order]
+                name: np.concatenate(
+                    [
+                        np.concatenate([values[shown], more])[order],
+                        *((weights * values[nodes]).sum(axis=1) for _, nodes, weights in inside),
+                    ]
+                )
                 for name, (values, more) in fields.items()
             },
         )
@@ -223,6 +257,38 @@ def _radiograph(saved: "np.lib.npyio.NpzFile") -> Radiograph | None:
         return None
     origin, pixel = float(saved["radiograph_origin"]), float(saved["radiograph_pixel"])
     return Radiograph(saved["radiograph"], origin, pixel)
+
+
+def _filling(body: Body, axes: list[int], reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (p,) inside the faces of a body's elements in the plane: nodes (p, 4) and their weights (p, 4).
+
+    The nodes of a mesh keep their order. A face of a body of revolution is the element itself.
+    """
+    assert body.mesh is not None
+    faces = body.mesh.nodes
+    if axes[1] == 2:
+        in_plane = body.position[:, 1] < 0.5 * body.spacing[1]
+        faces = faces[in_plane[faces].sum(axis=1) == 4]
+        faces = faces[in_plane[faces]].reshape(-1, 4)
+    place = body.position[:, axes]
+    nodes, weights = [np.zeros((0, 4), np.int64)], [np.zeros((0, 4))]
+    for face in faces:
+        corners = place[face]
+        if (corners**2).sum(axis=1).min() >= reach**2:
+            continue
+        low, size = corners.min(axis=0), np.ptp(corners, axis=0)
+        at_upper = (corners > low + 0.5 * size).astype(float)  # (4, 2)
+        counts = [
+            max(1, round(length / body.spacing[axis]))
+            for length, axis in zip(size, axes, strict=True)
+        ]
+        local = np.stack(
+            np.meshgrid(*((np.arange(count) + 0.5) / count for count in counts), indexing="ij"),
+            axis=-1,
+        ).reshape(-1, 1, 2)
+        weights.append(np.prod(at_upper * local + (1.0 - at_upper) * (1.0 - local), axis=-1))
+        nodes.append(np.repeat(face[None], len(local), axis=0))
+    return np.concatenate(nodes), np.concatenate(weights)
 
 
 def _speed(velocity: np.ndarray) -> np.ndarray:

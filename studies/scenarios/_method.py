@@ -14,28 +14,29 @@ PAIR_LINEAR, PAIR_QUADRATIC = 1.0, 2.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class ByMethod:
-    """The choice of a method."""
-
-    method: Annotated[
-        Literal["mpm", "sph"],
-        Described(
-            "material points on a grid (mpm), or the same particles smoothed over their neighbours (sph), in three "
-            "dimensions, whose viscosity is 1 and 2 unless it is stated",
-            neutral=True,
-        ),
-    ] = "mpm"
-
-
-@dataclass(frozen=True, kw_only=True)
-class ByCoupledMethod(ByMethod):
+class ByCoupledMethod:
     """The choice of a method where elements may surround the particles."""
 
     method: Annotated[
         Literal["mpm", "sph", "sph-fem"],
         Described(
             "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
-            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions",
+            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions, "
+            "with a viscosity of 1 and 2 unless it is stated",
+            neutral=True,
+        ),
+    ] = "mpm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ByMethod(ByCoupledMethod):
+    """The choice of a method for particles alone."""
+
+    method: Annotated[
+        Literal["mpm", "sph"],
+        Described(
+            "material points on a grid (mpm), or the same particles smoothed over their neighbours (sph), in three "
+            "dimensions, whose viscosity is 1 and 2 unless it is stated",
             neutral=True,
         ),
     ] = "mpm"

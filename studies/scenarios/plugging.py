@@ -153,7 +153,7 @@ class Plugging(ByCoupledMethod, Numerics, Fracture, PluggingShot):
             "by the criterion printed in the thesis; by default bardenhagen, and none of smoothed particles, which "
             "meet in their sums"
         ),
-    ] = None
+    ] = None  # type: ignore[assignment]  # which follows from the method
     failure: Annotated[
         str, Choice(failures), Described("failure model of what has constants for it")
     ] = "modified-johnson-cook"

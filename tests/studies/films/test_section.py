@@ -14,6 +14,8 @@ from studies.runs.execution import execute, observer_of
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run
 from studies.values.results import RunControl
+from tests.contracts.test_scenarios import asked as asked_small
+from tests.contracts.test_scenarios import built
 from tests.studies.runs.solved import asked, solved
 
 QUANTISED = 1.0 / section.STEPS  # of the box of all positions
@@ -121,3 +123,19 @@ def test_sections__of_a_resumed_run_are_those_of_one_that_never_stopped(tmp_path
 def sections_of(run: Run, folder: Path, checkpoint: Path | None = None) -> Sections:
     execute(run, folder, threads=1, checkpoint=checkpoint)
     return read_sections(folder / "sections.npz")
+
+
+def test_section__shows_elements_by_points_inside_them() -> None:
+    """At the start they fill the plate around its particles, in the plane and within reach alone."""
+    small = {"geometry": "quarter", "method": "sph-fem", "cells_per_diameter": 10.0}
+    setting = built(asked_small("plugging", **small, plate_radius=60e-3))
+    recorder = SectionRecorder(setting.problem, SectionOptions(reach=40e-3), interval=1e-6)
+    recorder.end(start(setting.problem, threads=1).snapshot())
+    end = recorder.states[0]
+    across, along = end.position[end.body == 0].T
+    assert across.min() == pytest.approx(21e-3)
+    assert 40e-3 < across.max() < 52e-3
+    np.testing.assert_allclose(np.unique(along.round(9)), 2e-3 * np.arange(6) + 1e-3)
+    assert np.diff(np.unique(across.round(9))).max() < 1.5 * 2e-3
+    particles = end.position[end.body == 2]
+    assert len(particles) == 11 * 7
