@@ -10,6 +10,7 @@ from solver.state import Snapshot
 from studies.measurements._plug import PlugView, view
 from studies.runs.run import estimate
 from studies.scenarios import Setting
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from tests.contracts.test_scenarios import asked, built
 
@@ -147,6 +148,21 @@ def test_plugging__refuses_by_name_what_a_method_does_not_compute(
 ) -> None:
     with pytest.raises(InvalidInput, match=rf"{name}(.|\n)*method {method}"):
         asked("plugging", **{**COUPLED, "method": method, **changes})
+
+
+def test_search_for_a_limit__takes_a_method_as_any_parameter() -> None:
+    sweep = Sweep.parse(
+        {
+            "scenario": "plugging",
+            "fixed": {"geometry": "quarter", "method": "sph-fem"},
+            "axes": {"speed": {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"]}},
+            "resolution": 8,
+        }
+    )
+    runs = [point.run for point in sweep.runs()]
+    assert sorted(run.parameters["speed"] for run in runs) == [100.0, 150.0, 200.0]
+    assert all(run.parameters["contact"] == "none" for run in runs)
+    assert all(len(built(run).problem.bodies) == 3 for run in runs[:1])
 
 
 def test_coupled_plate__is_wider_than_its_particles() -> None:
