@@ -1,6 +1,7 @@
-"""Grids of the models, lattices of particles, and a body of them."""
+"""Solids before any method fills them, grids of the models, lattices of particles, and a body of them."""
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -10,6 +11,37 @@ if TYPE_CHECKING:
 
 # Angle about the axis that a model covers, rad; 1 in axisymmetry, where all is per radian.
 SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}
+
+
+@dataclass(frozen=True)
+class BodyShape:
+    """A solid of revolution or a prism about the line of flight, before any method has filled it."""
+
+    role: str  # the parameter that names its material
+    begin: float  # along the flight, m
+    end: float
+    breadth: float  # largest distance from the line of flight, m
+    is_round: bool  # a prism of square section where it is not
+    nose: str  # of its end; "blunt" without
+    nose_length: float  # m
+    speed: float  # along the flight, m/s
+
+    @property
+    def volume(self) -> float:
+        """Volume of the whole solid, m3."""
+        area = math.pi * self.breadth**2 if self.is_round else 4.0 * self.breadth**2
+        share = {"blunt": 1.0, "conical": 1.0 / 3.0, "hemispherical": 2.0 / 3.0}[self.nose]
+        return area * (self.end - self.begin - (1.0 - share) * self.nose_length)
+
+    def radius(self, place: Any) -> Any:
+        """Radius of a round solid at places (n,) along the flight, m."""
+        import numpy as np
+
+        if self.nose == "blunt":
+            return np.full(np.shape(place), self.breadth)
+        part = np.clip((self.end - place) / self.nose_length, 0.0, 1.0)
+        shape = part if self.nose == "conical" else np.sqrt(part * (2.0 - part))
+        return self.breadth * shape
 
 
 def mesh(

@@ -24,7 +24,7 @@ from studies.scenarios import (
     Size,
 )
 from studies.scenarios._coupled_plate import EVEN, coupled_plate, plate_size
-from studies.scenarios._lattice import SECTORS, body, line, mesh, points
+from studies.scenarios._lattice import SECTORS, BodyShape, body, line, mesh, points
 from studies.scenarios._matter import (
     Fracture,
     check_boiling,
@@ -164,37 +164,6 @@ class PluggingSetting(ImpactSetting):
     """The plugging of a plate as its observer needs to know it."""
 
     gap: float  # m
-
-
-@dataclass(frozen=True)
-class BodyShape:
-    """A solid of revolution or a prism about the line of flight, before any method has filled it."""
-
-    role: str  # the parameter that names its material
-    begin: float  # along the flight, m
-    end: float
-    breadth: float  # largest distance from the line of flight, m
-    is_round: bool  # a prism of square section where it is not
-    nose: str  # of its end; "blunt" without
-    nose_length: float  # m
-    speed: float  # along the flight, m/s
-
-    @property
-    def volume(self) -> float:
-        """Volume of the whole solid, m3."""
-        area = math.pi * self.breadth**2 if self.is_round else 4.0 * self.breadth**2
-        share = {"blunt": 1.0, "conical": 1.0 / 3.0, "hemispherical": 2.0 / 3.0}[self.nose]
-        return area * (self.end - self.begin - (1.0 - share) * self.nose_length)
-
-    def radius(self, place: Any) -> Any:
-        """Radius of a round solid at places (n,) along the flight, m."""
-        import numpy as np
-
-        if self.nose == "blunt":
-            return np.full(np.shape(place), self.breadth)
-        part = np.clip((self.end - place) / self.nose_length, 0.0, 1.0)
-        shape = part if self.nose == "conical" else np.sqrt(part * (2.0 - part))
-        return self.breadth * shape
 
 
 def solids(parameters: Plugging) -> tuple[BodyShape, BodyShape]:
