@@ -50,6 +50,7 @@ from studies.scenarios._numerics import (
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, MaterialName
 from studies.values.quantities import round_quantity
+from studies.values.recipes import RECIPES
 
 if TYPE_CHECKING:
     from solver.problem import Body
@@ -298,7 +299,7 @@ def _build(parameters: Plugging, materials: Materials) -> Setting:
             faces=faces,
             clamp=_clamp(parameters),
             end_time=_end_time(parameters),
-            **numerics(parameters),
+            **_numerics(parameters),
         ),
         sector=SECTORS[parameters.geometry],
         target="target",
@@ -308,6 +309,15 @@ def _build(parameters: Plugging, materials: Materials) -> Setting:
         speed=parameters.speed,
         gap=parameters.gap,
     )
+
+
+def _numerics(parameters: Plugging) -> dict[str, Any]:
+    """The numerics of the problem; elements beside particles have the viscosity of the recipe, that of a grid."""
+    from solver.problem import ArtificialViscosity
+
+    recipe = RECIPES[parameters.recipe]
+    viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
+    return numerics(parameters) | ({"viscosity": viscosity} if is_coupled(parameters) else {})
 
 
 def _square(parameters: Plugging) -> dict[str, float]:

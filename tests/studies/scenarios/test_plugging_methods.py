@@ -5,7 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.problem import Smoothing
 from solver.simulation import start
+from solver.sph.smoothing import CubicSpline
 from solver.state import Snapshot
 from studies.measurements._plug import PlugView, view
 from studies.runs.run import estimate
@@ -115,6 +117,14 @@ def test_plugging__is_computed_by_each_method() -> None:
         assert len(setting.problem.bodies) == bodies
         assert (setting.problem.smoothing is not None) == (method != "mpm")
         assert (setting.problem.contact is None) == (method != "mpm")
+
+
+def test_coupled_plate__has_the_viscosity_of_a_grid_in_its_elements(
+    coupled: tuple[Setting, Snapshot],
+) -> None:
+    problem = coupled[0].problem
+    assert problem.viscosity == built(asked("plugging")).problem.viscosity
+    assert problem.smoothing.viscosity == Smoothing(CubicSpline()).viscosity  # type: ignore[union-attr]
 
 
 def test_plugging__has_the_identity_of_its_grid_without_a_method() -> None:
