@@ -21,8 +21,8 @@ class ByCoupledMethod:
         Literal["mpm", "sph", "sph-fem"],
         Described(
             "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
-            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions, particles "
-            "with a viscosity of 1 and 2 unless it is stated",
+            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions, "
+            "particles with a viscosity of 1 and 2 unless it is stated",
             neutral=True,
         ),
     ] = "mpm"
