@@ -149,6 +149,7 @@ class Criterion(IntEnum):
 
     STEP = 0  # those after the step, where the bodies approach before its forces too
     MAPPED = 1  # those before the forces alone: Ma (2005), Eqs. 2-27 and 2-28
+    GAP = 2  # those after the step, as far as they close the gap between the bodies
 
 
 class Contact(NamedTuple):

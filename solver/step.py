@@ -17,15 +17,14 @@ implicit in the pressure. USL takes the same halves and USF the mean of old and 
 velocities that the particles end with, so that their sums drift, and the audit tells by how much.
 """
 
-import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from solver.absorb import absorb, dashpots, energy_absorbed
-from solver.contact import add_contact_forces, empty_pair, energy_removed
+from solver.contact import NodalContact
 from solver.faces import (
     add_ghost_impulse,
     close_mapped,
@@ -41,7 +40,7 @@ from solver.geometry import dimensions, node_count
 from solver.jit import Bound, kernel
 from solver.loads import Loads
 from solver.method import Method, Partition, StepBalance
-from solver.problem import Criterion, Problem, Scheme
+from solver.problem import Problem, Scheme
 from solver.state import (
     ACCELERATION,
     BEFORE,
@@ -73,7 +72,6 @@ from solver.transfer import (
     new_pack,
     scatter_smoothed,
     scatter_state,
-    scatter_surface,
 )
 from solver.vectors import first_lanes, line, number, set_line, spread, where
 
@@ -193,10 +191,16 @@ class Stepper(Method):
             )
             for i in range(apart)
         ]
-        self.pairs = [
-            (first, second, empty_pair(len(self.fields[0].nodes.mass)))
-            for first, second in itertools.combinations(range(apart), 2)
-        ]
+        self.contact = NodalContact(problem, self.fields) if problem.contact else None
+
+    def carried(self) -> dict[str, np.ndarray]:
+        """Arrays that pass from step to step beside the particles."""
+        return {"taken": self.contact.taken()} if self.contact else {}
+
+    def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
+        """Go on from what ``carried`` gave."""
+        if self.contact:
+            self.contact.take_over(arrays["taken"])
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take the particles from n, at a time, to n+1."""
@@ -247,7 +251,8 @@ class Stepper(Method):
             field.load(partition, self.time - dt, dt, impulse)
             field.close(dt, impulse)
             field.absorb(dt, impulse)
-        self._add_contact_forces(partition, dt)
+        if self.contact:
+            self.contact.add_forces(partition, self.packs[0], dt)
         for field in self.fields:
             self._solve(field, dt)  # v at n+1
             field.mirror()
@@ -286,41 +291,11 @@ class Stepper(Method):
                     self.pool, self.kernels.divide_mapped, field.blocks, nodes.state, nodes.mapped
                 )
                 field.mirror()
-        for first, second, pair in self.pairs:
-            contact += energy_removed(self.fields[first].nodes, self.fields[second].nodes, pair)
+        if self.contact:
+            contact = self.contact.energy_removed()
         for field in self.fields:
             self._clear(field)
         return energy, contact, loaded
-
-    def _add_contact_forces(self, partition: Partition, dt: float) -> None:
-        """Contact forces between the bodies, pair after pair."""
-        contact = self.problem.contact
-        if contact is None:
-            return
-        for field in self.fields:
-            self._scatter_surface(field, partition)
-        for first, second, pair in self.pairs:
-            nodes, others = self.fields[first].nodes, self.fields[second].nodes
-            ahead = dt if contact.criterion == Criterion.STEP else 0.0
-            add_contact_forces(nodes, others, pair, contact.friction, ahead, dt)
-
-    def _scatter_surface(self, field: Field, partition: Partition) -> None:
-        areas = field.nodes.areas
-        areas[:] = 0.0  # ghosts too, in whatever block
-        for share in range(len(field.tables)):  # into one table, so one after another
-            ranges = partition.shares[share, field.bodies]
-            problem, touched = self.problem, field.touched[0]
-            scatter_surface(
-                problem.geometry,
-                problem.shape,
-                self.packs[0],
-                partition.table,
-                ranges,
-                areas,
-                touched,
-            )
-        fold_vectors(field.closed, areas, FORCE)
-        mirror_vectors(field.closed, areas, FORCE)
 
     def _scatter(self, field: Field, partition: Partition) -> None:
         self._over_shares(

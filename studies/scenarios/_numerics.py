@@ -32,7 +32,7 @@ from studies.values.recipes import (
 if TYPE_CHECKING:
     from solver.problem import Contact
 
-ContactName = Literal["none", "bardenhagen", "thesis"]
+ContactName = Literal["none", "bardenhagen", "thesis", "gap"]
 BY_RECIPE = "by default that of the recipe"
 
 
@@ -238,7 +238,7 @@ def numerics(parameters: Numerics) -> dict[str, Any]:
 def _contact(parameters: Numerics) -> "Contact | None":
     from solver.problem import Contact, Criterion
 
-    criteria = {"bardenhagen": Criterion.STEP, "thesis": Criterion.MAPPED}
+    criteria = {"bardenhagen": Criterion.STEP, "thesis": Criterion.MAPPED, "gap": Criterion.GAP}
     if parameters.contact == "none":
         return None
     return Contact(parameters.friction, criteria[parameters.contact])

@@ -53,6 +53,11 @@ ADDITIONS = {
         "energy that it took (of the initial)",
         lambda simulation: simulation.audit().contact_energy,
     ),
+    "contact at the gap": Addition(
+        {"contact": "gap", "friction": 0.3},
+        "energy that it took (of the initial)",
+        lambda simulation: simulation.audit().contact_energy,
+    ),
     # The wave comes to the rim of a narrow plate as late.
     "absorbing": Addition(
         {"edges": "absorbing", "plate_radius": 5e-3},
