@@ -128,8 +128,8 @@ class Numerics:
     contact: Annotated[
         ContactName,
         Described(
-            "bodies share one velocity field, or have separate fields with contact on the nodes (bardenhagen), also "
-            "by the criterion printed in the thesis"
+            "bodies share one velocity field, or have separate fields with contact on the nodes: where their "
+            "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis)"
         ),
     ] = "none"
     friction: Annotated[

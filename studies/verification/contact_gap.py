@@ -35,7 +35,8 @@ LENGTH = 8  # of the blocks, cells
 TRAVEL = 0.02  # cells that a block flies in a step: the first impulse is known to as much
 # Gates, set before any figure. A sphere ends where its particles do, which fill it to half of their size.
 FACES, OF_A_PARTICLE = 0.1, 0.5  # cells; particles
-SPHERE_CELLS, SPHERE_SPEEDS = 16.0, (600.0, 6000.0)  # per diameter; m/s
+SPHERE_CELLS = {"axisymmetric": 16.0, "quarter": 8.0}  # per diameter
+SPHERE_SPEEDS = (600.0, 6000.0)  # m/s
 # Linear functions change forces by jumps: that contact gives no more than it took is reported of them.
 SMOOTH = ("gimp", "quadratic-bspline")
 
@@ -45,17 +46,17 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     for shape in shapes:
         chosen = replace(recipe, shape=shape)
         for speed in FACE_SPEEDS:
-            for shift in SHIFTS:
-                yield absolute(
-                    f"{shape}, {speed:g} m/s, grid shifted by {shift:g}: distance of the faces at the first impulse "
-                    "(cells)",
-                    expected=0.0,
-                    got=_faces(chosen, speed, shift, GAP),
-                    within=FACES,
-                )
+            off = [_faces(chosen, speed, shift, GAP) for shift in SHIFTS]
+            yield absolute(
+                f"{shape}, {speed:g} m/s: distance of the faces at the first impulse, the farthest of {len(SHIFTS)} "
+                "grids (cells)",
+                expected=0.0,
+                got=max(off, key=abs),
+                within=FACES,
+            )
         early = _faces(chosen, FACE_SPEEDS[0], SHIFTS[1], Contact(0.0))
         yield reported(f"{shape}: the same where the gap is not known (cells)", early)
-    for geometry in ("axisymmetric", "quarter"):
+    for geometry in SPHERE_CELLS:
         for speed in SPHERE_SPEEDS:
             yield from _sphere(replace(recipe, shape="gimp"), geometry, speed)
     for shape in shapes:
@@ -101,28 +102,28 @@ def _first_impulse(problem: Problem) -> float:
 
 
 def _sphere(recipe: Recipe, geometry: str, speed: float) -> Iterator[Row]:
-    """A sphere flies towards the face of a block, from a distance that is no whole cell."""
+    """A sphere flies towards a plate, from a distance that is no whole cell."""
     setting = impact_setting(
         recipe,
-        name="thick_plate",
+        name="thin_plate",
         geometry=geometry,
         material="copper-ofhc",
         contact="gap",
         speed=speed,
-        cells_per_diameter=SPHERE_CELLS,
+        cells_per_diameter=SPHERE_CELLS[geometry],
         travel=TRAVEL,
     )
     problem, cell = setting.problem, setting.problem.geometry.spacing
     axis = 1 if geometry == "axisymmetric" else 2
-    sphere, block = problem.bodies
-    face = block.position[:, axis].min() - 0.5 * block.spacing[axis]
+    sphere, plate = problem.bodies
+    face = plate.position[:, axis].min() - 0.5 * plate.spacing[axis]
     middle = np.average(sphere.position[:, axis], weights=sphere.mass)
     away = face - GAP_CELLS * cell - (middle + 0.5 * setting.projectile_diameter)
     moved = sphere.position + away * np.eye(3)[axis]
     edge = moved[:, axis].max() + 0.5 * sphere.spacing[axis]
-    problem = replace(problem, bodies=(replace(sphere, position=moved), block))
+    problem = replace(problem, bodies=(replace(sphere, position=moved), plate))
     flown = speed * _first_impulse(problem) / cell
-    where = f"sphere of {SPHERE_CELLS:g} cells on a block, {geometry}, {speed:g} m/s"
+    where = f"sphere of {SPHERE_CELLS[geometry]:g} cells on a plate, {geometry}, {speed:g} m/s"
     yield absolute(
         f"{where}: distance of the surfaces at the first impulse (cells)",
         expected=0.0,
@@ -130,7 +131,7 @@ def _sphere(recipe: Recipe, geometry: str, speed: float) -> Iterator[Row]:
         within=OF_A_PARTICLE / recipe.particles_per_cell + TRAVEL,
     )
     yield reported(
-        f"{where}: distance of the block from its outermost particles' ends (cells)",
+        f"{where}: distance of the plate from its outermost particles' ends (cells)",
         float(face - edge) / cell - flown,
     )
 
