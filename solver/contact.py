@@ -46,6 +46,10 @@ from solver.state import DENSITY, FORCE, MASS, X
 from solver.transfer import find_nodes, scatter_surface
 from solver.vectors import element, number
 
+HAIR = 1e-9  # of a particle: round-off of distances
+# Cosine between a body's own normal and the shared one: a surface that the line hardly crosses says nothing of its end.
+FACING = 0.1
+
 
 class ContactPair(NamedTuple):
     """Two bodies that may touch."""
@@ -54,7 +58,9 @@ class ContactPair(NamedTuple):
     taken: np.ndarray  # (1,) energy that normal impulses removed so far, where the gap is known, J
     # Where the gap is known; else of no node.
     normal: np.ndarray  # (m, 3) from the first to the second; zero at nodes that both do not reach
-    reach: np.ndarray  # (m, 2) where along it the first ends and the second begins, m
+    # (m, 2) how far from the node towards the other each body reaches along it, m.
+    reach: np.ndarray
+    support: np.ndarray  # (m, 2) how far each reaches along the normal of its own surface, m
 
 
 class BodySize(NamedTuple):
@@ -82,7 +88,11 @@ class NodalContact:
                 first,
                 second,
                 ContactPair(
-                    np.zeros((nodes, 3)), np.zeros(1), np.zeros((known, 3)), np.zeros((known, 2))
+                    np.zeros((nodes, 3)),
+                    np.zeros(1),
+                    np.zeros((known, 3)),
+                    np.zeros((known, 2)),
+                    np.zeros((known, 2)),
                 ),
             )
             for first, second in itertools.combinations(range(len(fields)), 2)
@@ -162,7 +172,8 @@ def measure_gaps(geometry, shape, pack, table, ranges, sizes, first, second, pai
         if size <= 0.0:
             continue
         pair.normal[i] /= math.sqrt(size)
-        pair.reach[i, 0], pair.reach[i, 1] = -np.inf, np.inf
+        pair.reach[i, :] = -np.inf
+        pair.support[i, :] = -np.inf
         rest = i
         for axis in range(2, -1, -1):
             place = rest % geometry.nodes[axis] - MARGIN
@@ -171,14 +182,18 @@ def measure_gaps(geometry, shape, pack, table, ranges, sizes, first, second, pai
     for body in range(2):
         for share in range(ranges.shape[1]):
             begin, end = ranges[body, share]
+            surface = first.surface if body == 0 else second.surface
             for start in range(begin, end, PACK):
                 stop = min(start + PACK, end)
                 if not _any_near(geometry, table, start, stop, low, high):
                     continue
                 find_nodes(geometry, shape, table, start, stop, pack)
-                for p in range(start, stop):
+                for k in range(stop - start):
+                    p = start + k
                     if table[MASS, p] > 0.0:
-                        _extend(geometry, shape, table, p, p - start, pack, pair, body, sizes[body])
+                        _extend(
+                            geometry, shape, table, p, k, pack, pair, body, sizes[body], surface
+                        )
 
 
 @device
@@ -195,29 +210,71 @@ def _any_near(geometry, table, start, stop, low, high):
 
 
 @device
-def _extend(geometry, shape, table, p, k, pack, pair, body, sizes):
-    """Move the end of a body at the nodes of particle ``p``, the ``k``-th of its pack, to where this one ends."""
-    # Turned and sheared matter is as thick as before it turned: a particle is an ellipsoid that grows alike along all
-    # axes.
+def _extend(geometry, shape, table, p, k, pack, pair, body, sizes, surface):
+    """Move the end of a body at the nodes of particle ``p``, the ``k``-th of its pack, to where this one ends.
+
+    A particle is an ellipsoid that grows alike along all axes: turned matter is as thick as before it turned. Matter
+    that stands sideways of a node is not what meets there. Two bounds of the end say so: a particle covers the line
+    along the normal through a node if it is no farther away from it than neighbours in a lattice are, and beside that
+    its end falls off by 45 degrees; and no matter lies beyond the plane of the body's own ``surface`` that supports it.
+    """
     grown = (sizes.density / table[DENSITY, p]) ** (1.0 / 3.0)
+    s0, s1, s2 = sizes.spacing
     solid = dimensions(geometry) == 3
+    # Matter that is compressed along one axis is as wide as before along the others.
+    covered = (0.5 + HAIR) * max(1.0, grown) * max(s0, s1, s2) * (math.sqrt(2.0) if solid else 1.0)
+    first = np.int64(element(pack.first, k))
     for a in range(width(shape)):
         for b in range(width(shape)):
             for c in range(width(shape) if solid else 1):
                 weight = number(pack.weight, a, k) * number(pack.weight, WIDEST + b, k)
                 if solid:
                     weight *= number(pack.weight, 2 * WIDEST + c, k)
-                row = element(pack.first, k) + (a * geometry.nodes[1] + b) * geometry.nodes[2] + c
+                row = first + (a * geometry.nodes[1] + b) * geometry.nodes[2] + c
                 n0, n1, n2 = pair.normal[row, 0], pair.normal[row, 1], pair.normal[row, 2]
                 if weight <= 0.0 or n0 * n0 + n1 * n1 + n2 * n2 == 0.0:
                     continue
-                place = n0 * table[X, p] + n1 * table[X + 1, p] + n2 * table[X + 2, p]
-                s0, s1, s2 = sizes.spacing
-                half = 0.5 * grown * math.sqrt((n0 * s0) ** 2 + (n1 * s1) ** 2 + (n2 * s2) ** 2)
-                if body == 0:
-                    pair.reach[row, 0] = max(pair.reach[row, 0], place + half)
-                else:
-                    pair.reach[row, 1] = min(pair.reach[row, 1], place - half)
+                rest = row
+                along = apart = outwards = area = 0.0
+                for axis in range(2, -1, -1):
+                    place = rest % geometry.nodes[axis] - MARGIN
+                    rest //= geometry.nodes[axis]
+                    if axis < dimensions(geometry):
+                        node = geometry.lower[axis] + geometry.spacing * place
+                        offset = table[X + axis, p] - node
+                        along += offset * pair.normal[row, axis]
+                        apart += offset * offset
+                        outwards += offset * surface[row, axis]
+                        area += surface[row, axis] ** 2
+                beside = math.sqrt(max(0.0, apart - along * along))
+                half = math.sqrt((n0 * s0) ** 2 + (n1 * s1) ** 2 + (n2 * s2) ** 2)
+                end = 0.5 * grown * half - max(0.0, beside - covered)
+                end += along if body == 0 else -along
+                pair.reach[row, body] = max(pair.reach[row, body], end)
+                if area > 0.0:
+                    a0, a1, a2 = surface[row, 0], surface[row, 1], surface[row, 2]
+                    half = math.sqrt((a0 * s0) ** 2 + (a1 * s1) ** 2 + (a2 * s2) ** 2)
+                    end = (outwards + 0.5 * grown * half) / math.sqrt(area)
+                    pair.support[row, body] = max(pair.support[row, body], end)
+
+
+@device
+def _gap(pair, first, second, i):
+    """Distance of two bodies along the normal of a node, m; negative where they overlap."""
+    gap = 0.0
+    for body in range(2):
+        surface = first.surface if body == 0 else second.surface
+        area = facing = 0.0
+        for c in range(3):
+            area += surface[i, c] ** 2
+            facing += surface[i, c] * pair.normal[i, c]
+        if body == 1:
+            facing = -facing
+        end = pair.reach[i, body]
+        if facing > FACING * math.sqrt(area):
+            end = min(end, pair.support[i, body] * math.sqrt(area) / facing)
+        gap -= end
+    return gap
 
 
 @kernel
@@ -255,7 +312,7 @@ def add_contact_forces(first, second, pair, friction, ahead, dt):
             relative[c] -= approach * normal[c]
             sliding += relative[c] * relative[c]
         if knows_gap:
-            approach -= max(0.0, pair.reach[i, 1] - pair.reach[i, 0]) / dt
+            approach -= max(0.0, _gap(pair, first, second, i)) / dt
             if approach <= 0.0:
                 continue
         # Coulomb: what stops the sliding, but at most friction times the normal impulse.

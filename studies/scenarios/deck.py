@@ -65,7 +65,7 @@ class DeckRun(Numerics, _DeckText):
         RecipeName, Described("preset for what neither the deck nor a parameter says", label=True)
     ] = "thesis"
     contact: Annotated[
-        Literal["deck", "none", "bardenhagen", "thesis"],
+        Literal["deck", "none", "bardenhagen", "thesis", "gap"],
         Described("contact between components as the deck says, none, or on the nodes"),
     ] = "deck"  # type: ignore[assignment]
     friction: Annotated[

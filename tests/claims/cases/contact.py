@@ -4,15 +4,18 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from solver.simulation import Simulation, start
 from studies import materials
-from studies.runs.execution import setting_of
-from studies.runs.run import resolve
+from studies.runs.execution import execute, setting_of
+from studies.runs.run import Run, resolve
 from studies.scenarios.plate_impact import shocks
+from studies.values.results import RunResult
 from tests.claims import Row, absolute, at_least, at_most, claim
 
 COPPER = "copper-thesis-plastic"
@@ -23,8 +26,17 @@ LOST = (0.217, 0.129, 0.080)  # of the energy by END, in docs/theory.md
 PRINTED = 0.0005  # half of its last digit
 MOST = 0.8  # of the loss, before TOUCH
 
+BLOCK = {"target_depth": 40e-3, "target_radius": 40e-3}  # m
 PLATE = 20e-3  # m
-CRITERIA = {"none": "one field", "bardenhagen": "contact", "thesis": "the printed criterion"}
+CRITERIA = {
+    "none": "one field",
+    "bardenhagen": "contact",
+    "thesis": "the printed criterion",
+    "gap": "contact at the gap",
+}
+# Faces in contact at the gap stand apart by what a compressed particle is thinner than its density says; set when
+# -0.05 was known.
+STAY = 0.1  # cells
 
 
 @dataclass(frozen=True)
@@ -38,19 +50,7 @@ class Crater:
 
 @cache
 def _crater(contact: str, cell: float, end: float) -> Crater:
-    parameters = {
-        "projectile": COPPER,
-        "target": COPPER,
-        "speed": SPEED,
-        "projectile_diameter": DIAMETER,
-        "cells_per_diameter": DIAMETER / cell,
-        "target_depth": 40e-3,
-        "target_radius": 40e-3,
-        "recipe": "thesis",
-        "thermal_softening": False,
-        "tension": "unlimited",
-        "contact": contact,
-    }
+    parameters = {**_sphere(cell), **BLOCK, "contact": contact}
     simulation = _started("thick_plate", parameters)
     initial = _kinetic(simulation)
     rise = -1.0
@@ -63,11 +63,27 @@ def _crater(contact: str, cell: float, end: float) -> Crater:
     return Crater(rise, touched, simulation.audit().contact_energy)
 
 
-def _started(scenario: str, parameters: dict[str, Any]) -> Simulation:
+def _sphere(cell: float) -> dict[str, Any]:
+    return {
+        "projectile": COPPER,
+        "target": COPPER,
+        "speed": SPEED,
+        "projectile_diameter": DIAMETER,
+        "cells_per_diameter": DIAMETER / cell,
+        "recipe": "thesis",
+        "thermal_softening": False,
+        "tension": "unlimited",
+    }
+
+
+def _resolved(scenario: str, parameters: dict[str, Any]) -> Run:
     copper = materials.load(COPPER)
     roles = [role for role, name in parameters.items() if name == COPPER]
-    run = resolve(scenario, parameters, dict.fromkeys(roles, copper))
-    return start(setting_of(run).problem, threads=1)
+    return resolve(scenario, parameters, dict.fromkeys(roles, copper))
+
+
+def _started(scenario: str, parameters: dict[str, Any]) -> Simulation:
+    return start(setting_of(_resolved(scenario, parameters)).problem, threads=1)
 
 
 def _kinetic(simulation: Simulation) -> float:
@@ -123,7 +139,7 @@ def contact_loss() -> Iterator[Row]:
 @claim(
     "contact-creep",
     says="plates in contact creep into each other while a shock loads them, by the number of cells that it runs; the "
-    "printed criterion lets them creep farther, and one velocity field not at all",
+    "printed criterion lets them creep farther; where the gap is known they stay in place within 0.1 cells",
 )
 def contact_creep() -> Iterator[Row]:
     faces = {
@@ -134,16 +150,57 @@ def contact_creep() -> Iterator[Row]:
         yield Row(f"{where}: overlap of the faces (cells)", "", overlap, None)
         yield Row(f"{where}: energy removed (of pressure times a cell)", "", energy, None)
     for cells in (20.0, 40.0):
-        none, ours, printed = (faces[contact, cells][0] for contact in CRITERIA)
+        none, ours, printed, gap = (faces[contact, cells][0] for contact in CRITERIA)
         yield at_most(f"{cells:g} cells: one field against contact (cells)", limit=ours, got=none)
         where = f"{cells:g} cells: contact against the printed criterion (cells)"
         yield Row(where, f"below {printed:.3g}", ours, ours < printed)
+        where = f"{cells:g} cells: contact at the gap (cells)"
+        yield absolute(where, expected=0.0, got=gap, within=STAY)
     for contact in ("bardenhagen", "thesis"):
         yield at_least(
             f"{CRITERIA[contact]}, 40 cells: overlap, against that of 20 cells (cells)",
             limit=faces[contact, 20.0][0],
             got=faces[contact, 40.0][0],
         )
+
+
+@claim(
+    "contact-gap-impact",
+    says="at 6 km/s contact that knows the gap takes less of the energy than contact that does not; crater and hole "
+    "are shown beside",
+)
+def contact_gap_impact() -> Iterator[Row]:
+    for scenario, names in MEASURED.items():
+        for cell in CELLS[:2]:
+            where = f"{scenario}, cells of {1e3 * cell:g} mm"
+            shots = {contact: _shot(scenario, contact, cell) for contact in CRITERIA}
+            for name in names:
+                for contact, says in CRITERIA.items():
+                    value = shots[contact].measurements[name].value
+                    got = math.nan if value is None else 1e3 * value
+                    yield Row(f"{where}, {says}: {name} (mm)", "", got, None)
+            lost = {
+                contact: shots[contact].numbers["contact_energy_fraction"] for contact in CRITERIA
+            }
+            yield at_most(
+                f"{where}: energy that contact at the gap removed, against contact (of the initial)",
+                limit=lost["bardenhagen"],
+                got=lost["gap"],
+            )
+
+
+MEASURED = {"thick_plate": ("crater_depth", "crater_diameter"), "thin_plate": ("hole_diameter",)}
+
+
+def _shot(scenario: str, contact: str, cell: float) -> RunResult:
+    """The sphere of the crater on its block, or on a plate of a quarter of its diameter."""
+    parameters = {
+        **_sphere(cell),
+        "contact": contact,
+        **(BLOCK if scenario == "thick_plate" else {"plate_thickness": 0.25 * DIAMETER}),
+    }
+    with TemporaryDirectory() as folder:
+        return execute(_resolved(scenario, parameters), Path(folder), threads=1)
 
 
 def _overlap(contact: str, cells: float) -> tuple[float, float]:
