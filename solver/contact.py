@@ -39,7 +39,6 @@ import numpy as np
 from solver.faces import fold_vectors, mirror_vectors
 from solver.geometry import MARGIN, PACK, WIDEST, Pack, dimensions, opened, unpacked
 from solver.jit import device, kernel
-from solver.method import Partition
 from solver.problem import Criterion, Problem
 from solver.shapes import width
 from solver.state import DENSITY, FORCE, MASS, X
@@ -98,10 +97,13 @@ class NodalContact:
             for first, second in itertools.combinations(range(len(fields)), 2)
         ]
 
-    def add_forces(self, partition: Partition, pack: Pack, dt: float) -> None:
-        """Contact forces between fields whose mass, momentum and force are complete."""
+    def add_forces(self, table: np.ndarray, shares: np.ndarray, pack: Pack, dt: float) -> None:
+        """Contact forces between fields whose mass, momentum and force are complete.
+
+        ``shares`` (s, bodies, 2) is where each body's particles begin and end in each share of the table.
+        """
         for field in self.fields:
-            self._scatter_surface(field, partition, pack)
+            self._scatter_surface(field, table, shares, pack)
         for first, second, pair in self.pairs:
             nodes, others = self.fields[first].nodes, self.fields[second].nodes
             if self.knows_gap:
@@ -109,8 +111,8 @@ class NodalContact:
                     self.problem.geometry,
                     self.problem.shape,
                     pack,
-                    partition.table,
-                    np.ascontiguousarray(partition.shares[:, [first, second]].swapaxes(0, 1)),
+                    table,
+                    np.ascontiguousarray(shares[:, [first, second]].swapaxes(0, 1)),
                     (self.sizes[first], self.sizes[second]),
                     nodes,
                     others,
@@ -135,7 +137,9 @@ class NodalContact:
         for (_, _, pair), energy in zip(self.pairs, taken, strict=True):
             pair.taken[0] = energy
 
-    def _scatter_surface(self, field: Any, partition: Partition, pack: Pack) -> None:
+    def _scatter_surface(
+        self, field: Any, table: np.ndarray, shares: np.ndarray, pack: Pack
+    ) -> None:
         problem, areas = self.problem, field.nodes.areas
         areas[:] = 0.0  # ghosts too, in whatever block
         for share in range(len(field.tables)):  # into one table, so one after another
@@ -143,8 +147,8 @@ class NodalContact:
                 problem.geometry,
                 problem.shape,
                 pack,
-                partition.table,
-                partition.shares[share, field.bodies],
+                table,
+                shares[share, field.bodies],
                 areas,
                 field.touched[0],
             )

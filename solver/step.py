@@ -252,7 +252,7 @@ class Stepper(Method):
             field.close(dt, impulse)
             field.absorb(dt, impulse)
         if self.contact:
-            self.contact.add_forces(partition, self.packs[0], dt)
+            self.contact.add_forces(partition.table, partition.shares, self.packs[0], dt)
         for field in self.fields:
             self._solve(field, dt)  # v at n+1
             field.mirror()
