@@ -23,7 +23,7 @@ minus the impulse times the mean of the relative velocities before and after. Th
     Nairn, Hammerquist and Smith (2020), Comput. Methods Appl. Mech. Eng. 362, 112859, that of their edges, from the
     deformation of each. Here the size follows from the density alone: matter that was compressed along one axis
     counts as thicker than it is, by 0.04 cells between two bodies under 300 GPa, and matter that was drawn out along
-    its surface as narrower, so that holes in thin plates at 6 km/s come out too small.
+    its surface as narrower, so that holes at 6 km/s come out too small on one cell through the plate.
     Bodies that touch touch until a gap opens, so that the approach before the forces is not asked for: what it was
     to prevent, the gap does. One limit remains: with linear functions, whose forces jump as particles change cells,
     contact would give up to 4 % more energy than it took. So the approach before is asked for whenever
