@@ -150,9 +150,9 @@ class Plugging(ByCoupledMethod, Numerics, Fracture, PluggingShot):
     contact: Annotated[
         ContactName | None,
         Described(
-            "bodies share one velocity field, or have separate fields with contact on the nodes (bardenhagen), also "
-            "by the criterion printed in the thesis; by default bardenhagen, and none of smoothed particles, which "
-            "meet in their sums"
+            "bodies share one velocity field, or have separate fields with contact on the nodes: where their "
+            "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis); "
+            "by default bardenhagen, and none of smoothed particles, which meet in their sums"
         ),
     ] = None  # type: ignore[assignment]  # which follows from the method
     failure: Annotated[
