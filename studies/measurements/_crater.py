@@ -6,6 +6,7 @@ the inside outwards, and the floor from above.
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -41,6 +42,8 @@ class Floor:
     )
 
 
+# Several measurements of one view ask for it.
+@lru_cache(maxsize=1)
 def deepest_floor(view: ImpactView) -> Floor:
     """The floor in the column about the axis; of an oblique shot, in the column along its trace where it is deepest."""
     column = max(COLUMN * view.projectile_diameter, view.cell)
@@ -89,6 +92,7 @@ def upper_walls(view: ImpactView) -> np.ndarray | None:
     return None if np.isnan(walls).any() else walls
 
 
+@lru_cache(maxsize=1)
 def opening(view: ImpactView) -> tuple[np.ndarray | None, tuple[str, ...]]:
     """Radius (sectors,) of the crater at the original surface (m), or None and the flag that says why."""
     walls = upper_walls(view)
@@ -114,11 +118,13 @@ def wall(view: ImpactView, centre: float, height: float) -> np.ndarray:
     8 R for a window of width w at a radius R.
     """
     window = LAYER * view.cell
-    share = overlap(view.depth, view.axial_width, centre - 0.5 * height, centre + 0.5 * height)
+    low, high = centre - 0.5 * height, centre + 0.5 * height
+    near = 0.5 * (height + view.axial_width)
+    layer = view.only(view.attached & (np.abs(view.depth - centre) < near))
     middle = radii_by_sector(
-        view,
-        view.attached,
-        view.mass * share,
+        layer,
+        layer.attached,
+        layer.mass * overlap(layer.depth, layer.axial_width, low, high),
         view.density * height,
         edge=edge_from_inside,
         window=window,

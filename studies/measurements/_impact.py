@@ -25,7 +25,7 @@ MOUTH = 2.0  # cells below the original surface, in which the mouth of a crater 
 SAMPLES_PER_CELL = 16  # of a profile; its crossing is interpolated between samples
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ImpactView:
     """Living particles about the line of flight, and the numbers of the set-up.
 
@@ -68,6 +68,16 @@ class ImpactView:
             sector=_sector_of(np.arctan2(aside, along), self.span, self.sectors),
             along=along,
         )
+
+    def only(self, chosen: np.ndarray) -> "ImpactView":
+        """The view of some of the particles, by a mask (n,)."""
+        places = np.flatnonzero(chosen)
+        arrays: dict[str, Any] = {
+            name: value[places]
+            for name, value in vars(self).items()
+            if isinstance(value, np.ndarray)
+        }
+        return replace(self, **arrays)
 
     @property
     def resolution(self) -> float:

@@ -7,17 +7,20 @@ import numpy as np
 from studies.measurements import Measurement, Reading
 from studies.measurements._impact import ImpactView, edge_from_inside, overlap
 
-AT_EDGE = (
-    2.0  # cells below the end of the grid: so near to it, the grid cuts what flies off with the lip
-)
+# Cells below the end of the grid: so near to it, the grid cuts what flies off with the lip.
+AT_EDGE = 2.0
 
 
 def _read(view: ImpactView) -> Reading:
     """The highest ring of attached matter about the axis, each ring a cell wide and every half of a cell."""
     rings = 0.5 * view.cell * np.arange(1, int(2.0 * view.target_radius / view.cell) - 6)
-    # Matter that stands higher than this is ejecta.
-    high = view.attached & (view.depth < 2.0 * view.cell)
-    heights = [_height(view, high, float(middle)) for middle in rings]
+    lip = view.only(view.attached & (view.depth < 2.0 * view.cell))
+    # Rings without matter above the original surface are flat.
+    raised = lip.radius[lip.depth < 0.0]
+    if not raised.size:
+        return Reading(math.nan, flags=("no_lip",))
+    rings = rings[(rings > raised.min() - view.cell) & (rings < raised.max() + view.cell)]
+    heights = [_height(lip, float(middle)) for middle in rings]
     height = max((each for each in heights if math.isfinite(each)), default=math.nan)
     if not height >= 0.5 * view.cell:
         return Reading(math.nan, flags=("no_lip",))
@@ -26,11 +29,11 @@ def _read(view: ImpactView) -> Reading:
     return Reading(height, {"resolution": view.resolution})
 
 
-def _height(view: ImpactView, high: np.ndarray, middle: float) -> float:
-    """The height of matter in a ring above the original surface, the mean over the sectors; NaN where one has none."""
+def _height(view: ImpactView, middle: float) -> float:
+    """The height of a lip in a ring above the original surface, the mean over the sectors; NaN where one has none."""
     low, far = middle - 0.5 * view.cell, middle + 0.5 * view.cell
     share = overlap(view.radius, view.radial_width, low, far)
-    inside = np.flatnonzero(high & (share > 0.0))
+    inside = np.flatnonzero(share > 0.0)
     heights = np.empty(view.sectors)
     for sector in range(view.sectors):
         mine = inside[view.sector[inside] == sector]

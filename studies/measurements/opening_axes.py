@@ -52,7 +52,8 @@ def _of_hole(view: ImpactView) -> tuple[np.ndarray | None, tuple[str, ...]]:
     return radii, film_flags(view) + rim_flags(view, equal_area_diameter(radii))
 
 
-OPENINGS = {
+Radii = Callable[[ImpactView], tuple[np.ndarray | None, tuple[str, ...]]]
+OPENINGS: dict[str, tuple[str, str, Radii, int]] = {
     "hole": ("hole", "of the hole by areal density (hole_diameter_areal)", _of_hole, 1),
     "crater": ("crater", "of the crater at the original surface (crater_diameter)", opening, 4),
 }
