@@ -5,7 +5,12 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._impact import ImpactView, edge_from_inside, overlap
+from studies.measurements._impact import (
+    SAMPLES_PER_CELL,
+    ImpactView,
+    edge_from_inside,
+    overlap,
+)
 
 # Cells below the end of the grid: so near to it, the grid cuts what flies off with the lip.
 AT_EDGE = 2.0
@@ -20,13 +25,28 @@ def _read(view: ImpactView) -> Reading:
     if not raised.size:
         return Reading(math.nan, flags=("no_lip",))
     rings = rings[(rings > raised.min() - view.cell) & (rings < raised.max() + view.cell)]
-    heights = [_height(lip, float(middle)) for middle in rings]
-    height = max((each for each in heights if math.isfinite(each)), default=math.nan)
+    height = _highest(lip, rings)
     if not height >= 0.5 * view.cell:
         return Reading(math.nan, flags=("no_lip",))
     if height > view.room - AT_EDGE * view.cell:
         return Reading(math.nan, flags=("lip_at_edge",))
     return Reading(height, {"resolution": view.resolution})
+
+
+def _highest(lip: ImpactView, rings: np.ndarray) -> float:
+    """The largest height of rings with these middles; NaN where none has one."""
+    reach = 0.5 * (lip.cell + lip.radial_width)
+    tops = np.array(
+        [-lip.depth[np.abs(lip.radius - ring) < reach].min(initial=math.inf) for ring in rings]
+    )
+    highest = -math.inf
+    # A ring is no higher than its highest particle, so that few have to be looked at.
+    for place in np.argsort(-tops):
+        if tops[place] + 0.5 * lip.axial_width + lip.cell / SAMPLES_PER_CELL < highest:
+            break
+        height = _height(lip, float(rings[place]))
+        highest = max(highest, height) if math.isfinite(height) else highest
+    return highest if math.isfinite(highest) else math.nan
 
 
 def _height(view: ImpactView, middle: float) -> float:
