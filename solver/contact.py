@@ -46,7 +46,8 @@ from solver.state import DENSITY, FORCE, MASS, X
 from solver.transfer import find_nodes, scatter_surface
 from solver.vectors import element, number
 
-HAIR = 1e-9  # of a particle: round-off of distances
+# Round-off of distances, in sizes of a particle.
+HAIR = 1e-9
 # Cosine between a body's own normal and the shared one: a surface that the line hardly crosses says nothing of its end.
 FACING = 0.1
 

@@ -40,17 +40,15 @@ class CoupledStepper(Method):
         self.elements = ElementStepper(elements, limits, pool, shares)
         self.particles = ParticleStepper(replace(problem, tractions=()), limits, pool, shares)
         self.nodes = sum(body.mass.size for body in meshed)
-        self.before = np.zeros(1)  # the step that ended at n, s
-        self.fixed = _fixed_particles(
-            problem, self.nodes
-        )  # of each node its particle's number, or -1
-        self.order: np.ndarray | None = None
+        # The number of the particle that is fixed to each node, or -1.
+        self.fixed = _fixed_particles(problem, self.nodes)
         self.faulty = False
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take particles, nodes and integration points from n, at a time, to n+1."""
-        kick = 0.5 * (float(self.before[0]) + dt)
-        self.before = np.array([dt])
+        # The elements remember the step that ended at n, for both.
+        kick = 0.5 * (float(self.elements.before[0]) + dt)
+        self.elements.before = np.array([dt])
         table, drivers = partition.table, self._drivers(partition.particles)
         driven = np.flatnonzero(drivers >= 0)
         own = table[MASS, driven].copy()
@@ -82,12 +80,11 @@ class CoupledStepper(Method):
 
     def carried(self) -> dict[str, np.ndarray]:
         """Arrays that pass from step to step beside the particles."""
-        return {**self.elements.carried(), "before": self.before}
+        return self.elements.carried()
 
     def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from what ``carried`` gave."""
         self.elements.take_over(arrays)
-        self.before = arrays["before"]
 
     def _drivers(self, particles: Particles) -> np.ndarray:
         """The column of the particle that is fixed to each node, or -1."""

@@ -144,9 +144,9 @@ def flow_of(gamma, v, axis):
 
 
 @device
-def power_of(states, p, rate, heating):
-    """Power of the stress of an integration point in a rate of strain, with a part of its viscosity; W/m3."""
-    shear = (
+def deviator_of(states, p):
+    """The six components of the deviator of an integration point, Pa."""
+    return (
         states[S11, p],
         states[S22, p],
         states[S33, p],
@@ -154,8 +154,13 @@ def power_of(states, p, rate, heating):
         states[S23, p],
         states[S31, p],
     )
+
+
+@device
+def power_of(states, p, rate, heating):
+    """Power of the stress of an integration point in a rate of strain, with a part of its viscosity; W/m3."""
     heated = states[PRESSURE, p] + heating * states[VISCOSITY, p]
-    return contract(shear, rate) - heated * (rate[0] + rate[1] + rate[2])
+    return contract(deviator_of(states, p), rate) - heated * (rate[0] + rate[1] + rate[2])
 
 
 @kernel
@@ -178,14 +183,7 @@ def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
         for point in range(kind.points):
             p = start + point
             volume = states[MASS, p] / states[DENSITY, p]
-            shear = (
-                states[S11, p],
-                states[S22, p],
-                states[S33, p],
-                states[S12, p],
-                states[S23, p],
-                states[S31, p],
-            )
+            shear = deviator_of(states, p)
             pressure = states[PRESSURE, p] + states[VISCOSITY, p]
             if operators.shape[0] == 1:
                 stress = (
@@ -218,7 +216,7 @@ def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
 def strain_elements(
     meshed, table, states, begin, end, kick, dt, heating, v, gradients, lengths, taken
 ):
-    """Velocity gradients of the velocities at n+1, into three lines of ``gradients`` for each integration point.
+    """Gradients of the velocities after the kick, into three lines of ``gradients`` for each integration point.
 
     Its ``lengths`` (1, points) are those of the elements at n. The springs of hourglass modes take the other half of
     their power in these velocities, and stretch; ``taken`` (1,) counts it.

@@ -49,7 +49,8 @@ from solver.transfer import new_pack
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
 LISTED = 100  # neighbours of a particle in the first lists; lists that are too short double
 STANDSTILL = 1e-300  # 1/s: cold gas that nothing touches has no signal, and its steps grow
-ON_PLANE = 1e-6  # of a cell: particles that stand on a plane of symmetry, with a part of a mass
+# Distance in cells within which a particle stands on a plane of symmetry and has a part of its mass.
+ON_PLANE = 1e-6
 SPARE = 1.2  # of the rows of the tables
 
 

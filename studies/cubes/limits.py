@@ -16,12 +16,8 @@ from studies.values.parameters import Parameter
 
 SEARCH = "search"
 VERDICTS = tuple(SearchVerdict)
-UNFINISHED = (
-    "cancelled",
-    "running",
-    "pending",
-    "missing",
-)  # states of a run that may have a result later
+# States of a run that may have a result later.
+UNFINISHED = ("cancelled", "running", "pending", "missing")
 
 Searched = Sequence[tuple[Mapping[str, Any], SearchedLimit]]  # by the values of the other axes
 

@@ -60,9 +60,8 @@ class Measurement:
     widest: float = math.inf  # uncertainty over value, above which a value is flagged "wide_bar"
     # Whether the mesh decides the value: flagged "mesh_determined", unless a cube has it on three grids.
     mesh_determined: bool = False
-    is_outcome: bool = (
-        False  # whether it is 1 or 0, so that a sweep may search for the limit between them
-    )
+    # Whether it is 1 or 0, so that a sweep may search for the limit between them.
+    is_outcome: bool = False
 
 
 def names() -> list[str]:

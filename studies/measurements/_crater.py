@@ -24,8 +24,10 @@ COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: t
 # end of it: layers are two cells high, and matter is looked for in windows two cells wide. So it is above the floor,
 # where in a window of one cell two particles of debris near the edge of a column of 1.5 cells are half of the matter.
 LAYER = 2.0  # cells
-CENTRES = np.arange(1.0, 7.0)  # of the layers below the original surface, in cells
-CONIC = 2  # degree in the depth of the square of a conic's radius
+# Depths of the middles of the layers of a wall below the original surface, in cells.
+CENTRES = np.arange(1.0, 7.0)
+# The square of a conic's radius is a polynomial of this degree in the depth.
+CONIC = 2
 # Of the crater's depth, where the lowest layer ends at the latest: the floor is no wall.
 DEEPEST = 0.5
 

@@ -10,7 +10,8 @@ from studies.reports.view import ONLY_DRAWN, FigureView, is_cut
 NEAR = (
     0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
 )
-DIP = 0.5  # of an earlier value: a history below it has dipped
+# A history has dipped where it is below this share of an earlier value.
+DIP = 0.5
 # Sentences about kinds of series, in this order, for a figure that has them.
 OF_KINDS = (
     (

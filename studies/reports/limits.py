@@ -1,7 +1,7 @@
 """The limits of a search, and residual velocities with the curve of Recht and Ipson."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,17 +10,15 @@ import xarray as xr
 from studies.cubes import limits as cubes
 from studies.cubes.points import axes_of, places_of, plain, simulated
 from studies.reports.figures import Figure, Panel, Series, numbers
-from studies.reports.view import Scale
-from studies.values.formats import with_unit
+from studies.reports.view import Scale, title_of
 from studies.values.least_squares import NotIdentified, nonlinear
 
 RESIDUAL, SPEED, PERFORATED = "residual_velocity", "speed", "perforated"
 CONSTANTS = ("a", "p", "v_bl")
 EQUATION = "v_r = a (v^p - v_bl^p)^(1/p)"
 SOURCE = "Recht and Ipson (1963), J. Appl. Mech. 30, 384 (recalled, not read)"
-LEAST = (
-    len(CONSTANTS) + 1
-)  # points with a residual velocity: one more than constants, for an interval
+# Points with a residual velocity that a fit takes: one more than constants, for an interval.
+LEAST = len(CONSTANTS) + 1
 CURVE = 60  # points of a drawn curve
 ENERGY = 2.0  # p where nothing is lost but the energy at the limit: the start of the iteration
 
@@ -114,7 +112,7 @@ def recht_ipson(speed: np.ndarray, a: float, p: float, limit: float) -> np.ndarr
     return velocity
 
 
-def residual_figure(curves: Document | None) -> Iterator[Figure]:
+def residual_figure(dataset: xr.Dataset, curves: Document | None) -> Iterator[Figure]:
     """Residual velocities over the impact speed, each with its curve."""
     if curves is None:
         return
@@ -135,7 +133,7 @@ def residual_figure(curves: Document | None) -> Iterator[Figure]:
             x = np.linspace(min(constants[2], speed.min()), speed.max(), CURVE)
             y = recht_ipson(x, *constants)
             series.append(Series("trend", "Recht and Ipson", tuple(x.tolist()), numbers(y)))
-        panels.append(Panel(_words(row["at"]), row["at"], tuple(series)))
+        panels.append(Panel(title_of(dataset, row["at"]), row["at"], tuple(series)))
     yield Figure(
         name="residual_velocity_curve",
         title="Residual velocity against speed",
@@ -143,15 +141,6 @@ def residual_figure(curves: Document | None) -> Iterator[Figure]:
         x=Scale(SPEED, "speed", "m s-1"),
         y=Scale(RESIDUAL, "residual velocity", "m s-1"),
         panels=tuple(panels),
-    )
-
-
-def _words(at: Mapping[str, Any]) -> str:
-    return ", ".join(
-        f"{with_unit(name.replace('_', ' '), '')} {value:g}"
-        if isinstance(value, float)
-        else str(value)
-        for name, value in at.items()
     )
 
 

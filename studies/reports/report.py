@@ -92,7 +92,7 @@ def document(
     """
     runs, points, compared = list(_runs(dataset)), comparison.points, comparison.as_json()
     curves = residual_curves(dataset)
-    drawn = [*residual_figure(curves), *figures(dataset, comparison)]
+    drawn = [*residual_figure(dataset, curves), *figures(dataset, comparison)]
     report = {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],

@@ -86,7 +86,7 @@ class Sweep:
     by_accuracy: tuple[str, ...] = field(default=(), compare=False)
     # Where the uncertainty of the models comes from: stored sensitivities, screening runs, or nowhere.
     model_part: ModelPart = "stored"
-    # SearchedLimit of the service, not of the user.
+    # Limit of the service, not of the user.
     max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
     @staticmethod

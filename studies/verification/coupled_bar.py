@@ -33,9 +33,8 @@ STEP = 2e-8
 ROOM = 3e-3  # beside the bar, m
 READ = (10.5e-6, 11e-6)  # s, when the published figures are read
 PUBLISHED = {10.5e-6: (-582.0, -27.3e9), 11e-6: (-539.0, -27.9e9)}  # m/s, Pa: node, particle
-SECTION = (
-    0.06  # m: between it and the loaded end what the interface reflects comes back before the end
-)
+# m: between this place and the loaded end what the interface reflects comes back before the end.
+SECTION = 0.06
 INTERVAL = 4e-8  # s
 
 # Asked beforehand: of the peaks of the bar of elements alone.

@@ -87,10 +87,10 @@ def test_search__goes_on_from_results_alone() -> None:
     order = []
     while True:
         limit = searched(lambda speed: done.get(speed, "missing"))
-        todo = [speed for speed in limit.tried if speed not in done]
-        if not todo:
+        untried = [speed for speed in limit.tried if speed not in done]
+        if not untried:
             break
-        for speed in todo:
+        for speed in untried:
             done[speed] = speed >= 171.0
             order.append(speed)
     assert order[:3] == [100.0, 150.0, 200.0]
