@@ -2,9 +2,9 @@
 
 The published numbers are computed ones, on cells of 1 mm, and are the table of shots ``craters-thesis``. How the
 thesis reads a diameter is not said. Ours, at the original surface, misses the tolerance at 5 km/s in the half model, by
-0.2 mm of 3 mm: the mouth widens to the end. At 30 us version 5 of the diameter, from which the present one differs by up
-to 0.2 mm, had the published ones within 1 mm (24.0, 25.9, 28.7 and 30.1 mm); from there to 45 us it grew by 0.6, 2.4,
-2.0 and 2.9 mm, the depth by 0.9 mm at most. The figures of the thesis are of 45 us.
+0.2 mm of 3 mm: the mouth widens to the end. At 30 us version 5 of the diameter, from which the present one differs by
+up to 0.2 mm, had the published ones within 1 mm (24.0, 25.9, 28.7 and 30.1 mm); from there to 45 us it grew by 0.6,
+2.4, 2.0 and 2.9 mm, the depth by 0.9 mm at most. The figures of the thesis are of 45 us.
 """
 
 from collections.abc import Iterator, Mapping
