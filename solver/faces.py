@@ -45,6 +45,10 @@ class Closed(NamedTuple):
     force: np.ndarray  # (n, 3) of the ghosts before they were folded, N
     pull: np.ndarray  # (n,) force times step away from a wall that yet stops the node, kg m/s
     taken: np.ndarray  # (n,) momentum taken from that node, kg m/s
+    # (r + 1,) where runs of them begin, within which node, ghost and inner node stay in the same blocks.
+    run: np.ndarray
+    run_blocks: np.ndarray  # (r, 3) these blocks
+    run_start: np.ndarray  # (4,) the first run of each axis
     near: np.ndarray  # (n,) which of them are near a particle in this step, axis by axis
     near_start: np.ndarray  # (4,) where each axis begins in ``near``, and how many there are
 
@@ -65,9 +69,16 @@ def closed_nodes(geometry: Any, faces: tuple[tuple[Face, Face], ...], clamp: Cla
         for name, empty in _NO_LAYER.items()
     }
     count = sum(counts)
+    start = np.cumsum([0, *counts])
+    blocks = np.stack([found["face"], found["ghost"], found["inner"]], axis=1) // BLOCK
+    changes = np.flatnonzero((np.diff(blocks, axis=0) != 0).any(axis=1)) + 1
+    run = np.unique(np.concatenate([changes, start]))
     return Closed(
-        np.cumsum([0, *counts]),
+        start,
         **found,
+        run=run,
+        run_blocks=blocks[run[:-1]].astype(np.int32),
+        run_start=np.searchsorted(run, start),
         mass=np.zeros(count),
         force=np.zeros((count, 3)),
         pull=np.zeros(count),
@@ -107,30 +118,29 @@ def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> dic
     }
 
 
-@kernel
-def find_near(closed, touched):
+@device
+def _find_near(closed, touched):
     """Note the nodes at closed faces that a particle is near; ``touched`` marks the blocks of nodes."""
-    inner, face, ghost, near = closed.inner, closed.face, closed.ghost, closed.near
+    run, blocks, near = closed.run, closed.run_blocks, closed.near
     count = 0
     for axis in range(3):
         closed.near_start[axis] = count
-        for k in range(closed.start[axis], closed.start[axis + 1]):
-            if (
-                touched[inner[k] // BLOCK]
-                or touched[face[k] // BLOCK]
-                or touched[ghost[k] // BLOCK]
-            ):
-                near[count] = k
-                count += 1
+        for r in range(closed.run_start[axis], closed.run_start[axis + 1]):
+            if touched[blocks[r, 0]] or touched[blocks[r, 1]] or touched[blocks[r, 2]]:
+                for k in range(run[r], run[r + 1]):
+                    near[count] = k
+                    count += 1
     closed.near_start[3] = count
 
 
 @kernel
-def close_nodes(closed, state, dt, impulse):
+def close_nodes(closed, touched, state, dt, impulse):
     """Fold the ghosts and hold the faces, axis by axis, so that corners are folded once along each.
 
-    ``state`` is the nodes' table; what the faces give is added to ``impulse`` (3,).
+    ``touched`` marks the blocks of the nodes that particles are near, ``state`` is the nodes' table; what the faces
+    give is added to ``impulse`` (3,).
     """
+    _find_near(closed, touched)
     near, start = closed.near, closed.near_start
     for axis in range(3):
         for j in range(start[axis], start[axis + 1]):

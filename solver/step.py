@@ -31,7 +31,6 @@ from solver.faces import (
     close_nodes,
     closed_nodes,
     cross_faces,
-    find_near,
     fold_vectors,
     mirror_nodes,
     mirror_vectors,
@@ -82,7 +81,6 @@ class Kernels:
     def __init__(self, bodies: int):
         self.scatter_state = Bound(scatter_state)
         self.add_lines = Bound(add_lines)
-        self.find_near = Bound(find_near)
         self.close_nodes = Bound(close_nodes)
         self.solve_momentum = Bound(solve_momentum)
         self.mirror_nodes = Bound(mirror_nodes)
@@ -136,7 +134,8 @@ class Field:
 
     def close(self, dt: float, impulse: np.ndarray) -> None:
         """Fold the ghosts and hold the faces."""
-        self.kernels.close_nodes(self.closed, self.nodes.state, dt, impulse)
+        touched = self.touched[0]
+        self.kernels.close_nodes(self.closed, touched, self.nodes.state, dt, impulse)
         if dt and not self.loads.is_idle:
             fold_vectors(self.closed, self.loads.table, FORCE)
 
@@ -313,9 +312,8 @@ class Stepper(Method):
         )
         field.gathered(self.pool)
         if len(field.tables) > 1:
-            np.logical_or.reduce(field.touched, axis=0, out=field.touched[0])
+            np.bitwise_or.reduce(field.touched, axis=0, out=field.touched[0])
         field.blocks = marked(field.touched[0])
-        self.kernels.find_near(field.closed, field.touched[0])
 
     def _smooth(self, field: Field, partition: Partition) -> None:
         """The nodal velocities seen through the particles once more."""

@@ -113,20 +113,32 @@ def opening(view: ImpactView) -> tuple[np.ndarray | None, tuple[str, ...]]:
     return radii, ()
 
 
-def wall(view: ImpactView, centre: float, height: float) -> np.ndarray:
+@lru_cache(maxsize=1)
+def _by_depth(view: ImpactView) -> tuple[np.ndarray, np.ndarray]:
+    """Indices (k,) of the attached particles down to the floor, from the shallowest on, and their depths (m)."""
+    deepest = deepest_floor(view).depth + LAYER * view.cell
+    attached = np.flatnonzero(view.attached & ~(view.depth > deepest))
+    order = attached[np.argsort(view.depth[attached])]
+    return order, view.depth[order]
+
+
+def wall(view: ImpactView, centre: float, height: float, *, place: float = 0.0) -> np.ndarray:
     """Radius of the wall (sectors,) in a layer about a depth; NaN where matter stands on the axis.
 
-    Full matter fills half of a window from the circle on that halves its area, which lies outside its middle: by w^2 /
-    8 R for a window of width w at a radius R.
+    The axis passes through a place on the trace of an oblique flight (m from the middle of the opening). Full matter
+    fills half of a window from the circle on that halves its area, which lies outside its middle: by w^2 / 8 R for a
+    window of width w at a radius R.
     """
     window = LAYER * view.cell
     low, high = centre - 0.5 * height, centre + 0.5 * height
     near = 0.5 * (height + view.axial_width)
-    layer = view.only(view.attached & (np.abs(view.depth - centre) < near))
+    order, depths = _by_depth(view)
+    begin, end = np.searchsorted(depths, (centre - near, centre + near))
+    layer = np.sort(order[begin:end])
     middle = radii_by_sector(
+        view.about(place),
         layer,
-        layer.attached,
-        layer.mass * overlap(layer.depth, layer.axial_width, low, high),
+        view.mass[layer] * overlap(view.depth[layer], view.axial_width, low, high),
         view.density * height,
         edge=edge_from_inside,
         window=window,

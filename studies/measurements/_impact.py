@@ -69,9 +69,8 @@ class ImpactView:
             along=along,
         )
 
-    def only(self, chosen: np.ndarray) -> "ImpactView":
-        """The view of some of the particles, by a mask (n,)."""
-        places = np.flatnonzero(chosen)
+    def only(self, places: np.ndarray) -> "ImpactView":
+        """The view of the particles at some indices (k,)."""
         arrays: dict[str, Any] = {
             name: value[places]
             for name, value in vars(self).items()
@@ -249,6 +248,8 @@ def _cells(geometry: Any, position: np.ndarray) -> np.ndarray:
     """Index (n,) of each particle's cell among all of them, the last axis fastest; outside the grid, of the nearest."""
     cell = np.zeros(position.shape[0], np.int64)
     for axis, count in enumerate(_shape(geometry)):
+        if count == 1:
+            continue
         place = position[:, axis] - geometry.lower[axis]
         place /= geometry.spacing
         cell *= count
@@ -268,9 +269,12 @@ def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarr
     occupied.reshape(-1)[cell[among]] = True
     from scipy import ndimage
 
-    label, _ = ndimage.label(occupied, structure=np.ones((3, 3, 3), bool))
+    occupied = occupied.squeeze()
+    label, pieces = ndimage.label(occupied, structure=np.ones((3,) * occupied.ndim, bool))
     labels = label.reshape(-1)[cell]
-    touching[among] = np.isin(labels[among], np.unique(labels[among & seed]))
+    reached = np.zeros(pieces + 1, bool)
+    reached[labels[among & seed]] = True
+    touching[among] = reached[labels[among]]
     return touching
 
 
@@ -316,12 +320,16 @@ def edge_from_inside(
     """
     samples = max(2, math.ceil((start - stop) / window * SAMPLES_PER_CELL))
     centre = np.linspace(start, stop, samples)
-    share = _share_of_nominal(place, weight, width, window, centre, nominal)
-    solid = np.flatnonzero(share >= HALF)
-    if not solid.size:
-        return float(start)
-    last = int(solid[-1])
-    return math.nan if last + 1 == samples else _crossing(centre, share, last + 1)
+    # Most edges lie in the nearer half, and most particles in the other one.
+    for first in (samples // 2, 0):
+        near = np.flatnonzero(place - 0.5 * width < centre[first] + 0.5 * window)
+        share = _share_of_nominal(place[near], weight[near], width, window, centre[first:], nominal)
+        solid = np.flatnonzero(share >= HALF)
+        if solid.size:
+            last = int(solid[-1])
+            at_stop = last + 1 == share.size
+            return math.nan if at_stop else _crossing(centre[first:], share, last + 1)
+    return float(start)
 
 
 def _share_of_nominal(
@@ -399,23 +407,25 @@ def azimuthal_spread(radii: np.ndarray) -> float:
 
 def radii_by_sector(
     view: ImpactView,
-    keep: np.ndarray,
+    places: np.ndarray,
     weight: np.ndarray,
     areal_density: float,
     *,
     edge: Callable[..., float] = edge_from_outside,
     window: float | None = None,
 ) -> np.ndarray:
-    """Edge radius of kept matter in each sector, between the axis and the rim (m); NaN where there is no edge.
+    """Edge radius of some matter in each sector, between the axis and the rim (m); NaN where there is no edge.
 
-    ``weight`` (n,) is the mass per radian that counts, ``areal_density`` (kg/m2) the undisturbed one; ``edge`` walks
-    inwards from the rim or outwards from the axis, with a window of one cell unless told.
+    ``places`` (k,) are the indices of the particles, ``weight`` (k,) the mass per radian of each that counts,
+    ``areal_density`` (kg/m2) the undisturbed one; ``edge`` walks inwards from the rim or outwards from the axis, with a
+    window of one cell unless told.
     """
+    radius, sectors = view.radius[places], view.sector[places]
     radii = np.empty(view.sectors)
     for sector in range(view.sectors):
-        mine = keep & (weight > 0.0) & (view.sector == sector)
+        mine = (weight > 0.0) & (sectors == sector)
         radii[sector] = edge(
-            view.radius[mine],
+            radius[mine],
             weight[mine],
             width=view.radial_width,
             window=window or view.cell,

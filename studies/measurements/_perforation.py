@@ -21,7 +21,8 @@ def areal_edges(view: ImpactView) -> np.ndarray:
 
     NaN where it never does on the way in from the rim.
     """
-    return radii_by_sector(view, view.attached_target, view.mass, view.density * view.thickness)
+    plate = np.flatnonzero(view.attached_target)
+    return radii_by_sector(view, plate, view.mass[plate], view.density * view.thickness)
 
 
 def flag_without_hole(view: ImpactView, edges: np.ndarray) -> str:

@@ -19,7 +19,7 @@ AT_EDGE = 2.0
 def _read(view: ImpactView) -> Reading:
     """The highest ring of attached matter about the axis, each ring a cell wide and every half of a cell."""
     rings = 0.5 * view.cell * np.arange(1, int(2.0 * view.target_radius / view.cell) - 6)
-    lip = view.only(view.attached & (view.depth < 2.0 * view.cell))
+    lip = view.only(np.flatnonzero(view.attached & (view.depth < 2.0 * view.cell)))
     # Rings without matter above the original surface are flat.
     raised = lip.radius[lip.depth < 0.0]
     if not raised.size:
@@ -36,8 +36,10 @@ def _read(view: ImpactView) -> Reading:
 def _highest(lip: ImpactView, rings: np.ndarray) -> float:
     """The largest height of rings with these middles; NaN where none has one."""
     reach = 0.5 * (lip.cell + lip.radial_width)
+    order = np.argsort(lip.radius)
+    ends = np.searchsorted(lip.radius[order], (rings - reach, rings + reach))
     tops = np.array(
-        [-lip.depth[np.abs(lip.radius - ring) < reach].min(initial=math.inf) for ring in rings]
+        [-lip.depth[order[begin:end]].min(initial=math.inf) for begin, end in ends.T.tolist()]
     )
     highest = -math.inf
     # A ring is no higher than its highest particle, so that few have to be looked at.

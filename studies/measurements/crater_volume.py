@@ -24,7 +24,7 @@ def _read(view: ImpactView) -> Reading:
     height = floor.depth / layers
     middles = height * (np.arange(layers) + 0.5)
     radii = np.array(
-        [wall(view.about(z / floor.depth * floor.place), float(z), height) for z in middles]
+        [wall(view, float(z), height, place=z / floor.depth * floor.place) for z in middles]
     )
     if np.isnan(radii[0]).any():
         return Reading(math.nan, flags=("no_crater",))

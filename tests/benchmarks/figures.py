@@ -21,8 +21,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-import numpy as np
-
+from solver.geometry import grid
 from solver.jit import Bound
 from solver.simulation import Simulation, simulate, start
 from studies import examples
@@ -180,9 +179,9 @@ def _worth_of_box(name: str) -> float:
     axis = 2 if geometry.nodes[2] > 1 else 1
     particles = sum(body.mass.size for body in problem.bodies)
     across = math.prod(geometry.nodes) // geometry.nodes[axis]
-    more = np.zeros(3, np.int64)
-    more[axis] = math.ceil(NODES_PER_PARTICLE * particles / across) - geometry.nodes[axis]
-    longer = geometry._replace(cells=geometry.cells + more, nodes=geometry.nodes + more)
+    cells = geometry.cells.copy()
+    cells[axis] += math.ceil(NODES_PER_PARTICLE * particles / across) - geometry.nodes[axis]
+    longer = grid(type(geometry), lower=geometry.lower, cells=cells, spacing=geometry.spacing)
     large = replace(problem, geometry=longer)
     both = [start(chosen, threads=1) for chosen in (problem, large)]
     for made in both:

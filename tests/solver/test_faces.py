@@ -40,9 +40,11 @@ def field_with(kind: Face, axis: int, side: int) -> Field:
 
 
 def field_of(*faces: Any) -> Field:
-    """The nodes of the box between faces."""
+    """The nodes of the box between faces, all of them near a particle."""
     body = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
-    return Field(Problem(BOX, (body,), faces, end_time=1.0), slice(0, 1), 1)
+    field = Field(Problem(BOX, (body,), faces, end_time=1.0), slice(0, 1), 1)
+    field.touched[:] = 1
+    return field
 
 
 def held(
@@ -120,7 +122,7 @@ def test_closed_faces__fold_a_corner_once_along_each_axis() -> None:
     nodes = field.nodes
     nodes.mass[0], nodes.momentum[0] = 1.0, MOMENTUM  # the ghost of the lower corner
     field.close(DT, np.zeros(3))
-    inside = (2 * 7 + 2) * 7 + 2
+    inside = (2 * BOX.nodes[1] + 2) * BOX.nodes[2] + 2
     assert nodes.mass[inside] == nodes.mass.sum() == 1.0
     assert (nodes.momentum[inside] == -MOMENTUM).all()
     nodes.velocity[inside] = MOMENTUM
