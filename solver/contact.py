@@ -38,7 +38,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver.faces import fold_vectors, mirror_vectors
-from solver.geometry import MARGIN, PACK, WIDEST, Pack, dimensions, opened, unpacked
+from solver.geometry import (
+    PACK,
+    WIDEST,
+    Pack,
+    dimensions,
+    node_place,
+    node_strides,
+    opened,
+    unpacked,
+)
 from solver.jit import device, kernel
 from solver.problem import Criterion, Problem
 from solver.shapes import width
@@ -180,10 +189,8 @@ def measure_gaps(geometry, shape, pack, table, ranges, sizes, first, second, pai
         pair.normal[i] /= math.sqrt(size)
         pair.reach[i, :] = -np.inf
         pair.support[i, :] = -np.inf
-        rest = i
-        for axis in range(2, -1, -1):
-            place = rest % geometry.nodes[axis] - MARGIN
-            rest //= geometry.nodes[axis]
+        for axis in range(dimensions(geometry)):
+            place = node_place(geometry, i, axis)
             low[axis], high[axis] = min(low[axis], place), max(high[axis], place)
     for body in range(2):
         for share in range(ranges.shape[1]):
@@ -230,28 +237,25 @@ def _extend(geometry, shape, table, p, k, pack, pair, body, sizes, surface):
     # Matter that is compressed along one axis is as wide as before along the others.
     covered = (0.5 + HAIR) * max(1.0, grown) * max(s0, s1, s2) * (math.sqrt(2.0) if solid else 1.0)
     first = np.int64(element(pack.first, k))
+    along_first, along_second, along_third = node_strides(geometry)
     for a in range(width(shape)):
         for b in range(width(shape)):
             for c in range(width(shape) if solid else 1):
                 weight = number(pack.weight, a, k) * number(pack.weight, WIDEST + b, k)
                 if solid:
                     weight *= number(pack.weight, 2 * WIDEST + c, k)
-                row = first + (a * geometry.nodes[1] + b) * geometry.nodes[2] + c
+                row = first + a * along_first + b * along_second + c * along_third
                 n0, n1, n2 = pair.normal[row, 0], pair.normal[row, 1], pair.normal[row, 2]
                 if weight <= 0.0 or n0 * n0 + n1 * n1 + n2 * n2 == 0.0:
                     continue
-                rest = row
                 along = apart = outwards = area = 0.0
-                for axis in range(2, -1, -1):
-                    place = rest % geometry.nodes[axis] - MARGIN
-                    rest //= geometry.nodes[axis]
-                    if axis < dimensions(geometry):
-                        node = geometry.lower[axis] + geometry.spacing * place
-                        offset = table[X + axis, p] - node
-                        along += offset * pair.normal[row, axis]
-                        apart += offset * offset
-                        outwards += offset * surface[row, axis]
-                        area += surface[row, axis] ** 2
+                for axis in range(dimensions(geometry) - 1, -1, -1):
+                    node = geometry.lower[axis] + geometry.spacing * node_place(geometry, row, axis)
+                    offset = table[X + axis, p] - node
+                    along += offset * pair.normal[row, axis]
+                    apart += offset * offset
+                    outwards += offset * surface[row, axis]
+                    area += surface[row, axis] ** 2
                 beside = math.sqrt(max(0.0, apart - along * along))
                 half = math.sqrt((n0 * s0) ** 2 + (n1 * s1) ** 2 + (n2 * s2) ** 2)
                 end = 0.5 * grown * half - max(0.0, beside - covered)

@@ -18,6 +18,7 @@ from solver.geometry import (
     dimensions,
     gather,
     hoop_factor,
+    node_strides,
     opened,
     scatter,
     scatter_weighted,
@@ -93,7 +94,7 @@ def _(geometry, shape, table, start, stop, pack):
                 load(table, X + axis, p, first_lanes(stop - p)) - geometry.lower[axis]
             ) * inverse
             first, values, slopes = weights(shape, place + MARGIN)
-            node = node * geometry.nodes[axis] + first
+            node = node + first * float(node_strides(geometry)[axis])
             for a in range(width(shape)):
                 store(pack.weight, axis * WIDEST + a, k, values[a], lanes)
                 store(pack.slope, axis * WIDEST + a, k, slopes[a] * inverse, lanes)

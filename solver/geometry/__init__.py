@@ -13,8 +13,8 @@ geometry        coordinates (1, 2, 3)  gradient G of a node           mass, forc
 Both records have the same fields: ``lower`` corner of the domain (m), ``spacing`` of the cells (m), ``cells`` along
 each axis (none along the third in axisymmetry) and ``nodes``. Outside each face stands one layer of ghost nodes,
 because wide shapes reach over it; what they receive is folded back where the face is closed (``faces.py``), and stays
-where it is free. The node (i, j, k), counted from the ghosts on, stands at index (i * nodes[1] + j) * nodes[2] + k;
-rows may end with spare nodes that nothing reaches.
+where it is free. The node (i, j, k), counted from the ghosts on, stands at index (k * nodes[0] + i) * nodes[1] + j:
+plates lie across the third axis, and so their nodes lie together in memory.
 """
 
 from typing import NamedTuple
@@ -25,16 +25,13 @@ from solver.jit import device, generic, implements
 from solver.vectors import bare, line, set_line, transposed
 
 AXES = 3
+SLOWEST_FIRST = (2, 0, 1)  # axes in the order of nodes in memory
 MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reaches
 
 
 # Particles whose weights and lines are prepared together: what they need stays in the processor's first cache.
 PACK = 32
 WIDEST = 3  # nodes that any shape touches along an axis
-
-PAGE = 64  # nodes in a page of memory of 4 KiB, one in each cache line
-APART = 8  # nodes by which rows near a particle are apart in their pages
-MOST_WIDER = 3  # spare rows of a plane
 
 
 class Pack(NamedTuple):
@@ -133,6 +130,18 @@ def impact_axis(geometry):
 
 
 @device
+def node_strides(geometry):
+    """From a node to the next along each axis, in indices."""
+    return geometry.nodes[1], 1, geometry.nodes[0] * geometry.nodes[1]
+
+
+@device
+def node_place(geometry, node, axis):
+    """Where a node stands along an axis with extent, in cells from the lower face."""
+    return node // node_strides(geometry)[axis] % geometry.nodes[axis] - MARGIN
+
+
+@device
 def columns(lines, row):
     """Eight lines from a row on, as eight vectors: the first numbers of all, the second ones, and so on."""
     return transposed(
@@ -182,14 +191,13 @@ def node_count(geometry):
 
 
 def layer_nodes(geometry, axis, side, depth):
-    """Indices of the nodes ``depth`` layers inside a face (-1: its ghosts); side 0 is the lower one.
+    """Indices (n,) of the nodes ``depth`` layers inside a face (-1: its ghosts), ascending; side 0 is the lower one.
 
     Ghosts of the faces of other axes belong to the layer.
     """
-    index = np.arange(node_count(geometry)).reshape(tuple(geometry.nodes))
-    index = index[tuple(slice(reached) for reached in _reached(geometry.cells))]
-    place = MARGIN + depth if side == 0 else MARGIN + geometry.cells[axis] - depth
-    return np.ascontiguousarray(np.take(index, place, axis=axis).ravel())
+    index = np.arange(node_count(geometry)).reshape(tuple(geometry.nodes[list(SLOWEST_FIRST)]))
+    place = MARGIN + depth if side == 0 else geometry.nodes[axis] - 1 - MARGIN - depth
+    return np.take(index, place, axis=SLOWEST_FIRST.index(axis)).ravel()
 
 
 def face_nodes(geometry, axis, side):
@@ -199,40 +207,13 @@ def face_nodes(geometry, axis, side):
 
 def node_positions(geometry):
     """Coordinates of all nodes, (nodes, 3)."""
-    axes = [
-        geometry.lower[axis]
-        + geometry.spacing * (np.arange(geometry.nodes[axis]) - MARGIN * (geometry.cells[axis] > 0))
-        for axis in range(AXES)
-    ]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, AXES)
-
-
-def _reached(cells):
-    """Nodes along each axis, ghosts included and spare ones not."""
-    return cells + 1 + 2 * MARGIN * (cells > 0)
+    index = np.arange(node_count(geometry))
+    place = np.stack([node_place(geometry, index, axis) for axis in range(AXES)], axis=1)
+    return geometry.lower + geometry.spacing * np.where(geometry.cells > 0, place, 0)
 
 
 def grid(record, *, lower, cells, spacing):
     """A geometry from its lower corner (m), its cells along each axis (0: no extent) and their size (m)."""
     cells = np.array(cells, dtype=np.int64)
-    nodes = _reached(cells)
-    if (cells > 0).all():
-        nodes = _spread_rows(nodes)
+    nodes = cells + 1 + 2 * MARGIN * (cells > 0)
     return record(np.array(lower, dtype=float), float(spacing), cells, nodes)
-
-
-def _spread_rows(nodes):
-    """Nodes (3,) with spare ones beyond the last two axes, so that rows near a particle lie apart in their pages.
-
-    A load waits for an earlier store to the same place in any page, as if it were the same address. Where neighbouring
-    rows or planes lie so, a step takes a tenth (linear shapes) to a seventh (splines) longer (117 k particles,
-    2026-11-23); in two dimensions at most 3 %, which is not worth spare nodes.
-    """
-    for spare in range(2 * PAGE):
-        for wider in range(min(spare, MOST_WIDER) + 1):
-            row = nodes[2] + spare - wider
-            plane = row * (nodes[1] + wider)
-            place = np.array([row, plane, plane + row, plane - row]) % PAGE
-            if np.minimum(place, PAGE - place).min() >= APART:
-                return np.array([nodes[0], nodes[1] + wider, row])
-    return nodes

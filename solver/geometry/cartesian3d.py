@@ -12,6 +12,7 @@ from solver.geometry import (
     hoop_factor,
     impact_axis,
     lattice_measure,
+    node_strides,
     scatter,
     scatter_weighted,
     set_columns,
@@ -70,6 +71,7 @@ def _(geometry, shape, k, pack, table, touched):
     whole, first = line(pack.lines, k), line(pack.lines, PACK + k)
     second, third = line(pack.lines, 2 * PACK + k), line(pack.lines, 3 * PACK + k)
     plane = element(pack.first, k)
+    along_first, along_second, along_third = node_strides(geometry)
     for a in range(width(shape)):
         flat = number(weight, a, k) * whole + number(slope, a, k) * first
         flat2, flat3 = number(weight, a, k) * second, number(weight, a, k) * third
@@ -80,11 +82,15 @@ def _(geometry, shape, k, pack, table, touched):
             for c in range(width(shape)):
                 share = number(weight, 2 * WIDEST + c, k) * valued
                 share = share + number(slope, 2 * WIDEST + c, k) * sloped
-                set_line(table, row + c, line(table, row + c) + share)
-            mark(touched, row // BLOCK)
-            mark(touched, (row + width(shape) - 1) // BLOCK)
-            row += geometry.nodes[2]
-        plane += geometry.nodes[1] * geometry.nodes[2]
+                node = row + c * along_third
+                set_line(table, node, line(table, node) + share)
+            row += along_second
+        # Those along the second axis are neighbours: the blocks of the first and the last hold the ones between.
+        for c in range(width(shape)):
+            node = plane + c * along_third
+            mark(touched, node // BLOCK)
+            mark(touched, (node + (width(shape) - 1) * along_second) // BLOCK)
+        plane += along_first
 
 
 @implements(scatter_weighted, Cartesian3D)
@@ -92,6 +98,7 @@ def _(geometry, shape, k, pack, table):
     weight = pack.weight
     whole = line(pack.lines, k)
     plane = element(pack.first, k)
+    along_first, along_second, along_third = node_strides(geometry)
     for a in range(width(shape)):
         flat = number(weight, a, k) * whole
         row = plane
@@ -99,9 +106,10 @@ def _(geometry, shape, k, pack, table):
             valued = number(weight, WIDEST + b, k) * flat
             for c in range(width(shape)):
                 share = number(weight, 2 * WIDEST + c, k) * valued
-                set_line(table, row + c, line(table, row + c) + share)
-            row += geometry.nodes[2]
-        plane += geometry.nodes[1] * geometry.nodes[2]
+                node = row + c * along_third
+                set_line(table, node, line(table, node) + share)
+            row += along_second
+        plane += along_first
 
 
 @implements(gather, Cartesian3D)
@@ -109,24 +117,25 @@ def _(geometry, shape, k, pack, table, lines):
     weight, slope = pack.weight, pack.slope
     whole = first = second = third = spread(0.0)
     plane = element(pack.first, k)
+    along_first, along_second, along_third = node_strides(geometry)
     for a in range(width(shape)):
         flat = flat2 = flat3 = spread(0.0)
         row = plane
         for b in range(width(shape)):
             valued = sloped = spread(0.0)
             for c in range(width(shape)):
-                node = line(table, row + c)
+                node = line(table, row + c * along_third)
                 valued = valued + number(weight, 2 * WIDEST + c, k) * node
                 sloped = sloped + number(slope, 2 * WIDEST + c, k) * node
             flat = flat + number(weight, WIDEST + b, k) * valued
             flat2 = flat2 + number(slope, WIDEST + b, k) * valued
             flat3 = flat3 + number(weight, WIDEST + b, k) * sloped
-            row += geometry.nodes[2]
+            row += along_second
         whole = whole + number(weight, a, k) * flat
         first = first + number(slope, a, k) * flat
         second = second + number(weight, a, k) * flat2
         third = third + number(weight, a, k) * flat3
-        plane += geometry.nodes[1] * geometry.nodes[2]
+        plane += along_first
     set_line(lines, k, whole)
     set_line(lines, PACK + k, first)
     set_line(lines, 2 * PACK + k, second)

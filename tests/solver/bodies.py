@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.geometry import WIDEST, dimensions, grid, hoop_factor, lattice_measure
+from solver.geometry import WIDEST, dimensions, grid, hoop_factor, lattice_measure, node_strides
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Matter, Problem
@@ -106,7 +106,7 @@ def stencil(geometry: Any, shape: Any, place: np.ndarray) -> Stencil:
     along = np.array(list(np.ndindex((count,) * axes)))  # (n, axes) which node along each axis
     lines = WIDEST * np.arange(axes) + along
     weights, slopes = weight[lines, 0], slope[lines, 0]
-    strides = [math.prod(geometry.nodes[axis + 1 :]) for axis in range(axes)]
+    strides = node_strides(geometry)[:axes]
     gradient = np.zeros((len(along), 3))
     for axis in range(axes):
         others = np.arange(axes) != axis

@@ -122,7 +122,7 @@ def test_closed_faces__fold_a_corner_once_along_each_axis() -> None:
     nodes = field.nodes
     nodes.mass[0], nodes.momentum[0] = 1.0, MOMENTUM  # the ghost of the lower corner
     field.close(DT, np.zeros(3))
-    inside = (2 * BOX.nodes[1] + 2) * BOX.nodes[2] + 2
+    inside = (2 * 7 + 2) * 7 + 2
     assert nodes.mass[inside] == nodes.mass.sum() == 1.0
     assert (nodes.momentum[inside] == -MOMENTUM).all()
     nodes.velocity[inside] = MOMENTUM
