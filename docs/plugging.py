@@ -17,7 +17,7 @@ from studies.runs.run import resolve
 from tests.claims.methods.plugging import DIAMETER, ROLES, SPACING, SPEED
 
 FILE = Path(__file__).parent / "plugging.png"
-MOMENTS = (7e-6, 30e-6, 60e-6)  # s: contact, the plate bulges, the plug moves
+MOMENTS = (7e-6, 30e-6, 60e-6, 120e-6)  # s: contact, the plate bulges, the plug moves, and is out
 METHODS: dict[str, dict[str, Any]] = {
     "material points, body of revolution": {},
     "smoothed particles and elements": {"method": "sph-fem", "geometry": "quarter"},

@@ -24,6 +24,9 @@ from solver.state import MASS, Particles
 from solver.stress import CULPRIT, MAXIMA, Limits, Tally
 from solver.threads import ThreadPool
 
+# Of the stable step of each element, which is known; ``Problem.courant`` is of what particles estimate.
+COURANT_OF_ELEMENTS = 0.8
+
 
 class CoupledStepper(Method):
     """The stages of a step of particles and elements; ``shares`` of each may be done at once."""
@@ -42,6 +45,7 @@ class CoupledStepper(Method):
         self.nodes = sum(body.mass.size for body in meshed)
         # The number of the particle that is fixed to each node, or -1.
         self.fixed = _fixed_particles(problem, self.nodes)
+        self._join_solids(problem)
         self.faulty = False
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
@@ -66,7 +70,11 @@ class CoupledStepper(Method):
         self.elements.strain(table, time, kick, dt)
         first, second = self.elements.balance(kick), self.particles.balance(partition, kick)
         self.faulty = first.tally.fault > 0.0
-        return _added(first, second)
+        part = self.particles.problem.courant / COURANT_OF_ELEMENTS
+        slowed = first.tally._replace(
+            signal=part * first.tally.signal, convected=part * first.tally.convected
+        )
+        return _added(first._replace(tally=slowed), second)
 
     def material_points(
         self, particles: Particles, body: np.ndarray
@@ -85,6 +93,14 @@ class CoupledStepper(Method):
     def take_over(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Go on from what ``carried`` gave."""
         self.elements.take_over(arrays)
+
+    def _join_solids(self, problem: Problem) -> None:
+        """Make a mesh and the body of the particles that are fixed to it one solid."""
+        sizes = [body.mass.size for body in problem.bodies]
+        body, nodes = np.repeat(np.arange(len(sizes)), sizes), np.flatnonzero(self.fixed >= 0)
+        solids = self.particles.solids
+        for mesh, other in np.unique([body[nodes], body[self.fixed[nodes]]], axis=1).T:
+            solids[:] = [solids[mesh] if one == solids[other] else one for one in solids]
 
     def _drivers(self, particles: Particles) -> np.ndarray:
         """The column of the particle that is fixed to each node, or -1."""

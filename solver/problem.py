@@ -130,6 +130,8 @@ class Smoothing(NamedTuple):
     corrected: bool = True  # gradients that are exact for linear fields
     viscosity: ArtificialViscosity = ArtificialViscosity(1.0, 2.0)
     tensile: Dimensionless = 0.0  # artificial stress, of the tension
+    # Of contact between solids, of rho c^2 (``solver/sph/contact.py``); with 0 bodies meet in the sums.
+    stiffness: Dimensionless = 0.0
 
 
 class Damping(NamedTuple):

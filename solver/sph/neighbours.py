@@ -30,11 +30,16 @@ class Cells(NamedTuple):
     counts: np.ndarray  # (3,) int64, along each axis
     begin: np.ndarray  # (cells + 1,) where each cell begins in what follows
     member: np.ndarray  # (m,) places in the tables
-    sorted: np.ndarray  # (4, m) their coordinates and smoothing lengths
+    sorted: (
+        np.ndarray
+    )  # (5, m) their coordinates, smoothing lengths and the numbers of their solids
 
 
-def sort_into_cells(place, count):
-    """The cells of the first ``count`` rows of the table of places, without those of no smoothing length."""
+def sort_into_cells(place, solid, count):
+    """The cells of the first ``count`` rows of the table of places, without those of no smoothing length.
+
+    ``solid`` (count,) are the numbers of the solids, whose particles take no part in each other's sums.
+    """
     rows = np.flatnonzero(place[:count, LENGTH] > 0.0)
     lower, upper = place[rows, :3].min(axis=0), place[rows, :3].max(axis=0)
     width = SUPPORT * float(place[rows, LENGTH].max())
@@ -49,9 +54,9 @@ def sort_into_cells(place, count):
         counts,
         np.zeros(int(counts.prod()) + 1, np.int64),
         np.zeros(rows.size, np.int32),
-        np.zeros((4, rows.size)),
+        np.zeros((5, rows.size)),
     )
-    fill_cells(place, rows, cells)
+    fill_cells(place, solid, rows, cells)
     return cells
 
 
@@ -63,7 +68,7 @@ def coordinate(cells, place, p, axis):
 
 
 @kernel
-def fill_cells(place, rows, cells):
+def fill_cells(place, solid, rows, cells):
     """Sort some rows by counting; within a cell the order stays."""
     counts, begin, member, ordered = cells.counts, cells.begin, cells.member, cells.sorted
     home = np.empty(rows.size, np.int64)
@@ -83,11 +88,12 @@ def fill_cells(place, rows, cells):
         for axis in range(3):
             ordered[axis, k] = place[p, axis]
         ordered[3, k] = place[p, LENGTH]
+        ordered[4, k] = solid[p]
 
 
 @kernel
 def find_neighbours(
-    smoothing, dimensions, cells, place, other, ranges, neighbours, first, stop, correction
+    smoothing, dimensions, cells, place, solid, other, ranges, neighbours, first, stop, correction
 ):
     """Lists of the particles in ``ranges``, and their corrections; returns -1 where ``neighbours`` is too short.
 
@@ -117,7 +123,8 @@ def find_neighbours(
                             dz, reach = number(ordered, 2, k) - z, number(ordered, 3, k) + own
                             squared = dx * dx + dy * dy + dz * dz
                             neighbours[filled] = element(member, k)
-                            filled += int((squared < reach * reach) & (squared > 0.0))
+                            is_near = (squared < reach * reach) & (squared > 0.0)
+                            filled += int(is_near & (number(ordered, 4, k) == solid[i]))
                 while filled % LANES:
                     neighbours[filled] = empty
                     filled += 1

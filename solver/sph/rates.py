@@ -62,7 +62,7 @@ STILL = ArtificialViscosity(0.0, 0.0)  # of the point update: viscosity acts bet
 # Of the viscosity's part in the signal speed, and of the path in a step under the force: Monaghan (1992), section 10.
 VISCOUS = 0.6
 
-IMPULSE, WEIGHT, WORK, FASTEST = 0, 3, 4, 5  # of the sums of a share
+IMPULSE, WEIGHT, WORK, FASTEST, TOUCHED = 0, 3, 4, 5, 6  # of the sums of a share
 
 
 class Lists(NamedTuple):
@@ -158,17 +158,19 @@ def viscous(smoothing, dimensions, own, others, near, nearby, d, squared, length
 
 
 @kernel
-def accelerate(smoothing, dimensions, tables, table, ranges, lists, gravity, kick, dt, sums):
+def accelerate(
+    smoothing, dimensions, tables, table, ranges, lists, pushed, gravity, kick, dt, sums
+):
     """Velocities after a ``kick`` (s) and positions after a step; the energy takes the half of the work before it.
 
-    ``sums`` (8,) gets the impulse of images (3), the mass, the work of gravity, and the largest inverse of a stable
-    step for a Courant number of 1 (1/s).
+    ``pushed`` (n, 8) are accelerations by contact. ``sums`` (8,) gets the impulse of images (3), the mass, the work of
+    gravity, the largest inverse of a stable step for a Courant number of 1 (1/s), and the work of contact.
     """
     place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
     neighbours, moved = bare(lists.neighbours), tables.other
     none = spread(0.0)
     viscosity = smoothing.viscosity
-    px = py = pz = weight = work = fastest = 0.0
+    px = py = pz = weight = work = fastest = touched = 0.0
     for body in range(ranges.shape[0]):
         for i in range(ranges[body, 0], ranges[body, 1]):
             mass = table[MASS, i]
@@ -208,7 +210,11 @@ def accelerate(smoothing, dimensions, tables, table, ranges, lists, gravity, kic
                     bz + nearby[IMAGE] * fz,
                 )
                 nearest = maximum(nearest, -mu)
-            a = total(ax) + gravity[0], total(ay) + gravity[1], total(az) + gravity[2]
+            a = (
+                total(ax) + gravity[0] + pushed[i, 0],
+                total(ay) + gravity[1] + pushed[i, 1],
+                total(az) + gravity[2] + pushed[i, 2],
+            )
             old = table[VX, i], table[VY, i], table[VZ, i]
             new = old[0] + a[0] * kick, old[1] + a[1] * kick, old[2] + a[2] * kick
             table[VX, i], table[VY, i], table[VZ, i] = new
@@ -218,10 +224,14 @@ def accelerate(smoothing, dimensions, tables, table, ranges, lists, gravity, kic
             moved[i, MOVED], moved[i, MOVED + 1], moved[i, MOVED + 2] = new
             gained = total(power_of_stress) + 0.5 * viscosity.heating * total(heat)
             table[ENERGY, i] += 0.5 * kick * gained
-            px, py, pz = px + mass * total(bx), py + mass * total(by), pz + mass * total(bz)
+            px += mass * (total(bx) + pushed[i, 3])
+            py += mass * (total(by) + pushed[i, 4])
+            pz += mass * (total(bz) + pushed[i, 5])
             weight += mass
             for axis in range(3):
-                work += 0.5 * mass * gravity[axis] * (old[axis] + new[axis]) * kick
+                path = 0.5 * mass * (old[axis] + new[axis]) * kick
+                work += gravity[axis] * path
+                touched += pushed[i, axis] * path
             length, sound = number(place, i, LENGTH), number(other, i, SOUND)
             signal = sound + VISCOUS * (
                 viscosity.linear * sound + viscosity.quadratic * largest(nearest)
@@ -229,7 +239,7 @@ def accelerate(smoothing, dimensions, tables, table, ranges, lists, gravity, kic
             force = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) ** 0.25
             fastest = max(fastest, signal / length, force / length**0.5)
     sums[IMPULSE], sums[IMPULSE + 1], sums[IMPULSE + 2] = px * kick, py * kick, pz * kick
-    sums[WEIGHT], sums[WORK], sums[FASTEST] = weight, work, fastest
+    sums[WEIGHT], sums[WORK], sums[FASTEST], sums[TOUCHED] = weight, work, fastest, touched
 
 
 @kernel

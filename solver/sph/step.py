@@ -24,12 +24,14 @@ from solver.jit import Bound
 from solver.method import Method, Partition, StepBalance
 from solver.problem import Face, Problem, Scheme, Smoothing
 from solver.scattered import AXES, Scattered
+from solver.sph.contact import reached, repel
 from solver.sph.mirrors import images_of, set_places, set_stresses, set_velocities
 from solver.sph.neighbours import find_neighbours, sort_into_cells
 from solver.sph.rates import (
     FASTEST,
     IMPULSE,
     STILL,
+    TOUCHED,
     WEIGHT,
     WORK,
     Lists,
@@ -80,6 +82,8 @@ class ParticleStepper(Method):
         self.memory = new_memory(0)
         self.measures = np.zeros((2, 0))
         bodies = range(len(problem.bodies))
+        # The number of the solid of each body; without contact all are one, and meet in the sums.
+        self.solids = [body if self.smoothing.stiffness > 0.0 else 0 for body in bodies]
         # Bodies whose particles move, those that neighbours see and another method moves, and both.
         self.active = [number for number in bodies if problem.bodies[number].mesh is None]
         self.passive = [number for number in bodies if number not in self.active]
@@ -87,7 +91,7 @@ class ParticleStepper(Method):
         self.measure = [Bound(measure) for _ in bodies]
         self.update_particles = [Bound(update_particles) for _ in bodies]
         self.lay_out, self.set_stress = Bound(lay_out), Bound(set_stress)
-        self.find_neighbours = Bound(find_neighbours)
+        self.find_neighbours, self.repel = Bound(find_neighbours), Bound(repel)
         self.accelerate, self.find_gradients = Bound(accelerate), Bound(find_gradients)
         self.summarise = Bound(summarise)
 
@@ -129,9 +133,12 @@ class ParticleStepper(Method):
             self.seen,
         )
         set_places(tables, images, count)
-        cells = sort_into_cells(tables.place, whole)
+        solid = self._solid_of(partition, images.source)
+        cells = sort_into_cells(tables.place, solid, whole)
         self._over_shares(
-            partition, lambda share, ranges: self._find(share, ranges, cells, tables), self.seen
+            partition,
+            lambda share, ranges: self._find(share, ranges, cells, tables, solid),
+            self.seen,
         )
         self._over_shares(
             partition,
@@ -141,6 +148,7 @@ class ParticleStepper(Method):
             self.seen,
         )
         set_stresses(tables, images, count)
+        self._push_apart(cells, tables, solid, count)
         self._over_shares(
             partition,
             lambda share, ranges: self.accelerate(
@@ -150,6 +158,7 @@ class ParticleStepper(Method):
                 table,
                 ranges,
                 self._lists(share),
+                self.pushed,
                 self.gravity,
                 kick,
                 dt,
@@ -204,7 +213,9 @@ class ParticleStepper(Method):
                 self.problem.geometry, self.faces, self.problem.clamp, moved, impulse
             )
         work = float(self.sums[:, WORK].sum())
-        return StepBalance(impulse, 0.0, 0.0, work, gone, reflected, tally)
+        # What contact gives to the motion of particles comes out of what it took before.
+        taken = -float(self.sums[:, TOUCHED].sum())
+        return StepBalance(impulse, 0.0, taken, work, gone, reflected, tally)
 
     def _room(self, count: int) -> None:
         """Scratch for so many particles."""
@@ -212,7 +223,39 @@ class ParticleStepper(Method):
             self.measures = np.zeros((2, count))
             self.first, self.stop = np.zeros((2, count), np.int64)
             self.correction = lines(count)
+            self.pushed = lines(count)
             self.gradients = lines(AXES * count)
+
+    def _solid_of(self, partition: Partition, source: np.ndarray) -> np.ndarray:
+        """Number of the solid of each particle and of the images of some."""
+        solid = np.zeros(partition.particles.mass.size, np.int32)
+        for body, number in enumerate(self.solids):
+            for begin, end in partition.shares[:, body]:
+                solid[begin:end] = number
+        return np.concatenate([solid, solid[source]])
+
+    def _push_apart(self, cells: Any, tables: Any, solid: np.ndarray, count: int) -> None:
+        """Accelerations by contact."""
+        self.pushed[:] = 0.0
+        if self.smoothing.stiffness == 0.0:
+            return
+        near = reached(tables.place, solid, count)
+        pieces = (
+            [near[begin:end] for begin, end in self.pool.ranges(near.size)] if near.size else []
+        )
+        self.pool.run(
+            lambda particles: self.repel(
+                self.smoothing,
+                self.axes,
+                cells,
+                tables.place,
+                tables.other,
+                solid,
+                particles,
+                self.pushed,
+            ),
+            pieces,
+        )
 
     def _complete(self, partition: Partition) -> None:
         """Give particles on a plane of symmetry the smoothing length of the mass that they have with their images."""
@@ -258,7 +301,9 @@ class ParticleStepper(Method):
             self.measures,
         )
 
-    def _find(self, share: int, ranges: np.ndarray, cells: Any, tables: Any) -> None:
+    def _find(
+        self, share: int, ranges: np.ndarray, cells: Any, tables: Any, solid: np.ndarray
+    ) -> None:
         if not self.lists[share].size:
             size = int((ranges[:, 1] - ranges[:, 0]).sum())
             self.lists[share] = np.zeros(LISTED * (size + 1), np.int32)
@@ -268,6 +313,7 @@ class ParticleStepper(Method):
                 self.axes,
                 cells,
                 tables.place,
+                solid,
                 tables.other,
                 ranges,
                 self.lists[share],
@@ -356,7 +402,8 @@ def _check(problem: Problem, smoothing: Smoothing) -> None:
         "walls that let go (take symmetric faces)": Face.WALL in kinds,
         "another scheme than musl": problem.scheme != Scheme.MUSL,
         "damping (set its rate to 0)": problem.damping.rate > 0.0,
-        "contact with fields of their own (bodies meet in the sums)": problem.contact is not None,
+        "contact with fields of their own (give the smoothing a stiffness)": problem.contact
+        is not None,
         "retired debris (follow it)": problem.retirement is not None,
         "absorbing surfaces (take free ones)": bool(problem.absorbers),
         "tractions (let a body strike instead)": bool(problem.tractions),

@@ -32,7 +32,7 @@ from studies.values.recipes import (
 if TYPE_CHECKING:
     from solver.problem import Contact
 
-ContactName = Literal["none", "bardenhagen", "thesis", "gap"]
+ContactName = Literal["none", "bardenhagen", "thesis", "gap", "repulsion"]
 BY_RECIPE = "by default that of the recipe"
 
 
@@ -129,7 +129,8 @@ class Numerics:
         ContactName,
         Described(
             "bodies share one velocity field, or have separate fields with contact on the nodes: where their "
-            "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis)"
+            "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis); "
+            "smoothed particles meet in their sums (none), or those of different bodies repel each other (repulsion)"
         ),
     ] = "none"
     friction: Annotated[
@@ -179,8 +180,8 @@ def filled_from(parameters: Parameters, preset: Any) -> Parameters:
 def check_numerics(parameters: Numerics) -> list[Finding]:
     """Friction belongs to contact; a film has a bounded number of frames."""
     findings = []
-    if parameters.friction > 0.0 and parameters.contact == "none":
-        limit = "0 for bodies that share one velocity field"
+    if parameters.friction > 0.0 and parameters.contact in ("none", "repulsion"):
+        limit = "0 for bodies without a contact that has friction"
         findings.append(
             Finding("friction", f"{parameters.friction:g}", limit, "set contact to bardenhagen")
         )
@@ -239,6 +240,6 @@ def _contact(parameters: Numerics) -> "Contact | None":
     from solver.problem import Contact, Criterion
 
     criteria = {"bardenhagen": Criterion.STEP, "thesis": Criterion.MAPPED, "gap": Criterion.GAP}
-    if parameters.contact == "none":
+    if parameters.contact not in criteria:
         return None
     return Contact(parameters.friction, criteria[parameters.contact])

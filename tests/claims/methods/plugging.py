@@ -39,9 +39,9 @@ GATED = 0.5e-3
 # The time of contact is known to a tenth of a cell of flight; "near 120 us" is a fifth.
 AT_CONTACT, AT_SEPARATION, OF_PLUG = 0.05, 0.2, 0.1
 # Smoothed particles coupled to elements, at the spacing of the seed, beside material points on cells as wide. Gates,
-# fixed before any figure: those of the plug above. The first contact is shown: bodies meet in the sums from two
-# smoothing lengths on, as the seed says of its own, which is most of the gap. The balances are kept to the errors of
-# two readings of one traction: the limits are those of tests/solver/test_coupling.py.
+# fixed before any figure: those of the plug above. The first contact is shown: particles repel each other before their
+# surfaces meet, as the seed says of its own. The balances are kept to the errors of two readings of one traction: the
+# limits are those of tests/solver/test_coupling.py.
 SPACING = 1e-3  # m
 OF_ENERGY, OF_MOMENTUM = 0.02, 0.05  # of the initial ones
 SHOWN = (  # beside the gated ones

@@ -119,17 +119,26 @@ def test_plugging__is_computed_by_each_method() -> None:
         assert (setting.problem.contact is None) == (method != "mpm")
 
 
-def test_coupled_plate__has_the_viscosity_of_a_grid_in_its_elements(
+def test_coupled_plate__has_the_viscosity_of_a_grid_and_particles_that_repel(
     coupled: tuple[Setting, Snapshot],
 ) -> None:
     problem = coupled[0].problem
-    assert problem.viscosity == built(asked("plugging")).problem.viscosity
-    assert problem.smoothing.viscosity == Smoothing(CubicSpline()).viscosity  # type: ignore[union-attr]
+    viscosity = built(asked("plugging")).problem.viscosity
+    assert problem.viscosity == viscosity
+    assert problem.smoothing == Smoothing(CubicSpline(), viscosity=viscosity, stiffness=0.01)
+
+
+def test_coupled_plate__is_one_solid_and_the_projectile_another(
+    coupled: tuple[Setting, Snapshot],
+) -> None:
+    stepper = start(coupled[0].problem, threads=1).stepper
+    elements, projectile, particles = stepper.particles.solids  # type: ignore[attr-defined]
+    assert elements == particles != projectile
 
 
 def test_plugging__has_the_identity_of_its_grid_without_a_method() -> None:
     plain = asked("plugging")
-    stated = asked("plugging", method="mpm", contact="bardenhagen", particles_per_cell=2)
+    stated = asked("plugging", method="mpm", contact="gap", particles_per_cell=2)
     assert plain.id == stated.id
     assert len({asked("plugging", **{**COUPLED, "method": name}).id for name in METHODS}) == 3
 
@@ -160,6 +169,11 @@ def test_plugging__refuses_by_name_what_a_method_does_not_compute(
         asked("plugging", **{**COUPLED, "method": method, **changes})
 
 
+def test_plugging__on_a_grid_has_no_particles_that_repel() -> None:
+    with pytest.raises(InvalidInput, match=r"contact(.|\n)*repulsion(.|\n)*method to sph"):
+        asked("plugging", contact="repulsion")
+
+
 def test_search_for_a_limit__takes_a_method_as_any_parameter() -> None:
     sweep = Sweep.parse(
         {
@@ -171,7 +185,7 @@ def test_search_for_a_limit__takes_a_method_as_any_parameter() -> None:
     )
     runs = [point.run for point in sweep.runs()]
     assert {run.parameters["speed"] for run in runs} == {100.0, 150.0, 200.0}
-    assert all(run.parameters["contact"] == "none" for run in runs)
+    assert all(run.parameters["contact"] == "repulsion" for run in runs)
     assert all(len(built(run).problem.bodies) == 3 for run in runs[:1])
 
 
