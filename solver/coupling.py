@@ -6,8 +6,10 @@ elements around them at n, so that no kernel is cut at the interface; they are s
 particle has the mass of its node on top of its own, and moves the node: what the elements feel there is a prescribed
 motion. Both methods take one step, and read each other at one time level.
 
-The forces of background particles on particles, and of elements on prescribed nodes, are two readings of one traction.
-They differ by errors of discretisation, and so momentum and energy are kept to these: the audit says how well.
+The forces of background particles on particles, and of elements on prescribed nodes, are two readings of one traction,
+and differ by errors of discretisation. Beyond the source, each fixed particle gets the difference of what elements pull
+at its node and what background particles do to the particles nearest to it. So momentum is kept to round-off; energy is
+kept to the work of the difference, which the audit shows.
 """
 
 from collections.abc import Mapping
@@ -19,13 +21,17 @@ from solver.errors import ProblemError
 from solver.fem.step import TOGETHER, ElementStepper
 from solver.method import Method, Partition, StepBalance
 from solver.problem import Problem
+from solver.sph.smoothing import SUPPORT
 from solver.sph.step import ParticleStepper
-from solver.state import MASS, Particles
+from solver.sph.tables import MOVED
+from solver.state import MASS, NEW_X, VX, Particles
 from solver.stress import CULPRIT, MAXIMA, Limits, Tally
 from solver.threads import ThreadPool
 
 # Of the stable step of each element, which is known; ``Problem.courant`` is of what particles estimate.
 COURANT_OF_ELEMENTS = 0.8
+# Supports of a particle from a driven node at the start, within which nodes may come to act on it.
+NEAR = 1.5
 
 
 class CoupledStepper(Method):
@@ -46,6 +52,7 @@ class CoupledStepper(Method):
         # The number of the particle that is fixed to each node, or -1.
         self.fixed = _fixed_particles(problem, self.nodes)
         self._join_solids(problem)
+        self._find_near(problem)
         self.faulty = False
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
@@ -61,6 +68,7 @@ class CoupledStepper(Method):
         table[MASS, drivers[driven]] += own
         table[MASS, driven] = 0.0
         self.particles.push(partition, kick, dt)
+        self._balance_forces(partition, drivers, kick, dt)
         table[MASS, driven] = own
         self.elements.move(table, drivers, kick, dt)
         table[MASS, driven] = 0.0
@@ -101,6 +109,39 @@ class CoupledStepper(Method):
         solids = self.particles.solids
         for mesh, other in np.unique([body[nodes], body[self.fixed[nodes]]], axis=1).T:
             solids[:] = [solids[mesh] if one == solids[other] else one for one in solids]
+
+    def _find_near(self, problem: Problem) -> None:
+        """The particles that nodes may act on, and the driven node that each is nearest to, at the start."""
+        from scipy.spatial import cKDTree
+
+        position = np.concatenate([body.position for body in problem.bodies])
+        nodes, first = np.flatnonzero(self.fixed >= 0), self.nodes
+        apart, nearest = cKDTree(position[nodes]).query(position[first:])
+        assert problem.smoothing is not None
+        reach = NEAR * SUPPORT * problem.smoothing.ratio * problem.geometry.spacing
+        near = np.flatnonzero(apart < reach)
+        self.near, self.nearest = near + first, nodes[nearest[near]]
+
+    def _balance_forces(
+        self, partition: Partition, drivers: np.ndarray, kick: float, dt: float
+    ) -> None:
+        """Give fixed particles what elements pull at their nodes, less what nodes do to the particles near them."""
+        table = partition.table
+        column = np.full(int(partition.particles.number.max()) + 1, -1)
+        column[partition.particles.number] = np.arange(partition.particles.number.size)
+        there = column[self.near] >= 0
+        near, nearest = column[self.near[there]], self.nearest[there]
+        by_nodes = self.particles.forces_of_others(partition, near)
+        driven = np.flatnonzero(drivers >= 0)
+        for axis in range(3):
+            missing = np.bincount(
+                self.elements.node_of, self.elements.forces[:, axis], minlength=self.nodes
+            ) - np.bincount(nearest, by_nodes[:, axis], minlength=self.nodes)
+            missing[self.elements.held[:, axis] == 1] = 0.0
+            change = missing[driven] / table[MASS, drivers[driven]] * kick
+            table[VX + axis, drivers[driven]] += change
+            table[NEW_X + axis, drivers[driven]] += change * dt
+            self.particles.tables.other[drivers[driven], MOVED + axis] += change
 
     def _drivers(self, particles: Particles) -> np.ndarray:
         """The column of the particle that is fixed to each node, or -1."""

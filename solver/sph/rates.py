@@ -297,3 +297,34 @@ def find_gradients(
             power += number(stress, i, 6) * third[0] + number(stress, i, 7) * third[1]
             power += number(other, i, T33) * third[2]
             table[ENERGY, i] += 0.5 * (kick - dt) * power
+
+
+@kernel
+def attract(smoothing, dimensions, tables, table, particles, lists, behind, forces):
+    """Forces (k, 3) on some particles by what another method moves, N: rows of ``behind`` (n, 8) that begin with 1."""
+    place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
+    neighbours, behind = bare(lists.neighbours), bare(behind)
+    none = spread(0.0)
+    for at in range(particles.size):
+        i = particles[at]
+        own, t, others = row(place, i), row(stress, i), row(other, i)
+        ax = ay = az = none
+        for k in range(lists.first[i], lists.stop[i], LANES):
+            near, s = rows(place, neighbours, k), rows(stress, neighbours, k)
+            nearby, flags = rows(other, neighbours, k), rows(behind, neighbours, k)
+            d, squared, length, force, q = apart(smoothing, dimensions, own, near)
+            weighted = near[HEAVY] * force * flags[0]
+            gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
+            pressure, _, _ = viscous(
+                smoothing, dimensions, own, others, near, nearby, d, squared, length, q
+            )
+            ax = ax + (t[0] + s[0] - pressure) * gx + (t[1] + s[1]) * gy + (t[2] + s[2]) * gz
+            ay = ay + (t[3] + s[3]) * gx + (t[4] + s[4] - pressure) * gy + (t[5] + s[5]) * gz
+            az = az + (t[6] + s[6]) * gx + (t[7] + s[7]) * gy
+            az = az + (others[T33] + nearby[T33] - pressure) * gz
+        mass = table[MASS, i]
+        forces[at, 0], forces[at, 1], forces[at, 2] = (
+            mass * total(ax),
+            mass * total(ay),
+            mass * total(az),
+        )

@@ -36,6 +36,7 @@ from solver.sph.rates import (
     WORK,
     Lists,
     accelerate,
+    attract,
     find_gradients,
     lay_out,
     measure,
@@ -93,7 +94,7 @@ class ParticleStepper(Method):
         self.lay_out, self.set_stress = Bound(lay_out), Bound(set_stress)
         self.find_neighbours, self.repel = Bound(find_neighbours), Bound(repel)
         self.accelerate, self.find_gradients = Bound(accelerate), Bound(find_gradients)
-        self.summarise = Bound(summarise)
+        self.attract, self.summarise = Bound(attract), Bound(summarise)
 
     def carried(self) -> dict[str, np.ndarray]:
         """The step before."""
@@ -165,6 +166,33 @@ class ParticleStepper(Method):
                 self.sums[share],
             ),
         )
+
+    def forces_of_others(self, partition: Partition, particles: np.ndarray) -> np.ndarray:
+        """Forces (k, 3) on some particles by what another method moves, in the sums of the last ``push``, N."""
+        count = partition.particles.mass.size
+        behind = lines(self.tables.place.shape[0])
+        for begin, end in partition.shares[:, self.passive].reshape(-1, 2):
+            behind[begin:end, 0] = 1.0
+        behind[count : count + self.images.source.size] = behind[self.images.source]
+        forces = np.zeros((particles.size, 3))
+        for share, ranges in enumerate(partition.shares[:, self.active]):
+            inside = np.zeros(particles.size, bool)
+            for begin, end in ranges:
+                inside |= (particles >= begin) & (particles < end)
+            mine = np.flatnonzero(inside)
+            found = np.zeros((mine.size, 3))
+            self.attract(
+                self.smoothing,
+                self.axes,
+                self.tables,
+                partition.table,
+                particles[mine],
+                self._lists(share),
+                behind,
+                found,
+            )
+            forces[mine] = found
+        return forces
 
     def strain(self, partition: Partition, time: float, kick: float, dt: float) -> None:
         """Density, stress and energy at n+1."""
