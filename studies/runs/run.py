@@ -107,8 +107,8 @@ def materials_of(run: Run) -> "Materials":
     return {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
 
 
-# s per particle-step of smoothed particles in three dimensions, 117 000 of them, 2026-11-23 (``make bench``).
-SMOOTHED_COST = 1.8e-6
+# s per particle-step of smoothed particles in three dimensions, 12 000 of them, 2026-11-23 (``make bench``).
+SMOOTHED_COST = 2.2e-6
 
 
 def estimate(run: Run) -> Estimate:
