@@ -7,9 +7,10 @@ particle has the mass of its node on top of its own, and moves the node: what th
 motion. Both methods take one step, and read each other at one time level.
 
 The forces of background particles on particles, and of elements on prescribed nodes, are two readings of one traction,
-and differ by errors of discretisation. Beyond the source, each fixed particle gets the difference of what elements pull
-at its node and what background particles do to the particles nearest to it. So momentum is kept to round-off; energy is
-kept to the work of the difference, which the audit shows.
+and differ by errors of discretisation. Beyond the source, each fixed particle gets the difference of what elements
+pull at its node and what background particles do to the particles nearest to it. So momentum is kept to round-off;
+energy is kept to the work of the difference, which the audit shows. Only particles that begin near the mesh are in it:
+nodes act on others, as debris that comes to them, without being pushed back, and the audit shows that too.
 """
 
 from collections.abc import Mapping
@@ -68,7 +69,7 @@ class CoupledStepper(Method):
         table[MASS, drivers[driven]] += own
         table[MASS, driven] = 0.0
         self.particles.push(partition, kick, dt)
-        self._balance_forces(partition, drivers, kick, dt)
+        impulse = self._balance_forces(partition, drivers, kick, dt)
         table[MASS, driven] = own
         self.elements.move(table, drivers, kick, dt)
         table[MASS, driven] = 0.0
@@ -82,7 +83,7 @@ class CoupledStepper(Method):
         slowed = first.tally._replace(
             signal=part * first.tally.signal, convected=part * first.tally.convected
         )
-        return _added(first._replace(tally=slowed), second)
+        return _added(first._replace(tally=slowed, impulse=first.impulse + impulse), second)
 
     def material_points(
         self, particles: Particles, body: np.ndarray
@@ -124,24 +125,31 @@ class CoupledStepper(Method):
 
     def _balance_forces(
         self, partition: Partition, drivers: np.ndarray, kick: float, dt: float
-    ) -> None:
-        """Give fixed particles what elements pull at their nodes, less what nodes do to the particles near them."""
-        table = partition.table
-        column = np.full(int(partition.particles.number.max()) + 1, -1)
-        column[partition.particles.number] = np.arange(partition.particles.number.size)
+    ) -> np.ndarray:
+        """Give fixed particles what elements pull at their nodes, less what nodes do to the particles near them.
+
+        Returns the impulse (3,) of planes of symmetry that particles and elements do not book, N s.
+        """
+        table, numbers = partition.table, partition.particles.number
+        column = np.full(int(max(numbers.max(), self.near.max(initial=0))) + 1, -1)
+        column[numbers] = np.arange(numbers.size)
         there = column[self.near] >= 0
         near, nearest = column[self.near[there]], self.nearest[there]
         by_nodes = self.particles.forces_of_others(partition, near)
         driven = np.flatnonzero(drivers >= 0)
+        behind = drivers[driven]
+        impulse = -by_nodes[:, 3:].sum(axis=0) * kick
         for axis in range(3):
             missing = np.bincount(
                 self.elements.node_of, self.elements.forces[:, axis], minlength=self.nodes
             ) - np.bincount(nearest, by_nodes[:, axis], minlength=self.nodes)
-            missing[self.elements.held[:, axis] == 1] = 0.0
-            change = missing[driven] / table[MASS, drivers[driven]] * kick
-            table[VX + axis, drivers[driven]] += change
-            table[NEW_X + axis, drivers[driven]] += change * dt
-            self.particles.tables.other[drivers[driven], MOVED + axis] += change
+            held = self.elements.held[driven, axis] == 1
+            impulse[axis] -= missing[driven][held].sum() * kick
+            change = np.where(held, 0.0, missing[driven]) / table[MASS, behind] * kick
+            np.add.at(table[VX + axis], behind, change)
+            np.add.at(table[NEW_X + axis], behind, change * dt)
+            np.add.at(self.particles.tables.other[:, MOVED + axis], behind, change)
+        return impulse
 
     def _drivers(self, particles: Particles) -> np.ndarray:
         """The column of the particle that is fixed to each node, or -1."""

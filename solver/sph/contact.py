@@ -4,6 +4,7 @@ Particles of different solids take no part in each other's sums. A pair of them 
 
     E = K V (W(r) / W(spacing))^4        with K = stiffness rho c^2, V = m / rho, each the mean of both
 
+times the part of a whole particle that each is at planes of symmetry, where its images have the rest,
 and repels each other by its gradient, which hardly acts beyond one and a half spacings: the contact potential of
 Vignjevic, De Vuyst and Campbell (2007), ICCES 3, 107, with the power of Monaghan's artificial stress. Forces of a pair
 are opposite. What they take from the kinetic energy is removed by contact, and comes back when bodies part.
@@ -59,7 +60,10 @@ def repel(smoothing, dimensions, cells, place, other, solid, particles, pushed):
                         continue
                     stiffness = other[i, RHO] * other[i, SOUND] * other[i, SOUND]
                     stiffness += other[j, RHO] * other[j, SOUND] * other[j, SOUND]
-                    volume = place[i, HEAVY] / other[i, RHO] + place[j, HEAVY] / other[j, RHO]
+                    mine = (place[i, LENGTH] / ratio) ** dimensions
+                    its = (place[j, LENGTH] / ratio) ** dimensions
+                    volume = (mine + its) * min(place[i, HEAVY] / (other[i, RHO] * mine), 1.0)
+                    volume *= min(place[j, HEAVY] / (other[j, RHO] * its), 1.0)
                     part = height(function, dimensions, q) / whole
                     change = -4.0 * part * part * part * slope(function, dimensions, q) / whole
                     size = 0.25 * smoothing.stiffness * stiffness * volume * change

@@ -301,14 +301,17 @@ def find_gradients(
 
 @kernel
 def attract(smoothing, dimensions, tables, table, particles, lists, behind, forces):
-    """Forces (k, 3) on some particles by what another method moves, N: rows of ``behind`` (n, 8) that begin with 1."""
+    """Forces (k, 6) on some particles by what another method moves, N: by all of it, and then by images alone.
+
+    Rows of ``behind`` (n, 8) begin with 1 for what another method moves, and go on with 1 for its images.
+    """
     place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
     neighbours, behind = bare(lists.neighbours), bare(behind)
     none = spread(0.0)
     for at in range(particles.size):
         i = particles[at]
         own, t, others = row(place, i), row(stress, i), row(other, i)
-        ax = ay = az = none
+        ax = ay = az = bx = by = bz = none
         for k in range(lists.first[i], lists.stop[i], LANES):
             near, s = rows(place, neighbours, k), rows(stress, neighbours, k)
             nearby, flags = rows(other, neighbours, k), rows(behind, neighbours, k)
@@ -318,13 +321,12 @@ def attract(smoothing, dimensions, tables, table, particles, lists, behind, forc
             pressure, _, _ = viscous(
                 smoothing, dimensions, own, others, near, nearby, d, squared, length, q
             )
-            ax = ax + (t[0] + s[0] - pressure) * gx + (t[1] + s[1]) * gy + (t[2] + s[2]) * gz
-            ay = ay + (t[3] + s[3]) * gx + (t[4] + s[4] - pressure) * gy + (t[5] + s[5]) * gz
-            az = az + (t[6] + s[6]) * gx + (t[7] + s[7]) * gy
-            az = az + (others[T33] + nearby[T33] - pressure) * gz
+            fx = (t[0] + s[0] - pressure) * gx + (t[1] + s[1]) * gy + (t[2] + s[2]) * gz
+            fy = (t[3] + s[3]) * gx + (t[4] + s[4] - pressure) * gy + (t[5] + s[5]) * gz
+            fz = (t[6] + s[6]) * gx + (t[7] + s[7]) * gy
+            fz = fz + (others[T33] + nearby[T33] - pressure) * gz
+            ax, ay, az = ax + fx, ay + fy, az + fz
+            bx, by, bz = bx + flags[1] * fx, by + flags[1] * fy, bz + flags[1] * fz
         mass = table[MASS, i]
-        forces[at, 0], forces[at, 1], forces[at, 2] = (
-            mass * total(ax),
-            mass * total(ay),
-            mass * total(az),
-        )
+        for component, sum in enumerate((ax, ay, az, bx, by, bz)):
+            forces[at, component] = mass * total(sum)

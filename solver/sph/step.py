@@ -168,19 +168,23 @@ class ParticleStepper(Method):
         )
 
     def forces_of_others(self, partition: Partition, particles: np.ndarray) -> np.ndarray:
-        """Forces (k, 3) on some particles by what another method moves, in the sums of the last ``push``, N."""
+        """Forces (k, 6) on some particles by what another method moves, and by images of it alone, N.
+
+        They are those of the sums of the last ``push``.
+        """
         count = partition.particles.mass.size
         behind = lines(self.tables.place.shape[0])
         for begin, end in partition.shares[:, self.passive].reshape(-1, 2):
             behind[begin:end, 0] = 1.0
-        behind[count : count + self.images.source.size] = behind[self.images.source]
-        forces = np.zeros((particles.size, 3))
+        images = behind[count : count + self.images.source.size]
+        images[:, :2] = behind[self.images.source, :1]
+        forces = np.zeros((particles.size, 6))
         for share, ranges in enumerate(partition.shares[:, self.active]):
             inside = np.zeros(particles.size, bool)
             for begin, end in ranges:
                 inside |= (particles >= begin) & (particles < end)
             mine = np.flatnonzero(inside)
-            found = np.zeros((mine.size, 3))
+            found = np.zeros((mine.size, 6))
             self.attract(
                 self.smoothing,
                 self.axes,

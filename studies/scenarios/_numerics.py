@@ -178,13 +178,15 @@ def filled_from(parameters: Parameters, preset: Any) -> Parameters:
 
 
 def check_numerics(parameters: Numerics) -> list[Finding]:
-    """Friction belongs to contact; a film has a bounded number of frames."""
+    """Friction belongs to contact, and repulsion to particles; a film has a bounded number of frames."""
     findings = []
+    if parameters.contact == "repulsion" and not is_smoothed(parameters):
+        limit = "none, bardenhagen, thesis or gap, the contacts of material points"
+        findings.append(Finding("contact", "repulsion", limit, "take another contact"))
     if parameters.friction > 0.0 and parameters.contact in ("none", "repulsion"):
         limit = "0 for bodies without a contact that has friction"
-        findings.append(
-            Finding("friction", f"{parameters.friction:g}", limit, "set contact to bardenhagen")
-        )
+        cure = "leave friction out" if is_smoothed(parameters) else "set contact to bardenhagen"
+        findings.append(Finding("friction", f"{parameters.friction:g}", limit, cure))
     least = round_quantity((getattr(parameters, "end_time", None) or 0.0) / MOST_FRAMES)
     if parameters.film_interval is not None and parameters.film_interval < least:
         limit = f"at least a thousandth of the run, {readable(least, 's')}"

@@ -69,7 +69,8 @@ AROUND = 2.0  # cells of grid around what moves
 # Half width of the particles in a coupled plate, in projectile diameters: the 47 133 particles of Zhang, Qiang and Gao
 # (2011) are 80 layers of 316 in the projectile, and 13 layers of 41 by 41 in the plate, 1 mm apart.
 SQUARE = 1.0
-OBSERVED = 0.25  # cells of flight between two observations: the first contact is read between them
+# Cells of flight between two observations, in which the first contact is read, and observations of a run at most.
+OBSERVED, MOST_OBSERVED = 0.25, 2000
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
 REACH = 2.5  # of the sections, in projectile diameters
 
@@ -242,7 +243,7 @@ def _fill(parameters: Plugging) -> Plugging:
 
 def _check(parameters: Plugging, materials: Materials) -> list[Finding]:
     return [
-        *check_method(parameters),
+        *check_method(parameters, ("repulsion", "none")),
         *_check_shape(parameters),
         *check_numerics(parameters),
         *check_failure(parameters, materials),
@@ -271,6 +272,10 @@ def _check_shape(parameters: Plugging) -> list[Finding]:
         limit = f"at least {narrowest:g} m, the particles and {EVEN + 1} elements"
     if radius < narrowest:
         findings.append(Finding("plate_radius", f"{radius:g} m", limit, "enlarge the plate"))
+    if parameters.contact == "repulsion" and parameters.gap < _cell(parameters) * (1.0 - 1e-9):
+        limit = f"at least a cell, {_cell(parameters):g} m, of particles that repel each other"
+        cure = "enlarge the gap, raise the resolution (cells per diameter), or set contact to none"
+        findings.append(Finding("gap", f"{parameters.gap:g} m", limit, cure))
     thickness, least = parameters.plate_thickness, 2.0 * _cell(parameters)
     if thickness < least:
         cure = "raise the resolution (cells per diameter)"
@@ -434,7 +439,8 @@ def _cells(parameters: Plugging) -> dict[str, float]:
 
 
 def _rate(parameters: Any, setting: Setting) -> ObservationRate:
-    return ObservationRate(interval=OBSERVED * _cell(parameters) / parameters.speed)
+    interval = OBSERVED * _cell(parameters) / parameters.speed
+    return ObservationRate(interval=max(interval, setting.problem.end_time / MOST_OBSERVED))
 
 
 def _view(setting: Any, snapshot: Any) -> Any:

@@ -163,6 +163,35 @@ def test_contact__bars_exchange_their_momentum_about_a_spacing_apart_and_get_its
     assert abs(taken[-1]) < 1e-3 * initial
 
 
+def test_contact__half_a_block_at_a_plane_of_symmetry_meets_as_the_whole_one() -> None:
+    """On the plane stand halves of particles."""
+
+    def made(across: np.ndarray, symmetric: bool) -> Simulation:
+        bodies = []
+        for name, bottom, speed in (("target", 4.0, 0.0), ("flyer", 9.4, 50.0)):
+            lines = (
+                SPACING * across,
+                SPACING * (3.0 + np.arange(3.0)),
+                SPACING * (bottom + np.arange(4.0)),
+            )
+            position = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+            mass = np.full(len(position), DENSITY * SPACING**3)
+            mass[position[:, 0] == 0.0] *= 0.5
+            whole = block(name, (0, 0, 0), (1, 1, 1), speed)
+            bodies.append(replace(whole, position=position, mass=mass))
+        faces = ((Face.SYMMETRIC if symmetric else Face.FREE, Face.FREE), FREE, FREE)
+        problem = impact(geometry=box(16, 9, 18), smoothing=REPELLING, fixed_dt=2e-8)
+        made = start(replace(problem, bodies=tuple(bodies), faces=faces))
+        for _ in range(STEPS):
+            made.advance()
+        return made
+
+    half, whole = made(np.arange(4.0), True), made(np.arange(5.0, 12.0), False)
+    assert half.removed_by_contact > 0.0
+    assert half.removed_by_contact == pytest.approx(0.5 * whole.removed_by_contact, rel=1e-9)
+    assert half.audit().momentum_error < ROUND_OFF
+
+
 def test_viscosity__that_does_not_heat_is_noticed_by_the_audit() -> None:
     cold = Smoothing(CubicSpline(), viscosity=ArtificialViscosity(1.0, 2.0, heating=0.0))
     assert advanced(impact(smoothing=cold)).audit().energy_drift < -1e-5

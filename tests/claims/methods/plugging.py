@@ -40,8 +40,8 @@ GATED = 0.5e-3
 AT_CONTACT, AT_SEPARATION, OF_PLUG = 0.05, 0.2, 0.1
 # Smoothed particles coupled to elements, at the spacing of the seed, beside material points on cells as wide. Gates,
 # fixed before any figure: those of the plug above. The first contact is shown: particles repel each other before their
-# surfaces meet, as the seed says of its own. The balances are kept to the errors of two readings of one traction: the
-# limits are those of tests/solver/test_coupling.py.
+# surfaces meet, as the seed says of its own. The limits of the balances are those of the published coupling, whose two
+# sides read one traction twice.
 SPACING = 1e-3  # m
 OF_ENERGY, OF_MOMENTUM = 0.02, 0.05  # of the initial ones
 SHOWN = (  # beside the gated ones

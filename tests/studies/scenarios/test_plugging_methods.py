@@ -170,8 +170,19 @@ def test_plugging__refuses_by_name_what_a_method_does_not_compute(
 
 
 def test_plugging__on_a_grid_has_no_particles_that_repel() -> None:
-    with pytest.raises(InvalidInput, match=r"contact(.|\n)*repulsion(.|\n)*method to sph"):
+    with pytest.raises(InvalidInput, match=r"contact(.|\n)*repulsion(.|\n)*material points"):
         asked("plugging", contact="repulsion")
+
+
+def test_particles_that_repel__begin_a_cell_apart() -> None:
+    with pytest.raises(InvalidInput, match=r"gap(.|\n)*at least a cell"):
+        asked("plugging", **{**COUPLED, "gap": 0.5e-3})
+
+
+@pytest.mark.parametrize("name", ["thick_plate", "plate_impact", "taylor_bar", "debris_cloud"])
+def test_material_points__of_other_scenarios_do_not_repel(name: str) -> None:
+    with pytest.raises(InvalidInput, match=r"contact(.|\n)*repulsion"):
+        asked(name, contact="repulsion")
 
 
 def test_search_for_a_limit__takes_a_method_as_any_parameter() -> None:
@@ -180,7 +191,7 @@ def test_search_for_a_limit__takes_a_method_as_any_parameter() -> None:
             "scenario": "plugging",
             "fixed": {"geometry": "quarter", "method": "sph-fem"},
             "axes": {"speed": {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"]}},
-            "resolution": 8,
+            "resolution": 10,
         }
     )
     runs = [point.run for point in sweep.runs()]
