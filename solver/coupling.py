@@ -29,9 +29,9 @@ from solver.state import MASS, NEW_X, VX, Particles
 from solver.stress import CULPRIT, MAXIMA, Limits, Tally
 from solver.threads import ThreadPool
 
-# Of the stable step of each element, which is known; ``Problem.courant`` is of what particles estimate.
+# Courant number of elements, of which each knows its stable step. ``Problem.courant`` is that of the particles.
 COURANT_OF_ELEMENTS = 0.8
-# Supports of a particle from a driven node at the start, within which nodes may come to act on it.
+# Distance from a driven node at the start, in supports, within which nodes may come to act on a particle.
 NEAR = 1.5
 
 
@@ -50,6 +50,7 @@ class CoupledStepper(Method):
         self.elements = ElementStepper(elements, limits, pool, shares)
         self.particles = ParticleStepper(replace(problem, tractions=()), limits, pool, shares)
         self.nodes = sum(body.mass.size for body in meshed)
+        self.count = sum(body.mass.size for body in problem.bodies)
         # The number of the particle that is fixed to each node, or -1.
         self.fixed = _fixed_particles(problem, self.nodes)
         self._join_solids(problem)
@@ -130,14 +131,12 @@ class CoupledStepper(Method):
 
         Returns the impulse (3,) of planes of symmetry that particles and elements do not book, N s.
         """
-        table, numbers = partition.table, partition.particles.number
-        column = np.full(int(max(numbers.max(), self.near.max(initial=0))) + 1, -1)
-        column[numbers] = np.arange(numbers.size)
+        table, column = partition.table, self._columns(partition.particles)
         there = column[self.near] >= 0
         near, nearest = column[self.near[there]], self.nearest[there]
         by_nodes = self.particles.forces_of_others(partition, near)
         driven = np.flatnonzero(drivers >= 0)
-        behind = drivers[driven]
+        moving = drivers[driven]
         impulse = -by_nodes[:, 3:].sum(axis=0) * kick
         for axis in range(3):
             missing = np.bincount(
@@ -145,17 +144,21 @@ class CoupledStepper(Method):
             ) - np.bincount(nearest, by_nodes[:, axis], minlength=self.nodes)
             held = self.elements.held[driven, axis] == 1
             impulse[axis] -= missing[driven][held].sum() * kick
-            change = np.where(held, 0.0, missing[driven]) / table[MASS, behind] * kick
-            np.add.at(table[VX + axis], behind, change)
-            np.add.at(table[NEW_X + axis], behind, change * dt)
-            np.add.at(self.particles.tables.other[:, MOVED + axis], behind, change)
+            change = np.where(held, 0.0, missing[driven]) / table[MASS, moving] * kick
+            np.add.at(table[VX + axis], moving, change)
+            np.add.at(table[NEW_X + axis], moving, change * dt)
+            np.add.at(self.particles.tables.other[:, MOVED + axis], moving, change)
         return impulse
 
     def _drivers(self, particles: Particles) -> np.ndarray:
         """The column of the particle that is fixed to each node, or -1."""
-        column = np.full(int(max(particles.number.max(), self.fixed.max())) + 1, -1)
+        return np.where(self.fixed >= 0, self._columns(particles)[self.fixed], -1)
+
+    def _columns(self, particles: Particles) -> np.ndarray:
+        """The column of each particle by its number, -1 of those that have departed."""
+        column = np.full(self.count, -1)
         column[particles.number] = np.arange(particles.number.size)
-        return np.where(self.fixed >= 0, column[self.fixed], -1)
+        return column
 
 
 def _fixed_particles(problem: Problem, nodes: int) -> np.ndarray:

@@ -25,7 +25,6 @@ from solver.jit import device, generic, implements
 from solver.vectors import bare, line, set_line, transposed
 
 AXES = 3
-SLOWEST_FIRST = (2, 0, 1)  # axes in the order of nodes in memory
 MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reaches
 
 
@@ -195,9 +194,12 @@ def layer_nodes(geometry, axis, side, depth):
 
     Ghosts of the faces of other axes belong to the layer.
     """
-    index = np.arange(node_count(geometry)).reshape(tuple(geometry.nodes[list(SLOWEST_FIRST)]))
     place = MARGIN + depth if side == 0 else geometry.nodes[axis] - 1 - MARGIN - depth
-    return np.take(index, place, axis=SLOWEST_FIRST.index(axis)).ravel()
+    strides = node_strides(geometry)
+    first, second = (
+        np.arange(geometry.nodes[other]) * strides[other] for other in range(AXES) if other != axis
+    )
+    return np.sort(np.add.outer(first, second), axis=None) + place * strides[axis]
 
 
 def face_nodes(geometry, axis, side):

@@ -62,7 +62,8 @@ STILL = ArtificialViscosity(0.0, 0.0)  # of the point update: viscosity acts bet
 # Of the viscosity's part in the signal speed, and of the path in a step under the force: Monaghan (1992), section 10.
 VISCOUS = 0.6
 
-IMPULSE, WEIGHT, WORK, FASTEST, TOUCHED = 0, 3, 4, 5, 6  # of the sums of a share
+# Places in the sums of a share: impulse of images, mass, work of gravity, largest inverse of a step, work of contact.
+IMPULSE, WEIGHT, WORK, FASTEST, TOUCHED = 0, 3, 4, 5, 6
 
 
 class Lists(NamedTuple):
@@ -157,6 +158,16 @@ def viscous(smoothing, dimensions, own, others, near, nearby, d, squared, length
     return pressure, mu, along
 
 
+@device
+def pull(stress, last, gx, gy, gz):
+    """T grad W of eight pairs: a row of the table of stresses, and the last component of T, times a gradient."""
+    return (
+        (stress[0] * gx + stress[1] * gy) + stress[2] * gz,
+        (stress[3] * gx + stress[4] * gy) + stress[5] * gz,
+        (stress[6] * gx + stress[7] * gy) + last * gz,
+    )
+
+
 @kernel
 def accelerate(
     smoothing, dimensions, tables, table, ranges, lists, pushed, gravity, kick, dt, sums
@@ -177,7 +188,6 @@ def accelerate(
             if mass <= 0.0:
                 continue
             own, t, others = row(place, i), row(stress, i), row(other, i)
-            t33 = others[T33]
             ax = ay = az = bx = by = bz = power_of_stress = heat = nearest = none
             for k in range(lists.first[i], lists.stop[i], LANES):
                 near, s, nearby = (
@@ -191,18 +201,19 @@ def accelerate(
                 pressure, mu, along = viscous(
                     smoothing, dimensions, own, others, near, nearby, d, squared, length, q
                 )
-                fx = (t[0] * gx + t[1] * gy) + t[2] * gz
-                fy = (t[3] * gx + t[4] * gy) + t[5] * gz
-                fz = (t[6] * gx + t[7] * gy) + t33 * gz
+                fx, fy, fz = pull(t, others[T33], gx, gy, gz)
                 power_of_stress = power_of_stress - (
                     fx * (own[SPEED] - near[SPEED])
                     + fy * (own[SPEED + 1] - near[SPEED + 1])
                     + fz * (own[SPEED + 2] - near[SPEED + 2])
                 )
                 heat = heat + pressure * weighted * along
-                fx = fx + ((s[0] * gx + s[1] * gy) + s[2] * gz) - pressure * gx
-                fy = fy + ((s[3] * gx + s[4] * gy) + s[5] * gz) - pressure * gy
-                fz = fz + ((s[6] * gx + s[7] * gy) + nearby[T33] * gz) - pressure * gz
+                sx, sy, sz = pull(s, nearby[T33], gx, gy, gz)
+                fx, fy, fz = (
+                    fx + sx - pressure * gx,
+                    fy + sy - pressure * gy,
+                    fz + sz - pressure * gz,
+                )
                 ax, ay, az = ax + fx, ay + fy, az + fz
                 bx, by, bz = (
                     bx + nearby[IMAGE] * fx,
@@ -300,13 +311,13 @@ def find_gradients(
 
 
 @kernel
-def attract(smoothing, dimensions, tables, table, particles, lists, behind, forces):
+def find_forces_of_others(smoothing, dimensions, tables, table, particles, lists, marks, forces):
     """Forces (k, 6) on some particles by what another method moves, N: by all of it, and then by images alone.
 
-    Rows of ``behind`` (n, 8) begin with 1 for what another method moves, and go on with 1 for its images.
+    Rows of ``marks`` (n, 8) begin with 1 for what another method moves, and go on with 1 for its images.
     """
     place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
-    neighbours, behind = bare(lists.neighbours), bare(behind)
+    neighbours, marks = bare(lists.neighbours), bare(marks)
     none = spread(0.0)
     for at in range(particles.size):
         i = particles[at]
@@ -314,19 +325,18 @@ def attract(smoothing, dimensions, tables, table, particles, lists, behind, forc
         ax = ay = az = bx = by = bz = none
         for k in range(lists.first[i], lists.stop[i], LANES):
             near, s = rows(place, neighbours, k), rows(stress, neighbours, k)
-            nearby, flags = rows(other, neighbours, k), rows(behind, neighbours, k)
+            nearby, flags = rows(other, neighbours, k), rows(marks, neighbours, k)
             d, squared, length, force, q = apart(smoothing, dimensions, own, near)
             weighted = near[HEAVY] * force * flags[0]
             gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
             pressure, _, _ = viscous(
                 smoothing, dimensions, own, others, near, nearby, d, squared, length, q
             )
-            fx = (t[0] + s[0] - pressure) * gx + (t[1] + s[1]) * gy + (t[2] + s[2]) * gz
-            fy = (t[3] + s[3]) * gx + (t[4] + s[4] - pressure) * gy + (t[5] + s[5]) * gz
-            fz = (t[6] + s[6]) * gx + (t[7] + s[7]) * gy
-            fz = fz + (others[T33] + nearby[T33] - pressure) * gz
+            fx, fy, fz = pull(t, others[T33], gx, gy, gz)
+            sx, sy, sz = pull(s, nearby[T33], gx, gy, gz)
+            fx, fy, fz = fx + sx - pressure * gx, fy + sy - pressure * gy, fz + sz - pressure * gz
             ax, ay, az = ax + fx, ay + fy, az + fz
             bx, by, bz = bx + flags[1] * fx, by + flags[1] * fy, bz + flags[1] * fz
         mass = table[MASS, i]
-        for component, sum in enumerate((ax, ay, az, bx, by, bz)):
-            forces[at, component] = mass * total(sum)
+        for component, lanes in enumerate((ax, ay, az, bx, by, bz)):
+            forces[at, component] = mass * total(lanes)

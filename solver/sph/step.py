@@ -36,7 +36,7 @@ from solver.sph.rates import (
     WORK,
     Lists,
     accelerate,
-    attract,
+    find_forces_of_others,
     find_gradients,
     lay_out,
     measure,
@@ -94,7 +94,7 @@ class ParticleStepper(Method):
         self.lay_out, self.set_stress = Bound(lay_out), Bound(set_stress)
         self.find_neighbours, self.repel = Bound(find_neighbours), Bound(repel)
         self.accelerate, self.find_gradients = Bound(accelerate), Bound(find_gradients)
-        self.attract, self.summarise = Bound(attract), Bound(summarise)
+        self.find_forces_of_others, self.summarise = Bound(find_forces_of_others), Bound(summarise)
 
     def carried(self) -> dict[str, np.ndarray]:
         """The step before."""
@@ -173,11 +173,11 @@ class ParticleStepper(Method):
         They are those of the sums of the last ``push``.
         """
         count = partition.particles.mass.size
-        behind = lines(self.tables.place.shape[0])
+        marks = lines(self.tables.place.shape[0])
         for begin, end in partition.shares[:, self.passive].reshape(-1, 2):
-            behind[begin:end, 0] = 1.0
-        images = behind[count : count + self.images.source.size]
-        images[:, :2] = behind[self.images.source, :1]
+            marks[begin:end, 0] = 1.0
+        images = marks[count : count + self.images.source.size]
+        images[:, :2] = marks[self.images.source, :1]
         forces = np.zeros((particles.size, 6))
         for share, ranges in enumerate(partition.shares[:, self.active]):
             inside = np.zeros(particles.size, bool)
@@ -185,14 +185,14 @@ class ParticleStepper(Method):
                 inside |= (particles >= begin) & (particles < end)
             mine = np.flatnonzero(inside)
             found = np.zeros((mine.size, 6))
-            self.attract(
+            self.find_forces_of_others(
                 self.smoothing,
                 self.axes,
                 self.tables,
                 partition.table,
                 particles[mine],
                 self._lists(share),
-                behind,
+                marks,
                 found,
             )
             forces[mine] = found

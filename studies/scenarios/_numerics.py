@@ -32,7 +32,9 @@ from studies.values.recipes import (
 if TYPE_CHECKING:
     from solver.problem import Contact
 
-ContactName = Literal["none", "bardenhagen", "thesis", "gap", "repulsion"]
+ContactName = Literal["none", "bardenhagen", "thesis", "gap"]
+# The criterion (``solver.problem.Criterion``) of each contact on the grid.
+CRITERIA = {"bardenhagen": "STEP", "thesis": "MAPPED", "gap": "GAP"}
 BY_RECIPE = "by default that of the recipe"
 
 
@@ -129,8 +131,7 @@ class Numerics:
         ContactName,
         Described(
             "bodies share one velocity field, or have separate fields with contact on the nodes: where their "
-            "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis); "
-            "smoothed particles meet in their sums (none), or those of different bodies repel each other (repulsion)"
+            "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis)"
         ),
     ] = "none"
     friction: Annotated[
@@ -178,13 +179,10 @@ def filled_from(parameters: Parameters, preset: Any) -> Parameters:
 
 
 def check_numerics(parameters: Numerics) -> list[Finding]:
-    """Friction belongs to contact, and repulsion to particles; a film has a bounded number of frames."""
+    """Friction belongs to contact on the grid; a film has a bounded number of frames."""
     findings = []
-    if parameters.contact == "repulsion" and not is_smoothed(parameters):
-        limit = "none, bardenhagen, thesis or gap, the contacts of material points"
-        findings.append(Finding("contact", "repulsion", limit, "take another contact"))
-    if parameters.friction > 0.0 and parameters.contact in ("none", "repulsion"):
-        limit = "0 for bodies without a contact that has friction"
+    if parameters.friction > 0.0 and parameters.contact not in CRITERIA:
+        limit = "0 for bodies without contact on the grid"
         cure = "leave friction out" if is_smoothed(parameters) else "set contact to bardenhagen"
         findings.append(Finding("friction", f"{parameters.friction:g}", limit, cure))
     least = round_quantity((getattr(parameters, "end_time", None) or 0.0) / MOST_FRAMES)
@@ -241,7 +239,6 @@ def numerics(parameters: Numerics) -> dict[str, Any]:
 def _contact(parameters: Numerics) -> "Contact | None":
     from solver.problem import Contact, Criterion
 
-    criteria = {"bardenhagen": Criterion.STEP, "thesis": Criterion.MAPPED, "gap": Criterion.GAP}
-    if parameters.contact not in criteria:
+    if parameters.contact not in CRITERIA:
         return None
-    return Contact(parameters.friction, criteria[parameters.contact])
+    return Contact(parameters.friction, Criterion[CRITERIA[parameters.contact]])

@@ -150,7 +150,7 @@ class Plugging(ByCoupledMethod, Numerics, Fracture, PluggingShot):
         ),
     ] = None
     contact: Annotated[
-        ContactName | None,
+        Literal[ContactName, "repulsion"] | None,
         Described(
             "bodies share one velocity field, or have separate fields with contact on the nodes: where their "
             "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis); "
@@ -272,6 +272,9 @@ def _check_shape(parameters: Plugging) -> list[Finding]:
         limit = f"at least {narrowest:g} m, the particles and {EVEN + 1} elements"
     if radius < narrowest:
         findings.append(Finding("plate_radius", f"{radius:g} m", limit, "enlarge the plate"))
+    if parameters.contact == "repulsion" and not is_smoothed(parameters):
+        limit = "none, bardenhagen, thesis or gap, the contacts of material points"
+        findings.append(Finding("contact", "repulsion", limit, "take another contact"))
     if parameters.contact == "repulsion" and parameters.gap < _cell(parameters) * (1.0 - 1e-9):
         limit = f"at least a cell, {_cell(parameters):g} m, of particles that repel each other"
         cure = "enlarge the gap, raise the resolution (cells per diameter), or set contact to none"

@@ -179,8 +179,8 @@ def test_particles_that_repel__begin_a_cell_apart() -> None:
         asked("plugging", **{**COUPLED, "gap": 0.5e-3})
 
 
-@pytest.mark.parametrize("name", ["thick_plate", "plate_impact", "taylor_bar", "debris_cloud"])
-def test_material_points__of_other_scenarios_do_not_repel(name: str) -> None:
+@pytest.mark.parametrize("name", ["thin_plate", "thick_plate", "plate_impact", "debris_cloud"])
+def test_bodies_of_other_scenarios_do_not_repel(name: str) -> None:
     with pytest.raises(InvalidInput, match=r"contact(.|\n)*repulsion"):
         asked(name, contact="repulsion")
 
