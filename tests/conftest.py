@@ -10,6 +10,8 @@ from hypothesis import settings
 settings.register_profile("whipple", derandomize=True, deadline=None, print_blob=True)
 settings.load_profile("whipple")
 
+pytest_plugins = ["tests.claims.marked"]
+
 MARK_OF_FOLDER = {"acceptance": "acceptance", "verification": "verification"}
 TESTS = Path(__file__).parent
 

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from tests.claims import Claim, framework
+from tests.claims import Claim, framework, marked
 from tests.claims.framework import UnknownClaim
 
 ALL_FINE, SOME_FAILED, NOTHING_TO_DO = 0, 1, 2
@@ -19,21 +19,29 @@ ALL_FINE, SOME_FAILED, NOTHING_TO_DO = 0, 1, 2
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the claims that were asked for and return the exit status."""
     asked = _parser().parse_args(arguments)
+    names = [name.replace("_", "-") for name in asked.names]
+    tests = {name for set_name, claims in marked.known().items() for name in (set_name, *claims)}
+    of_tests = (
+        sorted(tests & set(names) if names else tests) if not (asked.quick or asked.list) else []
+    )
+    registered = [name for name in names if name not in tests or name in framework.sets()]
     try:
-        claims = framework.select(asked.names, quick=asked.quick)
+        claims = [] if names and not registered else framework.select(registered, quick=asked.quick)
     except UnknownClaim as error:
         print(error, file=sys.stderr)
-        return NOTHING_TO_DO
-    if not claims:
-        print("no claim was selected", file=sys.stderr)
         return NOTHING_TO_DO
     if asked.list:
         print(_listing(claims))
         return ALL_FINE
-    return judge(claims, json_file=asked.json)
+    if not claims and not of_tests:
+        print("no claim was selected", file=sys.stderr)
+        return NOTHING_TO_DO
+    return judge(claims, of_tests, json_file=asked.json)
 
 
-def judge(claims: Iterable[Claim], *, json_file: Path | None = None) -> int:
+def judge(
+    claims: Iterable[Claim], tests: Sequence[str] = (), *, json_file: Path | None = None
+) -> int:
     """Run claims, print each row as it is computed, and return the exit status."""
     rows = []
     for claim in claims:
@@ -42,6 +50,8 @@ def judge(claims: Iterable[Claim], *, json_file: Path | None = None) -> int:
             print(f"{claim.name} | {verified.row} | {verified.seconds:.1f} s", flush=True)
             print(verified.trace, end="", file=sys.stderr, flush=True)
             rows.append({"set": claim.set, **verified.as_json()})
+    if tests:
+        rows += marked.judge(tests)
     if json_file:
         text = json.dumps({"claims": rows}, indent=2, allow_nan=False) + "\n"
         json_file.write_text(text, encoding="utf-8")
