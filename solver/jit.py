@@ -7,7 +7,8 @@
 
 Choosing by type keeps kernels cacheable: a jitted function handed over as an argument, or a kernel made in a
 factory, would be compiled anew in every process. The cache directory carries a hash of the whole solver text,
-because numba's own cache sees edits in the kernel's file only and would keep returning old physics.
+because numba's own cache sees edits in the kernel's file only and would keep returning old physics. A cache serves
+every copy of that text (``KernelLocator``) on every processor of its x86-64 level (``_LEVELS``).
 
 Models define no kernels, so that their parameter records are read without numba: what numba has to know of device
 and generic functions is registered with the first kernel (``when_compiling``).
@@ -25,7 +26,7 @@ import hashlib
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -49,6 +50,14 @@ _PATIENCE = 60.0
 # Held with the lock of a file: kernels that compile others take several locks, in the order of their calls.
 _compiling = threading.RLock()
 _waiting: list[Callable[[], None]] = []  # registrations until the first kernel
+_kernels: set[Callable[..., Any]] = set()  # functions whose machine code KernelLocator keeps
+
+# LLVM's names of what each level adds: x86-64 psABI, table "Micro-Architecture Levels". The highest comes first.
+_V3 = {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"}
+_LEVELS = {
+    "x86-64-v4": _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
+    "x86-64-v3": _V3,
+}
 
 
 def when_compiling(register: Callable[[], None]) -> Callable[[], None]:
@@ -62,11 +71,58 @@ def when_compiling(register: Callable[[], None]) -> Callable[[], None]:
 
 @functools.cache
 def _numba() -> Any:
-    """The compiler, with its cache directory set."""
+    """The compiler, with its processor, its cache directory and who finds kernels there."""
+    import llvmlite.binding
     import numba.extending
 
-    numba.config.CACHE_DIR = str(_cache_directory())
+    config = numba.config
+    level = _level(llvmlite.binding.get_host_cpu_features())
+    if config.CPU_NAME is None and config.CPU_FEATURES is None and level:
+        config.CPU_NAME, config.CPU_FEATURES = level, ""
+    config.CACHE_DIR = str(_cache_directory(config.CPU_NAME or software()["cpu"]))
+    others = config.CACHE_LOCATOR_CLASSES or "UserProvidedCacheLocator,IPythonCacheLocator"
+    config.CACHE_LOCATOR_CLASSES = f"{__name__}.{KernelLocator.__name__},{others}"
     return numba
+
+
+def _level(features: Mapping[str, bool]) -> str | None:
+    """The x86-64 level of a processor; None below v3 and for other architectures, which have no such features."""
+    has = {name for name, present in features.items() if present}
+    return next((level for level, needs in _LEVELS.items() if needs <= has), None)
+
+
+class KernelLocator:
+    """Says where numba keeps a kernel: by module, line and the text of its file, wherever that file is.
+
+    numba's own locators go by the absolute folder. The methods are those of a class that
+    ``NUMBA_CACHE_LOCATOR_CLASSES`` names.
+    """
+
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        self._folder = Path(_numba().config.CACHE_DIR) / function.__module__
+        text = hashlib.sha256(Path(file).read_bytes()).hexdigest()[:16]
+        self._name = f"{function.__code__.co_firstlineno}-{text}"
+
+    @classmethod
+    def from_function(cls, function: Callable[..., Any], file: str) -> "KernelLocator | None":
+        """The locator of a kernel; None for functions that are not ours, which numba's own locators keep."""
+        return cls(function, file) if function in _kernels else None
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder, before something is written there."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def get_cache_path(self) -> str:
+        """The folder of the kernel's files."""
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        """Nothing: the text is in the name."""
+        return ""
+
+    def get_disambiguator(self) -> str:
+        """What tells the kernel from others with its name."""
+        return self._name
 
 
 def device(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -114,6 +170,7 @@ def kernel(function: Callable[..., Any]) -> Any:
     numba = _numba()
     while _waiting:
         _waiting.pop(0)()
+    _kernels.add(function)
     options = {"nogil": True, "error_model": "numpy", "fastmath": _FLOATING_POINT}
     compiled = numba.njit(cache=True, **options)(function)
     if not numba.config.DISABLE_JIT:
@@ -193,10 +250,10 @@ def compiler() -> dict[str, str]:
     }
 
 
-def _cache_directory() -> Path:
+def _cache_directory(processor: str) -> Path:
     root = os.environ.get("WHIPPLE_KERNEL_CACHE") or Path.home() / ".cache" / "whipple"
     digest = _text_digest()
-    digest.update("/".join(software().values()).encode())
+    digest.update(f"{software()['numba']}/{processor}".encode())
     return Path(root) / f"kernels-{digest.hexdigest()[:16]}"
 
 

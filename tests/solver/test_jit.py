@@ -9,6 +9,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from solver import jit
 from solver.jit import kernel
 from solver.state import Particles
 from solver.strength import yield_stress
+from tests.rows import Row, equal
 from tests.solver.bodies import after, real_copper, two_blocks
 
 ROOT = Path(__file__).parents[2]
@@ -99,33 +101,87 @@ def test_kernel__waits_for_the_process_that_compiles_it(
 def test_cache__moves_with_the_text_of_the_solver_and_not_with_its_place(
     copied: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    names = [jit._cache_directory()]
+    names = [jit._cache_directory("processor")]
     for file in ("tensor.py", "eos/mie_grueneisen.py", "__init__.py"):
         with open(copied / file, "a", encoding="utf-8") as text:
             text.write("\n")
-        names.append(jit._cache_directory())
+        names.append(jit._cache_directory("processor"))
     (copied / "eos" / "added.py").write_text("", encoding="utf-8")
-    names.append(jit._cache_directory())
+    names.append(jit._cache_directory("processor"))
     (copied / "eos" / "added.py").rename(copied / "eos" / "renamed.py")
-    names.append(jit._cache_directory())
+    names.append(jit._cache_directory("processor"))
     assert len(set(names)) == 6
     monkeypatch.setattr(jit, "__file__", str(ROOT / "solver" / "jit.py"))
-    assert jit._cache_directory() == names[0]
+    assert jit._cache_directory("processor") == names[0]
 
 
 def test_cache__moves_with_the_version_of_the_compiler_and_the_processor(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    before = jit._cache_directory()
-    monkeypatch.setattr(jit, "software", lambda: {"numba": "0.0", "cpu": "abacus"})
-    assert jit._cache_directory() != before
+    before = jit._cache_directory("processor")
+    assert jit._cache_directory("abacus") != before
+    monkeypatch.setattr(jit, "software", lambda: {"numba": "0.0"})
+    assert jit._cache_directory("processor") != before
 
 
 def test_cache__lies_where_the_environment_says(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("WHIPPLE_KERNEL_CACHE", str(tmp_path))
-    assert jit._cache_directory().parent == tmp_path
+    assert jit._cache_directory("processor").parent == tmp_path
+
+
+SECOND_CHECKOUT = """
+import numba.core.event
+with numba.core.event.install_recorder("numba:compile") as compiled:
+    from tests.solver.test_jit import a_few_steps
+    import solver
+    position = a_few_steps().position.tobytes().hex()
+print(solver.__file__, len(compiled.buffer), position)
+"""
+
+
+@pytest.mark.claim("mend-again", "second-checkout")
+def test_cache__serves_another_checkout(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+    """A second checkout with the first one's cache compiles nothing."""
+    for room in ("solver", "tests"):
+        shutil.copytree(ROOT / room, tmp_path / room, ignore=shutil.ignore_patterns("__pycache__"))
+    position = a_few_steps().position
+    done = subprocess.run(
+        [sys.executable, "-c", SECOND_CHECKOUT],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        check=True,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    place, compilations, there = done.stdout.split()
+    compared(equal("text of the solver", expected=str(tmp_path / "solver/__init__.py"), got=place))
+    compared(equal("compilations", expected=0, got=int(compilations)))
+    compared(
+        equal(
+            "bits",
+            expected="the same",
+            got="the same" if there == position.tobytes().hex() else "others",
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("added", "level"),
+    [
+        ({"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl", "gfni"}, "x86-64-v4"),
+        ({"avx512f", "avx512cd"}, "x86-64-v3"),
+        (set(), "x86-64-v3"),
+    ],
+)
+def test_level__is_the_highest_that_a_processor_has(added: set[str], level: str) -> None:
+    haswell = {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "sse4.2"}
+    features = dict.fromkeys(haswell | added, True)
+    assert jit._level(features) == level
+    assert jit._level({**features, "fma": False}) is None
+    assert jit._level({"neon": True}) is None
 
 
 # Without the compiler
