@@ -24,10 +24,7 @@ COPY pyproject.toml constraints.txt ./
 RUN python -c "import tomllib; own = tomllib.load(open('pyproject.toml', 'rb'))['project']; print(*own['dependencies'], *own['optional-dependencies']['postgres'], *own['optional-dependencies']['cluster'], sep='\n')" > libraries.txt \
  && pip install --no-cache-dir --constraint constraints.txt --requirement libraries.txt
 COPY . .
-# Kernels are kept by the time stamp of their source. Layers may round it to whole seconds, so it is one.
-RUN pip install --no-cache-dir --no-deps . \
- && find /opt/whipple -name '*.py' -exec touch --date=2026-01-01T00:00:00Z {} + \
- && python -m compileall -q -f /opt/whipple/lib
+RUN pip install --no-cache-dir --no-deps .
 
 FROM python:3.11-slim
 # tini: forwards signals and reaps children that died. Debian keeps no older version that could be pinned.
@@ -43,9 +40,10 @@ ENV PATH=/opt/whipple/bin:$PATH \
     WHIPPLE_KERNEL_CACHE=/var/cache/whipple
 USER 10001
 WORKDIR /data
-# Kernels are compiled for the processor of the machine that builds. On another kind of processor they are
-# compiled once more, in the first run; mount a volume on /var/cache/whipple to keep those.
-RUN whipple warm
+# Kernels are compiled for the x86-64 level of the machine that builds, and for v3, which nearly all have. On any other
+# processor they are compiled once more, in the first run; mount a volume on /var/cache/whipple to keep those.
+RUN whipple warm \
+ && if [ "$(uname -m)" = x86_64 ]; then NUMBA_CPU_NAME=x86-64-v3 NUMBA_CPU_FEATURES= whipple warm; fi
 VOLUME /data
 EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=5s --start-period=30s \

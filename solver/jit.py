@@ -52,6 +52,11 @@ _compiling = threading.RLock()
 _waiting: list[Callable[[], None]] = []  # registrations until the first kernel
 _kernels: set[Callable[..., Any]] = set()  # functions whose machine code KernelLocator keeps
 
+# numba's own choice, for functions that are no kernels and where the cache directory cannot be made.
+_NUMBA_LOCATORS = (
+    "UserProvidedCacheLocator,InTreeCacheLocator,UserWideCacheLocator,IPythonCacheLocator"
+)
+
 # LLVM's names of what each level adds: x86-64 psABI, table "Micro-Architecture Levels". The highest comes first.
 _V3 = {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"}
 _LEVELS = {
@@ -80,7 +85,7 @@ def _numba() -> Any:
     if config.CPU_NAME is None and config.CPU_FEATURES is None and level:
         config.CPU_NAME, config.CPU_FEATURES = level, ""
     config.CACHE_DIR = str(_cache_directory(config.CPU_NAME or software()["cpu"]))
-    others = config.CACHE_LOCATOR_CLASSES or "UserProvidedCacheLocator,IPythonCacheLocator"
+    others = config.CACHE_LOCATOR_CLASSES or _NUMBA_LOCATORS
     config.CACHE_LOCATOR_CLASSES = f"{__name__}.{KernelLocator.__name__},{others}"
     return numba
 
@@ -105,8 +110,15 @@ class KernelLocator:
 
     @classmethod
     def from_function(cls, function: Callable[..., Any], file: str) -> "KernelLocator | None":
-        """The locator of a kernel; None for functions that are not ours, which numba's own locators keep."""
-        return cls(function, file) if function in _kernels else None
+        """The locator of a kernel; None for other functions, and where there can be no folder."""
+        if function not in _kernels:
+            return None
+        located = cls(function, file)
+        try:
+            located.ensure_cache_path()
+        except OSError:
+            return None
+        return located
 
     def ensure_cache_path(self) -> None:
         """Make the folder, before something is written there."""
@@ -190,7 +202,12 @@ def _compiled_once(compile: Callable[..., Any], function: Callable[..., Any]) ->
                 folder.mkdir(parents=True, exist_ok=True)
                 file = (folder / f"{function.__module__}.{function.__qualname__}.lock").open("w")
                 _lock(stack.enter_context(file))
-            return compile(signature)
+            try:
+                return compile(signature)
+            except (
+                OSError
+            ):  # a folder that can be read alone: compiled and not kept, and this returns it
+                return compile(signature)
 
     return locked
 

@@ -3,6 +3,7 @@
 That every law is the same compiled, by eights and plain is a contract: ``tests/contracts/test_eight_points.py``.
 """
 
+import errno
 import fcntl
 import math
 import os
@@ -96,6 +97,23 @@ def test_kernel__waits_for_the_process_that_compiles_it(
             result.result(timeout=0.3)
         fcntl.flock(held, fcntl.LOCK_UN)
         assert result.result(timeout=60.0) == "code for float64"
+
+
+@kernel
+def doubled(value):
+    """Twice a number."""
+    return 2.0 * value
+
+
+def test_kernel__is_compiled_where_the_cache_cannot_be_written(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.EROFS, "read-only")
+
+    monkeypatch.setattr(doubled._cache, "load_overload", lambda *_: None)
+    monkeypatch.setattr(doubled._cache, "save_overload", full)
+    assert doubled(2.5) == 5.0
 
 
 def test_cache__moves_with_the_text_of_the_solver_and_not_with_its_place(
