@@ -3,10 +3,11 @@
 MPM3D-F90's figures are its output on the same decks, read by its own recipe: slow plate particles stamped on a 0.25 mm
 raster, equal-area diameter of the empty area about the axis, at 30 us.
 
-``hole_diameter`` is the clear diameter since its version 4; ``hole_diameter_areal`` is the former. In 3-D on 1 mm at 8 km/s
-the state is that of commit dc548a6: with this deck both trees read 23.165 mm by areal density (now clear: 23.157), with the
-recipe's own viscosity and step 23.494 and 23.496 (now clear: 23.729). None is converged: in axisymmetry that recipe gives
-22.98, 20.95, 19.56 and 19.33 mm on 1, 0.5, 0.25 and 0.125 mm (by areal density 22.98, 21.23, 20.23 and 19.95).
+``hole_diameter`` is the clear diameter since its version 4; ``hole_diameter_areal`` is the former. In 3-D on 1 mm at
+8 km/s the state is that of commit dc548a6: with this deck both trees read 23.165 mm by areal density (now clear:
+23.157), with the recipe's own viscosity and step 23.494 and 23.496 (now clear: 23.729). None is converged: in
+axisymmetry that recipe gives 22.98, 20.95, 19.56 and 19.33 mm on 1, 0.5, 0.25 and 0.125 mm (by areal density 22.98,
+21.23, 20.23 and 19.95).
 """
 
 import math
