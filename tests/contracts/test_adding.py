@@ -59,7 +59,7 @@ def identities() -> dict[str, str]:
         {"tension": "unlimited", "shape": "gimp", "eos_form": "elastic"},
         {"contact": "bardenhagen", "friction": 0.1},
     )
-    cases = [(name, {}) for name in SMALL]
+    cases: list[tuple[str, dict[str, Any]]] = [(name, {}) for name in SMALL]
     cases += [(name, each) for name in ("thin_plate", "thick_plate") for each in failures]
     return {f"{name} {changes}": asked(name, **changes).id for name, changes in cases}
 
