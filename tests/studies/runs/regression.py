@@ -22,8 +22,9 @@ from studies.values.results import RunResult
 from tests.contracts.test_scenarios import asked
 
 FILE = Path(__file__).with_name("regression.json")
-# Processors, compilers and numba round sums in another way: MEASURED.
-RELATIVE = 1e-7
+# Another processor rounds sums in another way: code for a generic one (NUMBA_CPU_NAME) moved eight of the cases by up
+# to 5e-14 (2026-11).
+RELATIVE = 1e-9
 
 SMALL = {"cells_per_diameter": 8.0, "end_time": 8e-6}
 LARGE = {"cells_per_diameter": 8.0, "end_time": 2e-5}  # until there is a lip
