@@ -70,7 +70,8 @@ class _MaterialReading:
         self, document: Mapping[str, Any], name: str | None, path: str, base: Material | None
     ):
         taken = {} if base is None else base.document()
-        named = {} if name is None else {"name": name, "title": name}
+        taken = {key: value for key, value in taken.items() if key not in ("name", "title")}
+        named = {} if name is None else {"name": name}
         self.document = _changed(taken | named, document)
         self.name = name
         self.path = path
@@ -133,7 +134,8 @@ class _MaterialReading:
             limit = f"a material with {', '.join(needed)}"
             cure = "give them, or name a material that ships as its base"
             value = f"nothing for {', '.join(absent)}"
-            self.findings.append(Finding(self.path or "material", value, limit, cure))
+            where = self.path.removesuffix(":") or "material"
+            self.findings.append(Finding(where, value, limit, cure))
 
     def _text(self, key: str) -> str:
         raw = self.document.get(key)
