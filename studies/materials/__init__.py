@@ -10,7 +10,8 @@ with. Another distribution adds one through an entry point of the group
 file. ``tests/contracts/test_materials.py`` finds the file and asks for a source of every number,
 for plausible elastic constants, and for a bulk modulus near that of the equation of state.
 
-A user's material is the same schema, in a file or inline in a sweep.
+A user's material is the same schema, in a file or inline in a sweep; there a number may stand alone with its unit
+(``A = "900 MPa"``: then the user is its source), and ``base`` names a shipped material that gives all else.
 """
 
 from collections.abc import Mapping
@@ -21,9 +22,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.registry import points
-from studies.materials.reader import read_document, read_file, read_toml
+from studies.materials.reader import read_document, read_toml
 from studies.materials.schema import CONFIDENCES, Material, Model, simulated
 from studies.values.nearest import nearest_cure
+from studies.values.parameters import join
 from studies.values.quantities import refusal
 
 __all__ = [
@@ -32,8 +34,7 @@ __all__ = [
     "Model",
     "load",
     "names",
-    "read_document",
-    "read_file",
+    "read_own",
     "simulated",
 ]
 
@@ -49,12 +50,28 @@ def load(source: str | Path | Mapping[str, Any]) -> Material:
     Raises InvalidInput: with the nearest name, or with every finding in the document.
     """
     if isinstance(source, Path):
-        return read_file(source)
+        return read_own(
+            read_toml(source.read_text(encoding="utf-8"), source.name), f"{source.name}:"
+        )
     if isinstance(source, Mapping):
-        return read_document(source)
+        return read_own(source)
     if source not in _folders():
         raise refusal("material", source, "a material that ships", nearest_cure(source, _folders()))
     return _shipped(source)
+
+
+def read_own(document: Any, path: str = "", name: str | None = None) -> Material:
+    """A user's material, upon the shipped one that it may name as its ``base``; raises InvalidInput.
+
+    ``path`` goes before each key in a finding; ``name`` is that under which the document stands.
+    """
+    if not isinstance(document, Mapping) or "base" not in document:
+        return read_document(document, name=name, path=path)
+    base, changes = document["base"], {k: v for k, v in document.items() if k != "base"}
+    if not isinstance(base, str) or base not in _folders():
+        where = f"{path} base".strip() if path.endswith(":") else join(path, "base")
+        raise refusal(where, base, "a material that ships", nearest_cure(base, _folders()))
+    return read_document(changes, name=name, path=path, base=_shipped(base))
 
 
 @cache

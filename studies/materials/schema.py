@@ -322,6 +322,8 @@ NOT_SIMULATED = ("name", "title", "family", "yield_stresses", "brinell_hardness"
 # The bulk modulus that acts is that of the equation of state, and the stated one is there to be compared with it; it
 # acts where an equation of state takes it.
 STIFFNESS = "elastic.bulk_modulus"
+# Sections whose constants act where a chosen model takes them.
+OF_MODELS = ("tension", "fracture")
 # Read by measurements of some scenarios alone.
 MEASURED_WITH = ("thermal.latent_heat_of_fusion",)
 
@@ -340,12 +342,23 @@ def _idle(kind: str, form: str = "") -> tuple[str, ...]:
 
 
 def simulated(
-    resolved: Mapping[str, Any], measured_with: Sequence[str] = (), eos_form: str = ""
+    resolved: Mapping[str, Any],
+    measured_with: Sequence[str] = (),
+    eos_form: str = "",
+    chosen: Sequence[type] = (),
 ) -> dict[str, Any]:
-    """The part of a resolved material that decides the outcome of a simulation, and what it is measured with."""
+    """The part of a resolved material that decides the outcome of a simulation, and what it is measured with.
+
+    ``chosen`` are the records of the models that a run chooses beside those of the material: tension and failure.
+    """
     kept = {key: value for key, value in resolved.items() if key not in NOT_SIMULATED}
-    idle = _idle(resolved["eos"]["kind"], eos_form)
-    for path in (*idle, *(path for path in MEASURED_WITH if path not in measured_with)):
+    kind = resolved["eos"]["kind"]
+    strength = models("strength")[resolved["strength"]["kind"]].record
+    records = (acting_eos(kind, eos_form).record, strength, *chosen)
+    taken = {mark.path for record in records for mark in marked(record, FromMaterial).values()}
+    of_models = {f"{section}.{name}" for section in OF_MODELS for name in resolved.get(section, ())}
+    idle = {*_idle(kind, eos_form), *MEASURED_WITH, *of_models} - taken - set(measured_with)
+    for path in idle:
         section, _, name = path.partition(".")
         kept[section] = {key: value for key, value in kept[section].items() if key != name}
-    return kept
+    return {key: value for key, value in kept.items() if value != {}}

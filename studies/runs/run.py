@@ -23,6 +23,9 @@ from studies.values.parameters import declared, parse_parameters
 if TYPE_CHECKING:
     from studies.scenarios import Materials
 
+# Parameters that choose a model, which takes constants of the materials, and the registry of each.
+CHOSEN_MODELS = {"tension": ("solver.tension", "TENSION"), "failure": ("solver.failure", "FAILURE")}
+
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 
 
@@ -74,12 +77,17 @@ class Run:
             if mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]
         }
         eos_form = str(self.parameters.get("eos_form", ""))
+        models = [
+            entries(*registry)[name].record
+            for parameter, registry in CHOSEN_MODELS.items()
+            if (name := str(self.parameters.get(parameter))) in entries(*registry)
+        ]
         return {
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,
             "parameters": {k: v for k, v in self.parameters.items() if k not in names},
             "materials": {
-                role: simulated(plain, chosen.measured_with, eos_form)
+                role: simulated(plain, chosen.measured_with, eos_form, models)
                 for role, plain in self.materials.items()
             },
         }

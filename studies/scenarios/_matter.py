@@ -61,11 +61,11 @@ def _failure_parameter(kind: str, constant: str) -> Any:
     record = failures()[kind].record
     about, unit = marked(record, Described)[constant], marked(record, Unit)[constant]
     meaning = f"{about.meaning}; goes with failure {kind}"
-    return Annotated[float | None, unit, Described(meaning, about.minimum, about.maximum)]
+    mark = Described(meaning, about.minimum, about.maximum, neutral=True)
+    return Annotated[float | None, unit, mark]
 
 
-# Each constant of a failure is a parameter of every impact and so part of the identity of its runs, given or not: a
-# new failure with constants makes new runs of them.
+# Each constant of a failure is a parameter of every impact; a run that does not give it keeps its identity.
 Fracture: Any = make_dataclass(
     "Fracture",
     [

@@ -135,7 +135,7 @@ class Numerics:
         ),
     ] = "none"
     friction: Annotated[
-        Dimensionless, Described("Coulomb friction of bodies in contact", 0.0, 10.0)
+        Dimensionless, Described("Coulomb friction of bodies in contact", 0.0, 10.0, neutral=True)
     ] = 0.0
     fixed_dt: Annotated[
         Second | None,

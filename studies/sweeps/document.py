@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
@@ -16,7 +17,7 @@ except ImportError:
 from studies import examples, scenarios
 from studies import materials as shipped
 from studies import observations as published
-from studies.materials import Material, read_document
+from studies.materials import Material, read_own
 from studies.observations import AllowedNames, read_observations, written
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
@@ -193,6 +194,8 @@ class _DocumentReading:
         self.fixed, self.varied = self._mapping("fixed"), self._mapping("axes")
         roles = {role: self._material_names(role, own) for role in scenario.materials}
         terms = vocabulary(scenario.name, roles, own)
+        # A material that is refused is none that is missing.
+        terms = replace(terms, materials=sorted({*terms.materials, *self._mapping("materials")}))
         fixed, findings = parse_values(
             terms.parameters, self.fixed, "fixed", materials=terms.materials
         )
@@ -517,4 +520,4 @@ def _own_material(name: Any, document: Any) -> Material:
     if name in shipped.names():
         limit = "a name that no shipped material has"
         raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
-    return read_document(document, name=str(name), path=f"materials.{name}")
+    return read_own(document, f"materials.{name}", str(name))

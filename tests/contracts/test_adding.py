@@ -49,6 +49,21 @@ SWEEP: dict[str, Any] = {
 }
 
 
+def identities() -> dict[str, str]:
+    """The identity of a run of each scenario that ships, and of impacts with every failure and every contact."""
+    from tests.contracts.test_scenarios import SMALL, asked
+
+    failures: tuple[dict[str, Any], ...] = (
+        {"failure": "plastic-strain", "failure_strain": 0.5},
+        {"failure": "spall", "failure_time": 1e-6},
+        {"tension": "unlimited", "shape": "gimp", "eos_form": "elastic"},
+        {"contact": "bardenhagen", "friction": 0.1},
+    )
+    cases: list[tuple[str, dict[str, Any]]] = [(name, {}) for name in SMALL]
+    cases += [(name, each) for name in ("thin_plate", "thick_plate") for each in failures]
+    return {f"{name} {changes}": asked(name, **changes).id for name, changes in cases}
+
+
 def use(folder: Path) -> dict[str, Any]:
     """Expand the sweep, compute it, make its cube, and verify the added case; figures as plain objects."""
     from studies import validation, verification
@@ -68,6 +83,7 @@ def use(folder: Path) -> dict[str, Any]:
         "states": [result.state for result in results.values()],
         "records": [type(record).__name__ for record in records],
         "constants": [matter.tension[0], matter.failure.tension, matter.strength.Y, matter.eos.K],
+        "identities": identities(),
         "seconds": estimate(runs[0]).core_seconds,
         "attached share": dataset.attached_share.values.tolist(),
         "law": dataset.hole_diameter_by_law.sel(hole_diameter_law="proportional").values.tolist(),
@@ -145,6 +161,12 @@ def test_sweep__computes_with_every_added_model(used: dict[str, Any]) -> None:
         "PowerHardening",
         "Murnaghan",
     ]
+
+
+def test_identity__of_a_run_that_uses_no_added_member_is_that_of_before(
+    used: dict[str, Any],
+) -> None:
+    assert used["identities"] == identities()
 
 
 def test_models__take_their_constants_from_material_and_sweep(used: dict[str, Any]) -> None:

@@ -1,9 +1,11 @@
 """Material documents: read exactly, refused with file and key, changed by dotted path."""
 
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from studies import materials
 from studies.materials import Material, Model
@@ -72,17 +74,17 @@ def test_with_value__of_an_unknown_path_gives_the_nearest(copper: Material, path
         ("density.value", True, "density.value"),
         ("density.value", float("nan"), "finite"),
         ("density.value", -1.0, "density from"),
-        ("density.value", "none", "plain number"),
+        ("density.value", "none", "a density with its unit"),
         ("density.unit", "kg", "density"),
         ("density.unit", "1", "kg m-3"),
         ("density.source", "", "density.source"),
         ("density.confidence", "sure", "memory"),
-        ("density", 8930, "with unit and source"),
+        ("density", 8930, "write '8930 kg/m3'"),
         ("density.uncertainty", 1, "a key of a number"),
         ("strength.kind", "johnson-cock", "did you mean 'johnson-cook'"),
         ("strength.a", {}, "did you mean 'A'"),
-        ("strength.A", None, "with unit and source"),
-        ("thermal", [], "section"),
+        ("strength.A", None, "strength.A: null"),
+        ("thermal", [], "constants"),
         ("eos.s.unit", "mm", "eos.s.unit"),
         ("elasticity", {}, "did you mean 'elastic'"),
         ("name", "a b", "letters"),
@@ -112,7 +114,64 @@ def test_load__tells_everything_at_once(document: dict[str, Any]) -> None:
     assert all(key in message for key in ("eos", "density", "strength.n"))
 
 
+HOW_TO = Path(__file__).parents[3] / "docs" / "how-to.md"
+
+
+def typed() -> dict[str, Any]:
+    """The steel of docs/how-to.md, as a person types it into a sweep."""
+    (block,) = re.findall(r"```yaml\n(materials:\n.*?)```", HOW_TO.read_text("utf-8"), re.S)
+    steel: dict[str, Any] = yaml.safe_load(block)["materials"]["our-steel"]
+    return steel
+
+
+def test_typed__is_a_material_whose_source_is_the_user() -> None:
+    steel = materials.read_own(typed(), name="our-steel")
+    assert (steel.density, steel.value_at("strength.A")) == (7850.0, 900e6)
+    assert steel.value_at("tension.spall_strength") is None
+    assert {(one.source, one.confidence) for one in steel.sources.values()} == {
+        ("stated by the user", "user")
+    }
+    assert materials.load(steel.document()) == steel
+
+
+def test_base__gives_what_is_left_out(copper: Material) -> None:
+    ours = materials.read_own({"base": "copper-ofhc", "strength": {"A": "95 MPa"}}, name="ours")
+    assert ours.resolved() == {
+        **copper.with_value("strength.A", 95e6).resolved(),
+        "name": "ours",
+        "title": "ours",
+    }
+    assert ours.sources["density"] == copper.sources["density"]
+
+
+# Each mistake in the typed steel: path, value (... removes it), and what its one finding says.
+MISTAKES: list[tuple[str, Any, str]] = [
+    ("strength.A", "900 MPA", "strength.A: '900 MPA'"),
+    ("strength.A", 900, "write '900 MPa'"),
+    ("strength.A", "900 mm", "a pressure or stress with its unit"),
+    ("strength.A", ..., "give initial yield stress"),
+    ("A", "900 MPa", "write it under strength"),
+    ("strength.A_", "900 MPa", "did you mean 'A'?"),
+    ("tension", ..., "name a material that ships as its base"),
+    ("base", "steel-434", "base: 'steel-434'"),
+    ("strength.kind", ..., "johnson-cook"),
+    ("eos", {"kind": "tillotson"}, "nothing for a, b, A, B"),
+]
+
+
+@pytest.mark.parametrize(("path", "value", "says"), MISTAKES)
+def test_typed__with_a_mistake_has_one_finding(path: str, value: Any, says: str) -> None:
+    document = typed()
+    *section, key = path.split(".")
+    place = document[section[0]] if section else document
+    place.pop(key, None) if value is ... else place.update({key: value})
+    with pytest.raises(InvalidInput) as caught:
+        materials.read_own(document, "materials.ours", "ours")
+    (finding,) = caught.value.findings
+    assert says in str(finding)
+
+
 @pytest.mark.parametrize("given", [None, 3, "[]", []])
-def test_read_document__of_no_mapping_is_refused(given: Any) -> None:
+def test_read_own__of_no_mapping_is_refused(given: Any) -> None:
     with pytest.raises(InvalidInput):
-        materials.read_document(given)
+        materials.read_own(given)

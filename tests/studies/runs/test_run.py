@@ -163,47 +163,6 @@ def test_identity__is_changed_by_every_parameter(name: str) -> None:
     assert asked(**{**SETTING.get(name, {}), **change}).id != before.id
 
 
-PLATE = {**{k: v for k, v in PARAMETERS.items() if k != "plate_radius"}, "end_time": None}
-SHOT = {name: value for name, value in PLATE.items() if not name.startswith("plate")}
-# Scenario and parameters of runs with their identities before there were loads, yaw and oblique craters.
-PINNED: list[tuple[str, dict[str, Any], str]] = [
-    ("thin_plate", PLATE, "aa3c7d2dc82b407de7af942e3efb4c42"),
-    (
-        "thin_plate",
-        {**PLATE, "geometry": "half", "obliquity": 0.5},
-        "efc7030848bb0ed961db76fc60f324e1",
-    ),
-    (
-        "thin_plate",
-        {**PLATE, "contact": "bardenhagen", "friction": 0.2},
-        "8d3cfde22103c3b55147f367edbcad40",
-    ),
-    (
-        "thin_plate",
-        {**PLATE, "projectile_shape": "cylinder", "projectile_length": 4e-3},
-        "de2e460a56973f20d9c9901443d9ce8b",
-    ),
-    ("thick_plate", SHOT, "d5e1f1514eeee7c3c0fdb14e5ca50397"),
-    (
-        "thick_plate",
-        {**SHOT, "recipe": "thesis", "geometry": "quarter"},
-        "19ba1780dcdfd1f4a10390de30a3bf61",
-    ),
-    ("debris_cloud", PLATE, "4f45b0b801191c26a3b89029e8fde574"),
-    ("taylor_bar", {"geometry": "quarter"}, "86c67d89fc607f3edf713c8ff147dea4"),
-    ("elastic_bar", {}, "a5dc5871dc638e248a2c4754e27439b3"),
-    ("plate_impact", {}, "d845c93a87cffbf36504db1142735cc3"),
-]
-
-
-@pytest.mark.parametrize(("scenario", "parameters", "identity"), PINNED)
-def test_identity__stays_where_later_parameters_are_neutral(
-    scenario: str, parameters: dict[str, Any], identity: str
-) -> None:
-    roles = scenarios.load(scenario).materials
-    assert resolve(scenario, parameters, dict.fromkeys(roles, COPPER)).id == identity
-
-
 def test_identity__is_changed_by_the_scenario() -> None:
     assert asked(BLOCK, scenario="thick_plate").id != asked().id
 

@@ -334,7 +334,7 @@ def test_runs__name_the_points_that_are_refused() -> None:
         ),
         ("materials", 3, ["materials"]),
         ("materials", {"copper-ofhc": {}}, ["materials.copper-ofhc", "no shipped material"]),
-        ("materials", {"mine": {}}, ["materials.mine.density", "materials.mine.eos"]),
+        ("materials", {"mine": {}}, ["materials.mine: nothing for density", "eos"]),
         ("materials", {"mine": 3}, ["materials.mine"]),
         ("observations", 3, ["observations"]),
         ("observations", [{"speed": 6}], ["observations[0]: speed"]),
@@ -343,6 +343,14 @@ def test_runs__name_the_points_that_are_refused() -> None:
 def test_parse__names_field_value_limit_and_cure(path: str, value: Any, parts: list[str]) -> None:
     message = refused(changed(path, value))
     assert all(word in message for word in parts), message
+
+
+def test_parse__refuses_a_material_once_and_not_its_name_again() -> None:
+    document = changed("materials", {"mine": {"base": "steel-4340", "strength": {"A": 900}}})
+    document["fixed"] = {**document["fixed"], "target": "mine"}
+    with pytest.raises(InvalidInput) as caught:
+        Sweep.parse(document)
+    assert [finding.field for finding in caught.value.findings] == ["materials.mine.strength.A"]
 
 
 @pytest.mark.parametrize("document", [None, 3, [], "sweep", {}, {1: 2}, {"scenario": "plate"}])
