@@ -10,6 +10,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from solver import PHYSICS_VERSION
@@ -73,6 +74,8 @@ class Run:
             for name, mark in described.items()
             if mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]
         }
+        record = SimpleNamespace(**{**defaults, **self.parameters})
+        names |= {name for name, mark in described.items() if mark.acts and not mark.acts(record)}
         eos_form = str(self.parameters.get("eos_form", ""))
         return {
             "physics": PHYSICS_VERSION,
