@@ -67,7 +67,9 @@ class Run:
         chosen = scenarios.load(self.scenario)
         described = marked(chosen.parameters, Described)
         labels = {name for name, mark in described.items() if mark.label}
-        names = labels.union(chosen.materials)  # the values that they name are content themselves
+        names = labels.union(
+            chosen.materials, chosen.unused
+        )  # the values that they name are content themselves
         defaults = {name: each.default for name, each in declared(chosen.parameters).items()}
         names |= {
             name
