@@ -4,6 +4,7 @@ Inside the solver and the studies every quantity is a plain float in SI; an anno
 input (unit parsing), the cube (``units`` attribute), the API schema and the tests read.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
@@ -27,6 +28,8 @@ class Described:
     label: bool = False  # names what other fields hold: no part of a run's identity
     # The default acts as if there were no such field, and then it is no part of a run's identity.
     neutral: bool = False
+    # Of the whole record: whether the field acts beside the others. Where it does not, it is no part of the identity.
+    acts: Callable[[Any], bool] | None = None
 
 
 @dataclass(frozen=True)

@@ -86,6 +86,11 @@ def set_stresses(tables: Tables, images: Images, count: int) -> None:
     sign = (images.moved[:, :, None] * images.turned[:, None, :]).reshape(-1, 9)
     tables.stress[rows] = tables.stress[images.source] * sign[:, :8]
     tables.other[rows, T33] = tables.other[images.source, T33] * sign[:, 8]
+    if tables.tensile.size:
+        # The artificial stress, which is symmetric, is mirrored as matter is.
+        turned = images.turned
+        sign = turned[:, [0, 1, 2, 0, 1, 2]] * turned[:, [0, 1, 2, 1, 2, 0]]
+        tables.tensile[rows, :6] = tables.tensile[images.source, :6] * sign
 
 
 def set_velocities(tables: Tables, images: Images, count: int) -> None:

@@ -5,7 +5,7 @@ With F (x_i - x_j) the gradient of W at i, B the correction and v_ij = v_i - v_j
     L_i = -(1 / rho_i) sum_j m_j v_ij (B_i grad W)^T                       velocity gradient
     T_i = sigma_i B_i / rho_i^2
     a_i = sum_j m_j (T_i + T_j - Pi_ij - R_ij) grad W                      its adjoint, and what is artificial
-    e_i' = sigma_i : L_i / rho_i + 1/2 sum_j m_j (Pi_ij + R_ij) v_ij . grad W
+    e_i' = sigma_i : L_i / rho_i + 1/2 sum_j m_j v_ij . (Pi_ij + R_ij) grad W
 
 the forces of a pair are opposite, and in the mean of the velocities before and after them they do the work that the
 internal energies take: Bonet and Lok (1999), section 3; Monaghan (1992), Eqs. 3.3 and 4.1. Forces of shear have a
@@ -18,9 +18,9 @@ import numpy as np
 
 from solver.jit import device, kernel
 from solver.problem import ArtificialViscosity
-from solver.sph.artificial import approach, pair_viscosity, repulsion, tensile_part
+from solver.sph.artificial import approach, opposed, pair_viscosity
 from solver.sph.neighbours import apart, row, rows
-from solver.sph.tables import HEAVY, IMAGE, LENGTH, MOVED, RHO, SOUND, SPEED, T33, TENSILE
+from solver.sph.tables import HEAVY, IMAGE, LENGTH, MOVED, RHO, SOUND, SPEED, T33
 from solver.state import (
     DENSITY,
     ENERGY,
@@ -102,7 +102,7 @@ def measure(matter, ratio, dimensions, thinnest, table, begin, end, measures):
 
 
 @kernel
-def lay_out(smoothing, table, measures, ranges, place, other):
+def lay_out(table, measures, ranges, place, other):
     """What neighbours see of particles before the corrections are there."""
     for body in range(ranges.shape[0]):
         for i in range(ranges[body, 0], ranges[body, 1]):
@@ -111,7 +111,6 @@ def lay_out(smoothing, table, measures, ranges, place, other):
                 place[i, SPEED + axis] = table[VX + axis, i]
             place[i, LENGTH], place[i, HEAVY] = measures[0, i], table[MASS, i]
             other[i, SOUND], other[i, RHO] = measures[1, i], table[DENSITY, i]
-            other[i, TENSILE] = tensile_part(smoothing, table[PRESSURE, i], table[DENSITY, i])
             other[i, IMAGE] = 0.0
 
 
@@ -142,8 +141,8 @@ def set_stress(table, correction, ranges, stress, other):
 
 
 @device
-def viscous(smoothing, dimensions, own, others, near, nearby, d, squared, length, q):
-    """Pi + R of eight pairs, and the speed mu of their approach; ``near`` are rows of places, ``nearby`` of others."""
+def viscous(smoothing, own, others, near, nearby, d, squared, length):
+    """Pi of eight pairs, and the speed mu of their approach; ``near`` are rows of places, ``nearby`` of others."""
     along = (
         (own[SPEED] - near[SPEED]) * d[0]
         + (own[SPEED + 1] - near[SPEED + 1]) * d[1]
@@ -152,9 +151,6 @@ def viscous(smoothing, dimensions, own, others, near, nearby, d, squared, length
     mu = approach(along, squared, length)
     sound, density = 0.5 * (others[SOUND] + nearby[SOUND]), 0.5 * (others[RHO] + nearby[RHO])
     pressure = pair_viscosity(smoothing.viscosity, mu, sound, density)
-    if smoothing.tensile > 0.0:
-        part = others[TENSILE] + nearby[TENSILE]
-        pressure = pressure + part * repulsion(smoothing, dimensions, q)
     return pressure, mu, along
 
 
@@ -178,6 +174,7 @@ def accelerate(
     gravity, the largest inverse of a stable step for a Courant number of 1 (1/s), and the work of contact.
     """
     place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
+    tensile = bare(tables.tensile)
     neighbours, moved = bare(lists.neighbours), tables.other
     none = spread(0.0)
     viscosity = smoothing.viscosity
@@ -188,7 +185,7 @@ def accelerate(
             if mass <= 0.0:
                 continue
             own, t, others = row(place, i), row(stress, i), row(other, i)
-            ax = ay = az = bx = by = bz = power_of_stress = heat = nearest = none
+            ax = ay = az = bx = by = bz = power_of_stress = heat = nearest = against = none
             for k in range(lists.first[i], lists.stop[i], LANES):
                 near, s, nearby = (
                     rows(place, neighbours, k),
@@ -199,7 +196,7 @@ def accelerate(
                 weighted = near[HEAVY] * force
                 gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
                 pressure, mu, along = viscous(
-                    smoothing, dimensions, own, others, near, nearby, d, squared, length, q
+                    smoothing, own, others, near, nearby, d, squared, length
                 )
                 fx, fy, fz = pull(t, others[T33], gx, gy, gz)
                 power_of_stress = power_of_stress - (
@@ -209,10 +206,18 @@ def accelerate(
                 )
                 heat = heat + pressure * weighted * along
                 sx, sy, sz = pull(s, nearby[T33], gx, gy, gz)
+                rx, ry, rz = opposed(
+                    smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz
+                )
+                against = against + (
+                    rx * (own[SPEED] - near[SPEED])
+                    + ry * (own[SPEED + 1] - near[SPEED + 1])
+                    + rz * (own[SPEED + 2] - near[SPEED + 2])
+                )
                 fx, fy, fz = (
-                    fx + sx - pressure * gx,
-                    fy + sy - pressure * gy,
-                    fz + sz - pressure * gz,
+                    fx + sx - pressure * gx - rx,
+                    fy + sy - pressure * gy - ry,
+                    fz + sz - pressure * gz - rz,
                 )
                 ax, ay, az = ax + fx, ay + fy, az + fz
                 bx, by, bz = (
@@ -234,6 +239,7 @@ def accelerate(
             table[NEW_X + 2, i] = table[Z, i] + new[2] * dt
             moved[i, MOVED], moved[i, MOVED + 1], moved[i, MOVED + 2] = new
             gained = total(power_of_stress) + 0.5 * viscosity.heating * total(heat)
+            gained += 0.5 * total(against)
             table[ENERGY, i] += 0.5 * kick * gained
             px += mass * (total(bx) + pushed[i, 3])
             py += mass * (total(by) + pushed[i, 4])
@@ -262,27 +268,31 @@ def find_gradients(
     The energy takes the other half of the work, but for what the point update adds in a step.
     """
     place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
+    tensile = bare(tables.tensile)
     neighbours = bare(lists.neighbours)
     none = spread(0.0)
     for body in range(ranges.shape[0]):
         for i in range(ranges[body, 0], ranges[body, 1]):
             own, others = row(place, i), row(other, i)
-            l11 = l12 = l13 = l21 = l22 = l23 = l31 = l32 = l33 = heat = none
+            l11 = l12 = l13 = l21 = l22 = l23 = l31 = l32 = l33 = heat = against = none
             for k in range(lists.first[i], lists.stop[i], LANES):
                 near, nearby = rows(place, neighbours, k), rows(other, neighbours, k)
                 d, squared, length, force, q = apart(smoothing, dimensions, own, near)
                 weighted = near[HEAVY] * force
                 gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
-                pressure, _, _ = viscous(
-                    smoothing, dimensions, own, others, near, nearby, d, squared, length, q
-                )
+                pressure, _, _ = viscous(smoothing, own, others, near, nearby, d, squared, length)
                 vx, vy = others[MOVED] - nearby[MOVED], others[MOVED + 1] - nearby[MOVED + 1]
                 vz = others[MOVED + 2] - nearby[MOVED + 2]
                 heat = heat + pressure * (vx * gx + vy * gy + vz * gz)
+                rx, ry, rz = opposed(
+                    smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz
+                )
+                against = against + (vx * rx + vy * ry + vz * rz)
                 l11, l12, l13 = l11 - vx * gx, l12 - vx * gy, l13 - vx * gz
                 l21, l22, l23 = l21 - vy * gx, l22 - vy * gy, l23 - vy * gz
                 l31, l32, l33 = l31 - vz * gx, l32 - vz * gy, l33 - vz * gz
             table[ENERGY, i] += 0.25 * kick * smoothing.viscosity.heating * total(heat)
+            table[ENERGY, i] += 0.25 * kick * total(against)
             over = 1.0 / number(other, i, RHO)
             b11, b22, b33 = (
                 correction[i, 0] * over,
@@ -317,6 +327,7 @@ def find_forces_of_others(smoothing, dimensions, tables, table, particles, lists
     Rows of ``marks`` (n, 8) begin with 1 for what another method moves, and go on with 1 for its images.
     """
     place, stress, other = bare(tables.place), bare(tables.stress), bare(tables.other)
+    tensile = bare(tables.tensile)
     neighbours, marks = bare(lists.neighbours), bare(marks)
     none = spread(0.0)
     for at in range(particles.size):
@@ -329,12 +340,15 @@ def find_forces_of_others(smoothing, dimensions, tables, table, particles, lists
             d, squared, length, force, q = apart(smoothing, dimensions, own, near)
             weighted = near[HEAVY] * force * flags[0]
             gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
-            pressure, _, _ = viscous(
-                smoothing, dimensions, own, others, near, nearby, d, squared, length, q
-            )
+            pressure, _, _ = viscous(smoothing, own, others, near, nearby, d, squared, length)
             fx, fy, fz = pull(t, others[T33], gx, gy, gz)
             sx, sy, sz = pull(s, nearby[T33], gx, gy, gz)
-            fx, fy, fz = fx + sx - pressure * gx, fy + sy - pressure * gy, fz + sz - pressure * gz
+            rx, ry, rz = opposed(smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz)
+            fx, fy, fz = (
+                fx + sx - pressure * gx - rx,
+                fy + sy - pressure * gy - ry,
+                fz + sz - pressure * gz - rz,
+            )
             ax, ay, az = ax + fx, ay + fy, az + fz
             bx, by, bz = bx + flags[1] * fx, by + flags[1] * fy, bz + flags[1] * fz
         mass = table[MASS, i]

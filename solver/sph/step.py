@@ -24,6 +24,7 @@ from solver.jit import Bound
 from solver.method import Method, Partition, StepBalance
 from solver.problem import Face, Problem, Scheme, Smoothing
 from solver.scattered import AXES, Scattered
+from solver.sph.artificial import tensile_part
 from solver.sph.contact import reached, repel
 from solver.sph.mirrors import images_of, set_places, set_stresses, set_velocities
 from solver.sph.neighbours import find_neighbours, sort_into_cells
@@ -80,7 +81,7 @@ class ParticleStepper(Method):
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
         self.gravity = np.array(problem.gravity)
         self.lists = [np.zeros(0, np.int32)] * shares
-        self.memory = new_memory(0)
+        self.memory = new_memory(0, self.smoothing.tensile > 0.0)
         self.measures = np.zeros((2, 0))
         bodies = range(len(problem.bodies))
         # The number of the solid of each body; without contact all are one, and meet in the sums.
@@ -123,13 +124,13 @@ class ParticleStepper(Method):
         images = images_of(self.problem, axes, partition.particles.position, self.measures[0])
         whole = count + images.source.size
         if whole >= self.memory.place.shape[0]:
-            self.memory = new_memory(int(SPARE * whole) + 1)
+            self.memory = new_memory(int(SPARE * whole) + 1, smoothing.tensile > 0.0)
         tables = tables_of(self.memory, whole)
         self.tables, self.images = tables, images
         self._over_shares(
             partition,
             lambda share, ranges: self.lay_out(
-                smoothing, table, self.measures, ranges, tables.place, tables.other
+                table, self.measures, ranges, tables.place, tables.other
             ),
             self.seen,
         )
@@ -148,6 +149,8 @@ class ParticleStepper(Method):
             ),
             self.seen,
         )
+        if smoothing.tensile > 0.0:
+            tables.tensile[:count, :6] = tensile_part(smoothing, table[:, :count])
         set_stresses(tables, images, count)
         self._push_apart(cells, tables, solid, count)
         self._over_shares(

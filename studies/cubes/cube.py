@@ -190,19 +190,23 @@ def _of_runs(layout: Layout) -> Iterator[Column]:
 
 
 def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
-    """Energy and momentum of each body over time, and what the run exchanged."""
-    bodies = max((cell.histories.get("bodies", ()) for cell in layout.cells.flat), key=len)
+    """Energy and momentum of each body over time, by its name, and what the run exchanged.
+
+    Runs of one sweep may differ in their bodies: NaN marks a body that a run does not have.
+    """
+    of_runs = [cell.histories.get("bodies", ()) for cell in layout.cells.flat]
+    bodies = list(dict.fromkeys(name for names in of_runs for name in names))
     if not bodies:
         return
     yield _column(audit.BODY_NAME, _records(bodies))
     for history in audit.HISTORIES:
         picked = _each(layout.cells, lambda cell, name=history.name: cell.histories.get(name))
         if history.by_body:
-            by_body = np.full((*picked.shape, len(bodies)), None, object)
-            for place, values in np.ndenumerate(picked):
-                if values is not None:
-                    by_body[place] = _records(values)
-            picked = by_body
+            by_body = np.full((picked.size, len(bodies)), None, object)
+            for run, (names, values) in enumerate(zip(of_runs, picked.flat, strict=True)):
+                for name, of_body in zip(names, values or (), strict=False):
+                    by_body[run, bodies.index(name)] = of_body
+            picked = by_body.reshape(*picked.shape, -1)
         yield history.variable, _padded(picked, samples), {}
 
 

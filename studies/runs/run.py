@@ -10,6 +10,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from solver import PHYSICS_VERSION
@@ -69,13 +70,17 @@ class Run:
         chosen = scenarios.load(self.scenario)
         described = marked(chosen.parameters, Described)
         labels = {name for name, mark in described.items() if mark.label}
-        names = labels.union(chosen.materials)  # the values that they name are content themselves
+        names = labels.union(
+            chosen.materials, chosen.unused
+        )  # the values that they name are content themselves
         defaults = {name: each.default for name, each in declared(chosen.parameters).items()}
         names |= {
             name
             for name, mark in described.items()
             if mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]
         }
+        record = SimpleNamespace(**{**defaults, **self.parameters})
+        names |= {name for name, mark in described.items() if mark.acts and not mark.acts(record)}
         eos_form = str(self.parameters.get("eos_form", ""))
         models = [
             entries(*registry)[name].record

@@ -186,6 +186,8 @@ class Scenario:
     observer: ObserverOptions
     # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
     measured_with: tuple[str, ...] = ()
+    # Of its parameters those that its runs do not use: they are no part of a run's identity.
+    unused: tuple[str, ...] = ()
     distributions: tuple[str, ...] = ()  # read off the final state of its runs
     # Of the parameters of a run by name; None without those that it needs.
     outline: Callable[[Mapping[str, Any]], Outline | None] = _no_outline

@@ -66,6 +66,11 @@ CLEAR = 5.0
 CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m; a block needs longer
 
 
+def has_free_rim(parameters: Any) -> bool:
+    """Whether the grid goes on outside the target's rim."""
+    return bool(parameters.edges != "fixed")
+
+
 @dataclass(frozen=True, kw_only=True)
 class ImpactShot:
     """Projectile, target and speed, and how long the impact is observed."""
@@ -135,7 +140,12 @@ class ImpactShot:
     ] = None
     beyond_edge: Annotated[
         Dimensionless,
-        Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, 50.0),
+        Described(
+            "grid outside a rim that is not fixed, in projectile diameters",
+            0.1,
+            50.0,
+            acts=has_free_rim,
+        ),
     ] = 0.5
     offset: Annotated[
         Dimensionless,

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from solver.units import Described
+from solver.units import Described, Dimensionless
 from studies.values.errors import Finding
 
 if TYPE_CHECKING:
@@ -16,6 +16,23 @@ PAIR_LINEAR, PAIR_QUADRATIC = 1.0, 2.0
 # of one spacing and with 0.1 to 0.2 times at one and a half: at 100 to 300 m/s (rho c v / 2) they meet at 1.1 to
 # 1.3. Copper bars come as near as 0.7 at 2 km/s and pass through each other at 6 km/s: no contact of impacts.
 STIFFNESS = 0.01
+# Spacings within which particles of two solids repel each other: ``solver.sph.contact``.
+REPULSION = 1.5
+
+
+def is_smoothed(parameters: Any) -> bool:
+    """Whether smoothed particles compute a run, or the middle of it."""
+    return getattr(parameters, "method", "mpm") != "mpm"
+
+
+def is_on_grid(parameters: Any) -> bool:
+    """Whether particles meet on a grid, with its shape functions."""
+    return not is_smoothed(parameters)
+
+
+def is_coupled(parameters: Any) -> bool:
+    """Whether elements surround the smoothed particles of a run."""
+    return getattr(parameters, "method", "mpm") == "sph-fem"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +47,17 @@ class ByCoupledMethod:
             neutral=True,
         ),
     ] = "mpm"
+    artificial_stress: Annotated[
+        Dimensionless,
+        Described(
+            "artificial stress of smoothed particles, of each principal stress that pulls: it keeps them from clumping "
+            "in tension; 0.3 in Gray, Monaghan and Swift (2001), by default none",
+            0.0,
+            1.0,
+            neutral=True,
+            acts=is_smoothed,
+        ),
+    ] = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,16 +74,6 @@ class ByMethod(ByCoupledMethod):
     ] = "mpm"
 
 
-def is_smoothed(parameters: Any) -> bool:
-    """Whether smoothed particles compute a run, or the middle of it."""
-    return getattr(parameters, "method", "mpm") != "mpm"
-
-
-def is_coupled(parameters: Any) -> bool:
-    """Whether elements surround the smoothed particles of a run."""
-    return getattr(parameters, "method", "mpm") == "sph-fem"
-
-
 def smoothing(parameters: Any, viscosity: "ArtificialViscosity") -> "Smoothing | None":
     """The numerics of smoothed particles, those of their verification but for the viscosity; None for other methods."""
     from solver.problem import Smoothing
@@ -64,7 +82,12 @@ def smoothing(parameters: Any, viscosity: "ArtificialViscosity") -> "Smoothing |
     if not is_smoothed(parameters):
         return None
     stiffness = STIFFNESS if parameters.contact == "repulsion" else 0.0
-    return Smoothing(CubicSpline(), viscosity=viscosity, stiffness=stiffness)
+    return Smoothing(
+        CubicSpline(),
+        viscosity=viscosity,
+        tensile=parameters.artificial_stress,
+        stiffness=stiffness,
+    )
 
 
 def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[Finding]:

@@ -13,6 +13,7 @@ from solver.units import Described, Dimensionless, PerSecond, Second
 from studies.scenarios._method import (
     PAIR_LINEAR,
     PAIR_QUADRATIC,
+    is_on_grid,
     is_smoothed,
     smoothing,
 )
@@ -48,6 +49,11 @@ def tensions() -> Mapping[str, Any]:
     return entries("solver.tension", "TENSION")
 
 
+def has_stable_step(parameters: Any) -> bool:
+    """Whether the time step of a run follows from its state."""
+    return parameters.fixed_dt is None
+
+
 @dataclass(frozen=True, kw_only=True)
 class Numerics:
     """Numerical parameters of every scenario; what is left out follows from ``recipe``.
@@ -61,7 +67,11 @@ class Numerics:
     recipe: Annotated[
         RecipeName, Described("preset for the numerical parameters that are left out", label=True)
     ] = "whipple"
-    shape: Annotated[str | None, Choice(shapes), Described(f"shape functions; {BY_RECIPE}")] = None
+    shape: Annotated[
+        str | None,
+        Choice(shapes),
+        Described(f"shape functions; {BY_RECIPE}", acts=is_on_grid),
+    ] = None
     scheme: Annotated[
         SchemeName | None,
         Described(
@@ -84,19 +94,28 @@ class Numerics:
     ] = None
     courant: Annotated[
         Dimensionless | None,
-        Described(f"part of a cell that a signal may cross in a step; {BY_RECIPE}", 0.01, 0.9),
+        Described(
+            f"part of a cell that a signal may cross in a step; {BY_RECIPE}",
+            0.01,
+            0.9,
+            acts=has_stable_step,
+        ),
     ] = None
     step_rule: Annotated[
         StepRuleName | None,
         Described(
             "what the Courant number limits: signals through the matter (acoustic; how far matter moves is limited by "
-            f"travel), or through the grid, the speed of the particle on top (convective); {BY_RECIPE}"
+            f"travel), or through the grid, the speed of the particle on top (convective); {BY_RECIPE}",
+            acts=lambda parameters: is_on_grid(parameters) and has_stable_step(parameters),
         ),
     ] = None
     travel: Annotated[
         Dimensionless | None,
         Described(
-            f"largest part of a cell that a particle moves in a step; {BY_RECIPE}", 0.01, 1.0
+            f"largest part of a cell that a particle moves in a step; {BY_RECIPE}",
+            0.01,
+            1.0,
+            acts=has_stable_step,
         ),
     ] = None
     damping_rate: Annotated[
@@ -113,6 +132,7 @@ class Numerics:
             f"order of the damping: 1 is the particle-in-cell update, 2 is XPIC; {BY_RECIPE}",
             1,
             2,
+            acts=lambda parameters: bool(parameters.damping_rate),
         ),
     ] = None
     tension: Annotated[

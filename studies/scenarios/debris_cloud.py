@@ -21,7 +21,7 @@ from studies.scenarios import (
     Setting,
     Size,
 )
-from studies.scenarios._impact import assemble, check_shot, filled, outline, size
+from studies.scenarios._impact import assemble, check_shot, filled, has_free_rim, outline, size
 from studies.scenarios._impact_observer import IMPACT, REACH
 from studies.scenarios._plate import PlatePerforation, cells, check_plate, plate_radius
 from studies.values.errors import Finding
@@ -82,7 +82,12 @@ class DebrisCloud(PlatePerforation):
     ] = None
     beyond_edge: Annotated[
         Dimensionless,
-        Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, MOST_ROOM),
+        Described(
+            "grid outside a rim that is not fixed, in projectile diameters",
+            0.1,
+            MOST_ROOM,
+            acts=has_free_rim,
+        ),
     ] = 2.0
 
 

@@ -35,7 +35,14 @@ from studies.scenarios._matter import (
     failures,
     matter,
 )
-from studies.scenarios._method import ByCoupledMethod, check_method, is_coupled, is_smoothed
+from studies.scenarios._method import (
+    REPULSION,
+    ByCoupledMethod,
+    check_method,
+    is_coupled,
+    is_on_grid,
+    is_smoothed,
+)
 from studies.scenarios._numerics import (
     ContactName,
     Numerics,
@@ -142,7 +149,7 @@ class Plugging(ByCoupledMethod, Numerics, Fracture, PluggingShot):
     """Parameters of the plugging of a plate."""
 
     # Splines feel the other body two cells early: docs/recipe.md.
-    shape: Annotated[str, Choice(shapes), Described("shape functions")] = "gimp"
+    shape: Annotated[str, Choice(shapes), Described("shape functions", acts=is_on_grid)] = "gimp"
     particles_per_cell: Annotated[
         int | None,
         Described(
@@ -275,8 +282,9 @@ def _check_shape(parameters: Plugging) -> list[Finding]:
     if parameters.contact == "repulsion" and not is_smoothed(parameters):
         limit = "none, bardenhagen, thesis or gap, the contacts of material points"
         findings.append(Finding("contact", "repulsion", limit, "take another contact"))
-    if parameters.contact == "repulsion" and parameters.gap < _cell(parameters) * (1.0 - 1e-9):
-        limit = f"at least a cell, {_cell(parameters):g} m, of particles that repel each other"
+    reach = REPULSION * _cell(parameters) / particles_per_cell(parameters)
+    if parameters.contact == "repulsion" and parameters.gap < reach * (1.0 - 1e-9):
+        limit = f"at least {reach:g} m, {REPULSION:g} spacings of particles that repel each other"
         cure = "enlarge the gap, raise the resolution (cells per diameter), or set contact to none"
         findings.append(Finding("gap", f"{parameters.gap:g} m", limit, cure))
     thickness, least = parameters.plate_thickness, 2.0 * _cell(parameters)

@@ -186,6 +186,7 @@ SCENARIO = Scenario(
     parameters=TaylorBar,
     materials=("bar",),
     measurements=("final_length", "mushroom_diameter", "width_at_fifth", "taylor_error"),
+    unused=("contact", "friction"),  # of one body
     settles=("final_length", "mushroom_diameter"),
     fill=_fill,
     check=_check,

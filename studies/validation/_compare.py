@@ -155,7 +155,7 @@ def grids_of(cube: xr.Dataset) -> Iterator[tuple[float, xr.Dataset]]:
 def kinetic_energy(run: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Times, s, and kinetic energy of all bodies, J, of a run; (samples,)."""
     time = run.history_time.values
-    energy = run.body_kinetic_energy_history.sum("body", skipna=False).values
+    energy = run.body_kinetic_energy_history.sum("body", min_count=1).values
     there = np.isfinite(time) & np.isfinite(energy)
     return time[there], energy[there]
 

@@ -1,5 +1,6 @@
 """Smoothed particles: their functions, neighbours, balances and bits, and what they refuse."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,12 +22,24 @@ from solver.problem import (
     Smoothing,
 )
 from solver.simulation import Simulation, simulate, start
+from solver.sph.artificial import tensile_part
 from solver.sph.neighbours import find_neighbours, sort_into_cells
 from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
 from solver.sph.step import ParticleStepper
 from solver.sph.tables import HEAVY, LENGTH, RHO, new_memory, tables_of
+from solver.state import DENSITY as DENSITY_ROW
+from solver.state import PRESSURE, S11, S12, S22, S23, S31, S33
 from solver.vectors import LANES
-from tests.solver.bodies import DENSITY, FREE, SPACING, SYMMETRIC, box, elastic_copper
+from tests.rows import Row, at_least, at_most
+from tests.solver.bodies import (
+    DENSITY,
+    FREE,
+    SOUND_SPEED,
+    SPACING,
+    SYMMETRIC,
+    box,
+    elastic_copper,
+)
 
 ROUND_OFF = 1e-12  # of sums over a few hundred particles in some steps, relative
 STEPS, STOPPED = 12, 7
@@ -190,6 +203,55 @@ def test_contact__half_a_block_at_a_plane_of_symmetry_meets_as_the_whole_one() -
     assert half.removed_by_contact > 0.0
     assert half.removed_by_contact == pytest.approx(0.5 * whole.removed_by_contact, rel=1e-9)
     assert half.audit().momentum_error < ROUND_OFF
+
+
+def pulled(tensile: float) -> float:
+    """Root mean square speed of a patch in uniaxial tension after 250 steps, that was disturbed by 1 m/s."""
+    pull = 8e9
+    thinner = 1.0 - pull / 3.0 / (DENSITY * SOUND_SPEED**2)
+    patch = block("patch", (0, 0, 0), (8, 8, 8), 0.0)
+    speeds = np.random.default_rng(1).uniform(-1.0, 1.0, patch.position.shape)
+    patch = replace(patch, density=thinner * DENSITY, mass=thinner * patch.mass, velocity=speeds)
+    made = start(
+        Problem(
+            geometry=box(8, 8, 8),
+            bodies=(patch,),
+            faces=(SYMMETRIC,) * 3,
+            end_time=1.0,
+            courant=0.3,
+            smoothing=Smoothing(CubicSpline(), tensile=tensile),
+        ),
+        threads=1,
+    )
+    for component, share in ((S11, 2.0), (S22, -1.0), (S33, -1.0)):
+        made.table[component] += share * pull / 3.0
+    for _ in range(250):
+        made.advance()
+    return float(np.sqrt((made.particles.velocity**2).sum(axis=1).mean()))
+
+
+@pytest.mark.claim("mend-again", "artificial-stress", minutes=1.0)
+def test_artificial_stress__slows_the_clumping_of_a_patch_that_is_pulled(
+    compared: Callable[[Row], None],
+) -> None:
+    """A patch in tension clumps without artificial stress, and less with that of Gray, Monaghan and Swift."""
+    without = pulled(0.0)
+    compared(at_least("speed without artificial stress (m/s)", limit=1.0, got=without))
+    compared(at_most("speed with 0.3 (m/s)", limit=without, got=pulled(0.3)))
+
+
+def test_artificial_stress__opposes_each_principal_stress_that_pulls() -> None:
+    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    table = np.zeros((max(DENSITY_ROW, PRESSURE, S11, S22, S33, S12, S23, S31) + 1, 1))
+    stress = turn @ np.diag([3e9, -2e9, 1e9]) @ turn.T
+    pressure = -np.trace(stress) / 3.0
+    table[DENSITY_ROW], table[PRESSURE] = DENSITY, pressure
+    rows = (S11, S22, S33, S12, S23, S31)
+    places = ((0, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 0))
+    table[rows, 0] = (stress + pressure * np.eye(3))[places]
+    expected = 0.3 * turn @ np.diag([3e9, 0.0, 1e9]) @ turn.T / DENSITY**2
+    got = tensile_part(Smoothing(CubicSpline(), tensile=0.3), table)
+    np.testing.assert_allclose(got[0], expected[places], rtol=1e-10, atol=1e-8)
 
 
 def test_viscosity__that_does_not_heat_is_noticed_by_the_audit() -> None:

@@ -165,6 +165,21 @@ def test_histories__of_bodies_lie_over_body_and_time() -> None:
     assert kinetic.isel(speed=1).isnull().all()
 
 
+def test_histories__of_bodies_have_their_place_by_name_in_runs_of_other_bodies() -> None:
+    sweep = fakes.holes()
+    outcomes = fakes.results(sweep)
+    one, other = (point.run.id for point in sweep.runs()[:2])
+    for run, energies in ((one, {"bar": 5.0, "wall": 6.0}), (other, {"rim": 8.0, "bar": 7.0})):
+        histories = {"time": [0.0], "bodies": [*energies]}
+        kinetic = [[energy] for energy in energies.values()]
+        histories |= {"kinetic_energy": kinetic}
+        outcomes[run] = replace(outcomes[run], histories=histories)
+    dataset = cube.build(sweep, outcomes, fakes.catalogue())
+    assert dataset.body.values.tolist() == ["bar", "wall", "rim"]
+    first = dataset.body_kinetic_energy_history.isel(speed=0, sample=0)
+    np.testing.assert_array_equal(first[:2], [[5.0, 6.0, np.nan], [7.0, np.nan, 8.0]])
+
+
 def test_shared_parameter__is_a_scalar() -> None:
     dataset = holes()
     assert dataset.projectile_diameter.dims == dataset.equivalent_diameter.dims == ()

@@ -16,7 +16,7 @@ from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from tests.contracts.test_scenarios import asked, built
 
-COUPLED = {"geometry": "quarter", "method": "sph-fem", "plate_radius": 40e-3}
+COUPLED = {"geometry": "quarter", "method": "sph-fem", "plate_radius": 40e-3, "gap": 3e-3}
 STEEL, WIDTH, THICKNESS, SPACING = 7850.0, 40e-3, 12e-3, 2e-3  # of the plate and its particles
 ROUND_OFF = 1e-12
 
@@ -174,9 +174,9 @@ def test_plugging__on_a_grid_has_no_particles_that_repel() -> None:
         asked("plugging", contact="repulsion")
 
 
-def test_particles_that_repel__begin_a_cell_apart() -> None:
-    with pytest.raises(InvalidInput, match=r"gap(.|\n)*at least a cell"):
-        asked("plugging", **{**COUPLED, "gap": 0.5e-3})
+def test_particles_that_repel__begin_farther_apart_than_they_reach() -> None:
+    with pytest.raises(InvalidInput, match=r"gap(.|\n)*at least 0.003 m(.|\n)*enlarge the gap"):
+        asked("plugging", **{**COUPLED, "gap": SPACING})
 
 
 @pytest.mark.parametrize("name", ["thin_plate", "thick_plate", "plate_impact", "debris_cloud"])
@@ -189,7 +189,7 @@ def test_search_for_a_limit__takes_a_method_as_any_parameter() -> None:
     sweep = Sweep.parse(
         {
             "scenario": "plugging",
-            "fixed": {"geometry": "quarter", "method": "sph-fem"},
+            "fixed": {"geometry": "quarter", "method": "sph-fem", "gap": "3 mm"},
             "axes": {"speed": {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"]}},
             "resolution": 10,
         }

@@ -1,0 +1,129 @@
+"""Every parameter that a scenario takes for a method changes its runs, or is refused, or makes no new run."""
+
+import hashlib
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.simulation import start
+from solver.units import Described, marked
+from studies import scenarios
+from studies.runs.run import Run
+from studies.values.errors import InvalidInput
+from studies.values.parameters import Parameter, declared
+from studies.verification import Row, equal
+from tests.contracts.test_scenarios import asked, built, given_of
+
+STEPS = 12
+# What needs longer than these steps to act, by what it changes: seen in the problem.
+LATER = {
+    "failure": "damage takes a part of the impact",
+    "failure_strain": "as failure",
+    "failure_time": "as failure",
+    "tension": "waves have not come back from a free surface",
+    "thermal_softening": "matter has to be hot",
+    "step_rule": "the first steps grow to the stable one",
+    "travel": "as step_rule",
+}
+# Particles that repel each other begin farther apart; their plate has room for elements.
+APART = {"plugging": {"plate_radius": 40e-3, "gap": 4e-3}}
+
+
+def methods() -> list[tuple[str, str]]:
+    """Each scenario with each of its methods."""
+    return [
+        (name, method)
+        for name in scenarios.names()
+        for chosen in [declared(scenarios.load(name).parameters).get("method")]
+        for method in (chosen.choices if chosen else ("",))
+    ]
+
+
+each_method = pytest.mark.parametrize(
+    ("name", "method"), methods(), ids=lambda text: text or "alone"
+)
+
+
+def base(name: str, method: str) -> dict[str, Any]:
+    """What a small run of a method states."""
+    smoothed = {"geometry": "quarter"} | APART.get(name, {}) if method not in ("", "mpm") else {}
+    return smoothed | ({"method": method} if method else {})
+
+
+def state(run: Run) -> tuple[str, str, str]:
+    """Digest of a run after some steps; then its grid, faces, end and observation; then what acts later."""
+    setting = built(run)
+    observer, problem = scenarios.load(run.scenario).observer, setting.problem
+    simulation = start(problem, threads=1)
+    for _ in range(STEPS):
+        simulation.advance()
+    digest = hashlib.sha256()
+    for array in simulation.snapshot().particles:
+        digest.update(np.ascontiguousarray(array))
+    seen = problem.geometry, problem.faces, problem.end_time, problem.retirement
+    return (
+        digest.hexdigest(),
+        repr((seen, observer.rate(given_of(run), setting))),
+        repr(([body.matter for body in problem.bodies], problem.step_rule, problem.travel)),
+    )
+
+
+def others(parameter: Parameter, value: Any) -> Iterator[Any]:
+    """Values of a parameter that are not the present one."""
+    low, high = parameter.minimum or 0.0, parameter.maximum or 0.0
+    if parameter.kind == "choice":
+        yield from (choice for choice in parameter.choices if choice != value)
+    elif parameter.kind == "boolean":
+        yield not value
+    elif parameter.kind == "integer":
+        yield from (each for each in range(1, 5) if each != value and low <= each <= high)
+    elif parameter.kind == "quantity" and value:
+        yield from (x for part in (1.1, 0.9, 1.5, 0.5) if low <= (x := part * value) <= high)
+    elif parameter.kind == "quantity":
+        yield from [math.sqrt(low * high)] if low > 0.0 else [part * high for part in (0.1, 1e-6)]
+
+
+def varied(name: str, method: str) -> Iterator[tuple[str, Described, Run]]:
+    """The runs that differ from the small one in one parameter and are accepted; a number takes its first value."""
+    start_of, chosen = base(name, method), scenarios.load(name).parameters
+    first, marks = asked(name, **start_of), marked(chosen, Described)
+    for parameter in declared(chosen).values():
+        mark = marks[parameter.name]
+        if mark.label or parameter.name == "method":
+            continue
+        for value in others(parameter, first.parameters[parameter.name]):
+            try:
+                run = asked(name, **{**start_of, parameter.name: value})
+            except InvalidInput:
+                continue
+            yield parameter.name, mark, run
+            if parameter.kind != "choice":
+                break
+
+
+@each_method
+def test_parameter_that_does_not_act__makes_no_new_run(name: str, method: str) -> None:
+    first = asked(name, **base(name, method))
+    for parameter, mark, run in varied(name, method):
+        if mark.acts and not mark.acts(given_of(run)):
+            assert run.id == first.id, parameter
+
+
+@pytest.mark.claim("mend-again", "parameters-act", minutes=8.0)
+@each_method
+def test_parameter__changes_its_run_or_makes_no_new_one(
+    name: str, method: str, compared: Callable[[Row], None]
+) -> None:
+    """A parameter that a scenario takes for a method changes its state or what is observed, or makes no new run."""
+    first = asked(name, **base(name, method))
+    before = state(first)
+    for parameter, mark, run in varied(name, method):
+        after = state(run)
+        acts = mark.acts is None or mark.acts(given_of(run))
+        places = (0, 1, 2) if parameter in LATER and acts else (0, 1)
+        changed = any(before[place] != after[place] for place in places)
+        where = f"{name} {method}, {parameter} {run.parameters[parameter]}: a new run"
+        compared(equal(where, expected=changed, got=run.id != first.id))

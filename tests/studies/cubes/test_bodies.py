@@ -1,0 +1,136 @@
+"""Runs of one sweep with different bodies: each has its place by name, and what a run does not have is missing."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from studies.cubes import cube
+from studies.reports.compare import compare
+from studies.reports.page import page
+from studies.reports.report import document
+from studies.runs.execution import execute
+from studies.sweeps.sweep import Sweep
+from studies.verification import Row, absolute, equal
+from tests.studies.support.decks import appendix_deck, soil_deck
+
+ROUND_OFF = 1e-12
+
+
+def computed(plain: dict[str, Any], directory: Path) -> xr.Dataset:
+    """The cube of a sweep, computed here, written and read again."""
+    sweep = Sweep.parse(plain)
+    results = {
+        point.run.id: execute(point.run, directory / point.run.id, threads=1)
+        for point in sweep.runs()
+    }
+    path = cube.write(cube.build(sweep, results), directory / "cube.nc")
+    return xr.load_dataset(path)
+
+
+def reported(dataset: xr.Dataset) -> dict[str, Any]:
+    """The report of a cube, made as a page too."""
+    report = document(dataset, compare(dataset))
+    assert page(report)
+    return report
+
+
+def starts(dataset: xr.Dataset, kind: str) -> dict[tuple[str, str], float]:
+    """The first value of a history by run, its coordinate as a text, and body."""
+    [axis] = dataset.attrs["axes"].split()
+    first = dataset[f"body_{kind}_history"].isel(sample=0)
+    labels = [str(value).splitlines()[0] for value in dataset[axis].values]
+    return {
+        (label, str(body)): float(first.isel({axis: place}).sel(body=body))
+        for place, label in enumerate(labels)
+        for body in dataset.body.values
+    }
+
+
+def table(expected: dict[tuple[str, str], float], got: dict[tuple[str, str], float]) -> list[Row]:
+    """Each cell of a table beside what is expected; NaN is expected of what is missing."""
+    assert got.keys() == expected.keys()
+    return [
+        equal(f"{run}, {body}", expected="missing", got="missing" if np.isnan(got[at]) else got[at])
+        if np.isnan(value)
+        else absolute(f"{run}, {body}", expected=value, got=got[at], within=ROUND_OFF * abs(value))
+        for at, value in expected.items()
+        for run, body in [at]
+    ]
+
+
+@pytest.mark.claim("mend-again", "sweep-over-methods", minutes=1.5)
+def test_sweep_over_methods__is_the_hand_made_table(
+    tmp_path: Path, compared: Callable[[Row], None]
+) -> None:
+    """A sweep over methods has the bodies of each run by name, in the cube and in the report."""
+    dataset = computed(
+        {
+            "scenario": "plugging",
+            "fixed": {
+                "geometry": "quarter",
+                "speed": "300 m/s",
+                "plate_radius": "40 mm",
+                "gap": "4 mm",
+                "end_time": "2 us",
+            },
+            "axes": {"method": ["mpm", "sph", "sph-fem"]},
+            "resolution": 10,
+        },
+        tmp_path,
+    )
+    # A cylinder of arne-elastic, 20 mm by 80 mm, 7838 kg/m3, at 300 m/s.
+    mass, speed, none = 7838.0 * np.pi * 0.01**2 * 0.08, 300.0, np.nan
+    bodies = ("projectile", "target", "target-elements")
+    for kind, moving in (
+        ("kinetic_energy", 0.5 * mass * speed**2),
+        ("axial_momentum", mass * speed),
+    ):
+        rows = {"mpm": (moving, 0, none), "sph": (moving, 0, none), "sph-fem": (moving, 0, 0)}
+        expected = {
+            (method, body): value
+            for method, row in rows.items()
+            for body, value in zip(bodies, row, strict=True)
+        }
+        for row in table(expected, starts(dataset, kind)):
+            compared(row)
+    report = reported(dataset)
+    for number, (contact, method) in enumerate(
+        (("gap", "mpm"), ("repulsion", "sph"), ("repulsion", "sph-fem"))
+    ):
+        run = report["runs"][number]
+        got = (run["state"], run["at"]["method"], str(dataset.contact.values[number]))
+        compared(equal(f"run {number}", expected=("succeeded", method, contact), got=got))
+    compared(equal("methods set beside", expected="mpm", got=report["methods"]["first"]))
+
+
+@pytest.mark.claim("mend-again", "sweep-over-decks", minutes=0.5)
+def test_sweep_over_decks__is_the_hand_made_table(
+    tmp_path: Path, compared: Callable[[Row], None]
+) -> None:
+    """A sweep over decks with two bodies and one has the bodies of each run by name, in the cube and in the report."""
+    two, one = appendix_deck(), soil_deck()
+    dataset = computed(
+        {"scenario": "deck", "fixed": {"end_time": "1e-6 s"}, "axes": {"deck": [two, one]}},
+        tmp_path,
+    )
+    first, second, none = two.splitlines()[0], one.splitlines()[0], np.nan
+    # 129 of 130 particles of 8.9 g/cm3 and half a millimetre at 200 m/s, one at rest; 16.8 t of soil that
+    # fall at 1 m/s.
+    particle, soil = 8900.0 * 0.5e-3**3, 16800.0
+    bodies = ("component_1", "component_2", "body_1")
+    energies = (129 * 0.5 * particle * 200.0**2, 0.0, none), (none, none, 0.5 * soil)
+    momenta = (129 * particle * 200.0, 0.0, none), (none, none, -soil)
+    for kind, rows in (("kinetic_energy", energies), ("axial_momentum", momenta)):
+        expected = {
+            (run, body): value
+            for run, row in zip((first, second), rows, strict=True)
+            for body, value in zip(bodies, row, strict=True)
+        }
+        for row in table(expected, starts(dataset, kind)):
+            compared(row)
+    states = [run["state"] for run in reported(dataset)["runs"]]
+    compared(equal("states in the report", expected=["succeeded"] * 2, got=states))
