@@ -168,6 +168,12 @@ PRESSED: dict[str, Any] = {
 }
 
 
+def mean_of(history: Any) -> float:
+    """Mean of what was read from 4.5 us on, when the plateau has come to the middle."""
+    times, values = (np.array(history[name]) for name in ("time", "value"))
+    return float(values[times >= 4.5e-6].mean())
+
+
 def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: Any) -> None:
     stress = -PRESSED["pressure"]
     velocity = stress / math.sqrt(100e9 * 8900.0)  # p / (rho c) of the default matter
@@ -175,11 +181,12 @@ def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: An
         result = execute(
             asked("elastic_bar", method=method, **PRESSED), tmp_path / method, threads=1
         )
-        peaks = {
-            name: result.measurements[f"middle_peak_{name}"].value
+        # The mean of the plateau while it passes: coarse grids ring about it.
+        passing = {
+            name: mean_of(result.measurements[f"middle_{name}"].history)
             for name in ("velocity", "stress")
         }
-        assert peaks == pytest.approx({"velocity": velocity, "stress": stress}, rel=0.05), method
+        assert passing == pytest.approx({"velocity": velocity, "stress": stress}, rel=0.05), method
         # Mesh and particles in one body's place book one impulse.
         assert result.numbers["momentum_error"] < 1e-9, method
 
