@@ -69,7 +69,7 @@ class CoupledStepper(Method):
         self.elements.push(table, time, kick, dt)
         table[MASS, drivers[driven]] += own
         table[MASS, driven] = 0.0
-        self.particles.push(partition, kick, dt)
+        self.particles.push(partition, time, kick, dt)
         impulse = self._balance_forces(partition, drivers, kick, dt)
         table[MASS, driven] = own
         self.elements.move(table, drivers, kick, dt)

@@ -196,6 +196,9 @@ def _elastic_bar() -> Sketch:
     sketch.along(324, 200, 222, "wall_pull, over the largest push")
     for row, text in enumerate(("rear_face_place, rear_face_velocity:", "end away from the wall")):
         sketch.text(640, 60 + 16 * row, text, "end", "#0072b2")
+    middle = ("middle_velocity, middle_stress:", "halfway along the axis, and the largest:")
+    for row, text in enumerate((*middle, "middle_peak_velocity, middle_peak_stress")):
+        sketch.text(640, 100 + 16 * row, text, "end", "#0072b2")
     rebound = "rebound_momentum: momentum away from the wall, over the initial one towards it"
     sketch.text(60, 268, rebound, "start", "#0072b2")
     x = 60.0

@@ -12,6 +12,7 @@ update the rest. Their sum is kept to round-off, whatever stress and steps are.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,11 +22,13 @@ from solver.errors import ProblemError
 from solver.faces import cross_faces
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import Bound
+from solver.loads import mean_pressure
 from solver.method import Method, Partition, StepBalance
 from solver.problem import Face, Problem, Scheme, Smoothing
 from solver.scattered import AXES, Scattered
 from solver.sph.artificial import tensile_part
 from solver.sph.contact import reached, repel
+from solver.sph.loads import pressed_ends
 from solver.sph.mirrors import images_of, set_places, set_stresses, set_velocities
 from solver.sph.neighbours import find_neighbours, sort_into_cells
 from solver.sph.rates import (
@@ -45,7 +48,7 @@ from solver.sph.rates import (
 )
 from solver.sph.smoothing import SUPPORT
 from solver.sph.tables import MOVED, new_memory, tables_of
-from solver.state import VX, Particles, lines
+from solver.state import MASS, VX, Particles, lines
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
 from solver.transfer import new_pack
@@ -56,6 +59,17 @@ STANDSTILL = 1e-300  # 1/s: cold gas that nothing touches has no signal, and its
 # Distance in cells within which a particle stands on a plane of symmetry and has a part of its mass.
 ON_PLANE = 1e-6
 SPARE = 1.2  # of the rows of the tables
+
+
+@dataclass
+class Loaded:
+    """Particles that a traction presses on in a step."""
+
+    axis: int
+    columns: np.ndarray  # (k,) of the table
+    forces: np.ndarray  # (k,) along the axis, N
+    before: np.ndarray  # (k,) velocities along it before and after the step, m/s
+    after: np.ndarray
 
 
 class ParticleStepper(Method):
@@ -70,6 +84,8 @@ class ParticleStepper(Method):
         self.limits = limits
         self.pool = pool
         self.axes = _axes(problem)
+        self.pressed = pressed_ends(problem, self.axes)
+        self.loaded: list[Loaded] = []
         self.before = np.zeros(1)  # the step that ended at n, s
         self.space = Scattered(
             problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes
@@ -109,11 +125,11 @@ class ParticleStepper(Method):
         """Take the particles from n, at a time, to n+1."""
         kick = 0.5 * (float(self.before[0]) + dt)
         self.before = np.array([dt])
-        self.push(partition, kick, dt)
+        self.push(partition, time, kick, dt)
         self.strain(partition, time, kick, dt)
         return self.balance(partition, kick)
 
-    def push(self, partition: Partition, kick: float, dt: float) -> None:
+    def push(self, partition: Partition, time: float, kick: float, dt: float) -> None:
         """Velocities after a ``kick`` (s) and positions after the step."""
         smoothing, axes = self.smoothing, self.axes
         table, count = partition.table, partition.particles.mass.size
@@ -153,6 +169,7 @@ class ParticleStepper(Method):
             tables.tensile[:count, :6] = tensile_part(smoothing, table[:, :count])
         set_stresses(tables, images, count)
         self._push_apart(cells, tables, solid, count)
+        self._press(partition, time, dt)
         self._over_shares(
             partition,
             lambda share, ranges: self.accelerate(
@@ -169,6 +186,8 @@ class ParticleStepper(Method):
                 self.sums[share],
             ),
         )
+        for loaded in self.loaded:
+            loaded.after = table[VX + loaded.axis, loaded.columns].copy()
 
     def forces_of_others(self, partition: Partition, particles: np.ndarray) -> np.ndarray:
         """Forces (k, 6) on some particles by what another method moves, and by images of it alone, N.
@@ -247,9 +266,13 @@ class ParticleStepper(Method):
             gone, reflected = cross_faces(
                 self.problem.geometry, self.faces, self.problem.clamp, moved, impulse
             )
-        work = float(self.sums[:, WORK].sum())
+        pressed = 0.0
+        for loaded in self.loaded:
+            impulse[loaded.axis] += loaded.forces.sum() * kick
+            pressed += 0.5 * float(loaded.forces @ (loaded.before + loaded.after)) * kick
+        work = float(self.sums[:, WORK].sum()) + pressed
         # What contact gives to the motion of particles comes out of what it took before.
-        taken = -float(self.sums[:, TOUCHED].sum())
+        taken = pressed - float(self.sums[:, TOUCHED].sum())
         return StepBalance(impulse, 0.0, taken, work, gone, reflected, tally)
 
     def _room(self, count: int) -> None:
@@ -291,6 +314,23 @@ class ParticleStepper(Method):
             ),
             pieces,
         )
+
+    def _press(self, partition: Partition, time: float, dt: float) -> None:
+        """Accelerations by pressures on ends, beside those by contact."""
+        self.loaded = []
+        if not self.pressed:
+            return
+        table, particles = partition.table, partition.particles
+        column = np.full(int(particles.number.max()) + 1, -1)
+        column[particles.number] = np.arange(particles.number.size)
+        for end in self.pressed:
+            pressure = mean_pressure(end.load, time, time + dt)
+            if pressure:
+                axis, columns = end.load.axis, column[end.numbers]
+                forces = end.forces(table, columns, pressure)
+                self.pushed[columns, axis] += forces / table[MASS, columns]
+                before = table[VX + axis, columns].copy()
+                self.loaded.append(Loaded(axis, columns, forces, before, before))
 
     def _complete(self, partition: Partition) -> None:
         """Give particles on a plane of symmetry the smoothing length of the mass that they have with their images."""
@@ -441,7 +481,6 @@ def _check(problem: Problem, smoothing: Smoothing) -> None:
         is not None,
         "retired debris (follow it)": problem.retirement is not None,
         "absorbing surfaces (take free ones)": bool(problem.absorbers),
-        "tractions (let a body strike instead)": bool(problem.tractions),
         "explosives": any(burns(body.matter.eos) for body in problem.bodies),
         "a box too narrow for images behind both of its faces (widen it)": _narrow(
             problem, smoothing

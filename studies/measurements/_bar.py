@@ -27,6 +27,8 @@ class BarView:
     velocity: np.ndarray  # (n, 3) in the same order, m/s
     mass: np.ndarray  # (n,) kg, per radian in axisymmetry
     strain_energy: np.ndarray  # (n,) elastic, J/kg
+    stress: np.ndarray  # (n,) along the bar, without artificial viscosity, Pa
+    height: np.ndarray  # (n,) initial, m
     width: float  # of a particle across, initially, m
     cell: float  # m
     length: float  # initial, m
@@ -61,6 +63,10 @@ def view(setting: Any, snapshot: Any) -> BarView:
         velocity=_ordered(particles.velocity[living], order),
         mass=particles.mass[living],
         strain_energy=_strain_energy(body, particles, living),
+        stress=particles.deviator[living, axis] - particles.pressure[living],
+        height=np.concatenate([each.position[:, axis] for each in setting.problem.bodies])[
+            particles.number[living]
+        ],
         width=body.spacing[0],
         cell=setting.problem.geometry.spacing,
         length=setting.length,
@@ -180,10 +186,23 @@ def rear_of(view: BarView) -> Reading:
     """The mean place of the last layer of particles."""
     layer = view.place[:, 2]
     last = layer == layer.max()
-    if last.sum() < np.bincount(layer).max():
+    if last.sum() < np.unique(view.place[:, :2], axis=0).shape[0]:
         return LOST
     place = float(np.average(view.position[last, 2], weights=view.mass[last]))
     return Reading(place, {"resolution": view.resolution})
+
+
+def middle_of(view: BarView, values: np.ndarray) -> Reading:
+    """A value (n,) beside the axis, halfway along the bar as it was at the start.
+
+    Where particles stand at nodes, theirs.
+    """
+    inner = np.flatnonzero((view.place[:, :2] == 0).all(axis=1))[::-1]
+    layers, first = np.unique(view.place[inner, 2], return_index=True)
+    if layers.size <= view.place[:, 2].max():
+        return LOST
+    column = inner[first]
+    return Reading(float(np.interp(0.5 * view.length, view.height[column], values[column])))
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from solver.units import Described
 from studies.scenarios import Dimension, Outline, Setting, Shape, Size
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._loading import Loading, added_speed, check_loading, loads
+from studies.scenarios._method import is_coupled, is_meshed
 from studies.scenarios._numerics import (
     Numerics,
     filled_numerics,
@@ -94,11 +95,13 @@ def assemble(
     from solver.problem import Problem
 
     geometry, faces = _grid(parameters, extent)
-    made, place = _bar(parameters, extent, matter, density, geometry)
+    bodies, place = (_meshed_bar if is_meshed(parameters) else _bar)(
+        parameters, extent, matter, density, geometry
+    )
     return BarSetting(
         problem=Problem(
             geometry=geometry,
-            bodies=(made,),
+            bodies=bodies,
             faces=faces,
             end_time=extent.end_time,
             **loads(
@@ -210,7 +213,7 @@ def _section(parameters: Bar, extent: Extent) -> float:
 
 def _bar(
     parameters: Bar, extent: Extent, matter: "Matter", density: float, geometry: Any
-) -> tuple["Body", "np.ndarray"]:
+) -> tuple[tuple["Body", ...], "np.ndarray"]:
     """The bar, and the place of each of its particles in the lattice."""
     import numpy as np
 
@@ -237,4 +240,43 @@ def _bar(
         density=density,
         volume=_section(parameters, extent) * extent.length,
     )
-    return made, place
+    return (made,), place
+
+
+def _meshed_bar(
+    parameters: Bar, extent: Extent, matter: "Matter", density: float, geometry: Any
+) -> tuple[tuple["Body", ...], "np.ndarray"]:
+    """A square bar of elements, or of these and of particles below them, and the place of each node or particle."""
+    import numpy as np
+
+    from solver.fem.elements import Hexahedron
+    from solver.fem.mesh import lattice, node_masses
+    from solver.problem import Body
+
+    step = extent.cell / particles_per_cell(parameters)
+    pieces, layers = (
+        max(1, round(whole / step)) for whole in (0.5 * extent.diameter, extent.length)
+    )
+    across = np.linspace(0.0, 0.5 * extent.diameter, pieces + 1)
+    along = np.linspace(0.0, extent.length, layers + 1)
+    middle = layers // 2 if is_coupled(parameters) else 0
+    parts = [("bar-elements" if middle else "bar", middle, layers)]
+    parts += [("bar", 0, middle)] if middle else []
+    bodies, places = [], []
+    for number, (name, begin, end) in enumerate(parts):
+        position, mesh = lattice(Hexahedron(), across, across, along[begin : end + 1])
+        bodies.append(
+            Body(
+                name=name,
+                matter=matter,
+                position=position,
+                velocity=np.array([0.0, 0.0, -extent.speed]),
+                mass=node_masses(mesh, position, density),
+                density=density,
+                spacing=(across[1], across[1], along[1]),
+                mesh=None if number else mesh,
+            )
+        )
+        corners = np.arange(pieces + 1)
+        places.append(points(corners, corners, np.arange(begin, end + 1)))
+    return tuple(bodies), np.concatenate(places)

@@ -21,13 +21,18 @@ REPULSION = 1.5
 
 
 def is_smoothed(parameters: Any) -> bool:
-    """Whether smoothed particles compute a run, or the middle of it."""
-    return getattr(parameters, "method", "mpm") != "mpm"
+    """Whether smoothed particles compute a run, or a part of it."""
+    return getattr(parameters, "method", "mpm") in ("sph", "sph-fem")
+
+
+def is_meshed(parameters: Any) -> bool:
+    """Whether hexahedra compute a run, or a part of it."""
+    return getattr(parameters, "method", "mpm") in ("fem", "sph-fem")
 
 
 def is_on_grid(parameters: Any) -> bool:
     """Whether particles meet on a grid, with its shape functions."""
-    return not is_smoothed(parameters)
+    return getattr(parameters, "method", "mpm") == "mpm"
 
 
 def is_coupled(parameters: Any) -> bool:
@@ -58,6 +63,21 @@ class ByCoupledMethod:
             acts=is_smoothed,
         ),
     ] = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ByBarMethod(ByCoupledMethod):
+    """The choice of a method for a bar."""
+
+    method: Annotated[
+        Literal["mpm", "sph", "fem", "sph-fem"],
+        Described(
+            "material points on a grid (mpm), smoothed particles (sph), hexahedra (fem), or hexahedra in the half away "
+            "from the wall, coupled to smoothed particles in the other one (sph-fem); the latter three in three "
+            "dimensions, particles with a symmetric wall, and hexahedra with a square section",
+            neutral=True,
+        ),
+    ] = "mpm"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,9 +112,20 @@ def smoothing(parameters: Any, viscosity: "ArtificialViscosity") -> "Smoothing |
 
 def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[Finding]:
     """Findings on what a method cannot compute; ``contacts`` are those of its particles in the scenario."""
-    if not is_smoothed(parameters):
+    if not is_smoothed(parameters) and not is_meshed(parameters):
         return []
+    of_bar = hasattr(parameters, "wall")
     refused = (
+        (
+            of_bar and is_smoothed(parameters) and parameters.wall == "unilateral",
+            "wall",
+            "set wall to symmetric",
+        ),
+        (
+            of_bar and is_meshed(parameters) and parameters.section == "round",
+            "section",
+            "set section to square",
+        ),
         (parameters.geometry == "axisymmetric", "geometry", "set geometry to quarter"),
         (
             getattr(parameters, "edges", "fixed") == "absorbing",

@@ -21,6 +21,7 @@ from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scena
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._loading import FASTEST, filled_loading
+from studies.scenarios._method import ByBarMethod, check_method
 from studies.scenarios._numerics import check_numerics, filled_numerics
 from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
 TRANSITS = 2.0  # end of a run, in contact times 2 L / c: twice the time at the wall
 OBSERVATIONS_PER_TRANSIT = 200  # contact time is read to 0.5 %
+# Cells that a wave crosses between observations of a pressed bar, whose peaks are read, and observations at most.
+OBSERVED, MOST_OBSERVED = 0.25, 2000
 ROOM = 2.0  # cells of grid beside and behind the bar, besides its flight
 
 
@@ -66,7 +69,7 @@ class _ElasticBarShot(AtWall):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ElasticBar(Bar, _ElasticBarShot):
+class ElasticBar(ByBarMethod, Bar, _ElasticBarShot):
     """Parameters of an elastic bar."""
 
 
@@ -118,13 +121,17 @@ def _extent(parameters: ElasticBar) -> Extent:
 
 
 def _fill(parameters: ElasticBar) -> ElasticBar:
+    if parameters.method != "mpm":
+        made = parameters.particles_per_cell or 1
+        parameters = replace(parameters, particles_per_cell=made)
     filled = filled_loading(filled_numerics(parameters))
     return replace(filled, end_time=round_quantity(_end_time(parameters)))
 
 
 def _check(parameters: ElasticBar, materials: Materials) -> list[Finding]:
     sound = _wave_speed(parameters)
-    findings = check_numerics(parameters) + bars.check_bar(
+    findings = check_method(parameters) + check_numerics(parameters)
+    findings += bars.check_bar(
         parameters, _extent(parameters), density=parameters.density, sound=sound
     )
     fastest = FASTEST * sound
@@ -168,14 +175,18 @@ def _cells(parameters: ElasticBar) -> dict[str, float]:
 
 
 def _rate(parameters: Any, setting: Setting) -> ObservationRate:
-    return ObservationRate(interval=transit(parameters) / OBSERVATIONS_PER_TRANSIT)
+    interval = transit(parameters) / OBSERVATIONS_PER_TRANSIT
+    if parameters.pressure:
+        crossing = OBSERVED * _cell(parameters) / _wave_speed(parameters)
+        interval = min(interval, max(crossing, _end_time(parameters) / MOST_OBSERVED))
+    return ObservationRate(interval=interval)
 
 
 SCENARIO = Scenario(
     name="elastic_bar",
     title="Elastic bar on a wall",
     description="An elastic bar hits a rigid frictionless wall end-on and rebounds, or is pressed on it by loads; "
-    "contact, momentum, energy and the motion of its free end are measured.",
+    "contact, momentum, energy, the motion of its free end, and velocity and stress in its middle are measured.",
     parameters=ElasticBar,
     materials=(),
     measurements=(
@@ -188,6 +199,10 @@ SCENARIO = Scenario(
         "lost_energy",
         "rear_face_place",
         "rear_face_velocity",
+        "middle_velocity",
+        "middle_stress",
+        "middle_peak_velocity",
+        "middle_peak_stress",
     ),
     # One body that bears any tension.
     unused=("contact", "friction", "tension"),

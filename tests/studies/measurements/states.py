@@ -226,6 +226,8 @@ def bar(
             "velocity": np.tile(velocity, (len(points), 1)),
             "mass": mass,
             "strain_energy": np.zeros(len(points)),
+            "stress": np.zeros(len(points)),
+            "height": points[:, 2],
             "width": PARTICLE,
             "cell": CELL,
             "length": BAR_LENGTH,

@@ -196,6 +196,21 @@ def drifted_plates() -> Any:
     return dataclasses.replace(state, density=0.9 * state.density)
 
 
+def waving_bar() -> Any:
+    """Velocity and stress rise along the initial height, and across."""
+    state = bar(stretched)
+    heights = state.height + (state.place[:, :2] > 0).any(axis=1)
+    velocity = np.stack([0.0 * heights, 0.0 * heights, heights], axis=1)
+    return dataclasses.replace(state, velocity=velocity, stress=-2e9 * heights)
+
+
+def middles(last: float = 3.0) -> History:
+    values = np.array([0.0, 2.0, -5.0, last])
+    return History(
+        1e-6 * np.arange(values.size), {"middle_velocity": values, "middle_stress": values}
+    )
+
+
 def pulled() -> History:
     rates = rectangle(1.2e-6)
     rates[150:152] = -0.03 * rates.max()
@@ -340,6 +355,10 @@ KNOWN: list[tuple[str, Build, float, float]] = [
         for state in bars(stretched)
     ),
     ("rear_face_velocity", lambda: rear_faces(0.02, 0.020, 0.0195), -500.0, 1e-8),
+    # Linear along the bar, and other values away from the axis.
+    ("middle_velocity", waving_bar, 0.5 * BAR_LENGTH, 1e-14),
+    ("middle_stress", waving_bar, -1e9 * BAR_LENGTH, 1e-5),
+    *((f"middle_peak_{name}", middles, -5.0, 0.0) for name in ("velocity", "stress")),
     # Half of the time between observations.
     *(("contact_time", lambda t=t: pushed(rectangle(t)), t, 0.5e-8) for t in (0.5e-6, 1.234e-6)),
     ("contact_time", lambda: pushed(smeared(rectangle(1.2e-6))), 1.2e-6, 1e-8),
@@ -438,6 +457,11 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("rear_face_place", bar_without_corner, "lost_particles"),
     ("rear_face_velocity", lambda: rear_faces(0.02, math.nan), "lost_particles"),
     ("rear_face_velocity", lambda: rear_faces(0.02), "one_observation"),
+    *((f"middle_{name}", bar_without_corner, "lost_particles") for name in ("velocity", "stress")),
+    *(
+        (f"middle_peak_{name}", lambda: middles(math.nan), "lost_particles")
+        for name in ("velocity", "stress")
+    ),
     *((name, lambda: bar(is_loaded=True), "loaded") for name in OF_THE_WALL_ALONE),
     *(
         (name, lambda: pushed(np.full(9, math.nan)), "loaded")

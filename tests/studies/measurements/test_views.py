@@ -272,7 +272,12 @@ def bar_of_arrays(kind: str) -> tuple[Any, Particles]:
         shear_modulus=SHEAR,
     )
     body = SimpleNamespace(
-        name="bar", density=DENSITY, spacing=(PARTICLE,) * 3, mass=state.mass, matter=matter
+        name="bar",
+        density=DENSITY,
+        spacing=(PARTICLE,) * 3,
+        mass=state.mass,
+        matter=matter,
+        position=particles.position.copy(),
     )
     record = Axisymmetric if flat else Cartesian3D
     cells = (10, 50, 0) if flat else (10, 10, 50)

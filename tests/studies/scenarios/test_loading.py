@@ -152,3 +152,69 @@ def test_histories__of_a_loaded_bar_sum_to_the_audited_energy_and_momentum(tmp_p
     assert momentum == pytest.approx(momentum[0], rel=1e-9)
     assert result.measurements["lost_energy"].flags == ("loaded",)
     assert result.measurements["contact_time"].flags == ("loaded",)
+
+
+METHODS = ("mpm", "sph", "fem", "sph-fem")
+PRESSED: dict[str, Any] = {
+    **SQUARE,
+    "wall": "symmetric",
+    "speed": 0.0,
+    "bar_length": 20e-3,
+    "poisson_ratio": 0.0,
+    "pressure": 1e8,
+    "pulse": "0 us 0, 1 us 1, 4 us 1, 5 us 0",
+    "end_time": 6.5e-6,
+    "cells_per_diameter": 4.0,
+}
+
+
+def mean_of(history: Any) -> float:
+    """Mean of what was read from 4.5 us on, when the plateau has come to the middle."""
+    times, values = (np.array(history[name]) for name in ("time", "value"))
+    return float(values[times >= 4.5e-6].mean())
+
+
+def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: Any) -> None:
+    stress = -PRESSED["pressure"]
+    velocity = stress / math.sqrt(100e9 * 8900.0)  # p / (rho c) of the default matter
+    for method in METHODS:
+        result = execute(
+            asked("elastic_bar", method=method, **PRESSED), tmp_path / method, threads=1
+        )
+        # The mean of the plateau while it passes: coarse grids ring about it.
+        passing = {
+            name: mean_of(result.measurements[f"middle_{name}"].history)
+            for name in ("velocity", "stress")
+        }
+        assert passing == pytest.approx({"velocity": velocity, "stress": stress}, rel=0.05), method
+        # Mesh and particles in one body's place book one impulse.
+        assert result.numbers["momentum_error"] < 1e-9, method
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"method": "fem", "section": "round"}, "section"),
+        ({"method": "fem", "geometry": "axisymmetric", "section": "round"}, "geometry"),
+        ({"method": "sph", "wall": "unilateral"}, "wall"),
+        ({"method": "sph-fem", "wall": "unilateral"}, "wall"),
+        ({"method": "fem", "scheme": "usl"}, "scheme"),
+    ],
+)
+def test_method_of_a_bar__refuses_what_it_cannot_compute(
+    changes: dict[str, Any], field: str
+) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        asked("elastic_bar", **{**PRESSED, **changes})
+    assert field in {finding.field for finding in caught.value.findings}
+
+
+def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -> None:
+    setting = built(asked("elastic_bar", method="sph-fem", **PRESSED))
+    elements, particles = setting.problem.bodies
+    whole = 8900.0 * 2e-3**2 * 20e-3
+    assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
+    scenario = scenarios.load("elastic_bar")
+    view = scenario.observer.view(setting, start(setting.problem, threads=1).snapshot())
+    assert measurements.load("rear_face_place").read(view).value == pytest.approx(20e-3)
+    assert measurements.load("middle_stress").read(view).value == 0.0
