@@ -27,7 +27,7 @@ def computed(document: dict[str, Any], folder: Path) -> xr.Dataset:
 def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(
     tmp_path: Path, compared: Callable[[Row], None]
 ) -> None:
-    """No curve of the demo mixes extrapolated with computed values, and the bars of its holes hold a grid twice as fine."""
+    """No curve of the demo mixes extrapolated and computed values; bars of its holes hold a grid twice as fine."""
     for name in DEMO:
         document = read_yaml(examples.text(name), name)
         cube = computed(document, tmp_path / name)
