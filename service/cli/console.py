@@ -185,7 +185,8 @@ def print_cost(name: str, cost: "Cost", presets: "Iterable[PresetCost]") -> None
 
 def _cost(cost: "Cost") -> str:
     time, size = duration(cost.core_seconds), cost.bytes / 1e6
-    return f"{cost.runs} runs, about {time} of one core, {size:.0f} MB"
+    memory = f"{cost.memory / 1e6:.0f} MB of memory a run"
+    return f"{cost.runs} runs, about {time} of one core, {size:.0f} MB of files, {memory}"
 
 
 def nonzero(counts: Mapping[str, int]) -> str:

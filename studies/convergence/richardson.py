@@ -14,9 +14,12 @@ The rules:
 - Their differences are compared with the noise first: a difference that is not above it says
   nothing about the mesh. Then a change of sign is ``oscillatory``; an order outside of ``ORDERS``
   is ``not in the asymptotic range``.
-- Only ``converging`` gives an extrapolated number, and it is the value where its mesh part is smaller than that of the
-  finest resolution: an extrapolation multiplies the noise of the two finest, the more so the lower the order and the
-  closer the grids. Otherwise the value is that of the finest resolution.
+- One rule holds for all points of a series, which a curve joins: either all are extrapolated with one order, or each
+  has the value of its finest resolution. The order is the mean of those of the points that converge by themselves, at
+  least half of all (the global average of Celik et al. 2008 for the points of a profile). A point that does not must
+  fit that order within its noise, or none is extrapolated. And none is where the squares of the mesh parts would add up
+  to more: an extrapolation multiplies the noise of the two finest, the more so the lower the order and the closer the
+  grids. A point alone is a series of one.
 - The error bar is the root of the sum of the squares of three parts:
 
   ``mesh``
@@ -24,10 +27,11 @@ The rules:
       noise makes of the value. The noise is a share of a cell, the same on the three, and over the root of the
       number of offsets where they were averaged. The error that is left:
 
-      - ``converging``: ``LEFT`` of the correction that was extrapolated, and at least the distance to the limit of the
-        observed order, where the formal one is used in its place, and to that of any order from the assumed to the
-        formal one that fits the three values within their noise. Where the finest value is taken: the grid convergence
-        index, ``SAFETY`` times the correction, and at least the distance to each of those limits.
+      - Extrapolated: ``LEFT`` of the correction, and at least the distance to the limit of the order that the point
+        shows by itself, and to that of any order from the assumed to the formal one that fits the three values within
+        their noise.
+      - ``converging`` with the finest value: the grid convergence index, ``SAFETY`` times the correction of its own
+        order, and at least the distance to each limit of an order that fits.
       - Else, where such an order fits them within their noise: the largest error of the finest that one of them gives.
         So an oscillation, or an order above 3, that lies within the scatter of the offsets costs this scatter alone.
       - Else the coarsest is outside of the asymptotic range, or they diverge: the index of the two finest at the
@@ -50,7 +54,7 @@ Eng. 130, 078001; Eça and Hoekstra (2014), J. Comput. Phys. 262, 104.
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
@@ -147,6 +151,13 @@ class Convergence:
     levels: tuple[Level, ...] = ()  # the finest first, those without a value too
 
     @property
+    def rule(self) -> str:
+        """What the value is: extrapolated with an order, or that of the finest resolution."""
+        if self.value == self.extrapolated:
+            return f"extrapolated with p = {min(self.order, FORMAL_ORDER):.2g}"
+        return "finest grid"
+
+    @property
     def uncertainty(self) -> float:
         """Root of the sum of the squares of the known parts; NaN without any."""
         if math.isnan(self.mesh):
@@ -155,28 +166,36 @@ class Convergence:
 
 
 def converge(samples: Iterable[Sample]) -> Convergence:
-    """The verdict over runs at several spacings and offsets, in any order."""
-    levels = levels_of(samples)
-    valued = [level for level in levels if level.values]
-    if not valued:
-        nothing = (math.nan, math.nan, math.nan, math.nan)
-        return Convergence("no value", "no run has a value", *nothing, levels=levels)
-    judged = (_of_one, _of_two, _of_three)[min(len(valued), 3) - 1](valued)
-    verdict, reason, value, mesh, more = (
-        _too_coarse(valued) or _contradicted(levels, valued) or judged
-    )
-    finest = valued[0]
-    unknown = TOO_COARSE in finest.quality_flags
-    return Convergence(
-        verdict,
-        "; ".join([reason, *_unstated(valued), *_flagged(valued), *_left_out(levels)]),
-        value,
-        mesh,
-        math.nan if unknown else finest.uncertainty,
-        math.nan if unknown else finest.rest,
-        levels=levels,
-        **more,
-    )
+    """The verdict over runs of one point at several spacings and offsets, in any order."""
+    (point,) = converge_series([samples])
+    return point
+
+
+def converge_series(points: Iterable[Iterable[Sample]]) -> list[Convergence]:
+    """The verdicts over the points of a series: all that have a value are extrapolated with one order, or none is."""
+    finest = [_of_finest(levels_of(samples)) for samples in points]
+    valued = [each for each in finest if each.verdict != "no value"]
+    orders = sorted(each.order for each in valued if each.verdict == "converging")
+    if not orders:
+        return finest
+    apart = len(valued) - len(orders)
+    if apart > len(orders):
+        reason = f"{apart} of {len(valued)} points of the series do not converge"
+        return [_explained(each, reason) for each in finest]
+    order = math.fsum(orders) / len(orders)
+    name = f"the {'observed' if order <= FORMAL_ORDER else 'formal'} order {min(order, FORMAL_ORDER):.2g}"
+    if len(valued) > 1:
+        name += " of the series"
+    extrapolated = [_extrapolated(each, order, name) for each in finest]
+    fitted = [each for each in extrapolated if each is not None]
+    if len(fitted) < len(finest):
+        apart = len(finest) - len(fitted)
+        reason = f"{apart} of {len(valued)} points of the series do not fit {name}"
+        return [_explained(each, reason) for each in finest]
+    if _size(fitted) > _size(finest):
+        reason = f"an extrapolation with {name} multiplies the noise"
+        return [_explained(each, reason) for each in finest]
+    return fitted
 
 
 def levels_of(samples: Iterable[Sample]) -> tuple[Level, ...]:
@@ -190,6 +209,69 @@ def levels_of(samples: Iterable[Sample]) -> tuple[Level, ...]:
 def extrapolate(fine: Level, middle: Level, order: float) -> float:
     """Richardson's value at spacing zero: f1 + (f1 - f2)/(r^p - 1)."""
     return fine.value - _error(fine, middle, order)
+
+
+# ---- series --------------------------------------------------------------------------------------
+
+
+def _of_finest(levels: tuple[Level, ...]) -> Convergence:
+    """The verdict on a point by itself, with the value of its finest resolution."""
+    valued = [level for level in levels if level.values]
+    if not valued:
+        nothing = (math.nan, math.nan, math.nan, math.nan)
+        return Convergence("no value", "no run has a value", *nothing, levels=levels)
+    judged = (_of_one, _of_two, _of_three)[min(len(valued), 3) - 1](valued)
+    return _convergence(levels, _too_coarse(valued) or _contradicted(levels, valued) or judged)
+
+
+def _convergence(levels: tuple[Level, ...], judged: "_Judged") -> Convergence:
+    """A verdict with the parts of the uncertainty that no mesh decides, and notes on what was left out."""
+    verdict, reason, value, mesh, more = judged
+    valued = [level for level in levels if level.values]
+    finest = valued[0]
+    unknown = TOO_COARSE in finest.quality_flags
+    notes = (reason, *_unstated(valued), *_flagged(valued), *_left_out(levels))
+    return Convergence(
+        verdict,
+        "; ".join(filter(None, notes)),
+        value,
+        mesh,
+        math.nan if unknown else finest.uncertainty,
+        math.nan if unknown else finest.rest,
+        levels=levels,
+        **more,
+    )
+
+
+def _extrapolated(point: Convergence, order: float, name: str) -> Convergence | None:
+    """A point extrapolated with the order of its series; None where its values neither converge nor fit that order."""
+    three = [level for level in point.levels if level.values][:3]
+    if point.verdict == "no value":
+        return point
+    if len({level.value for level in three}) == 1 and len(three) == 3:
+        return replace(point, order=order, extrapolated=point.value)
+    if len(three) < 3 or math.isnan(point.mesh):
+        return None
+    used = min(order, FORMAL_ORDER)
+    reason = f"extrapolated with {name}"
+    if point.verdict != "converging":
+        if not _fits(three, used):
+            return None
+        reason += f", which fits its values within their noise; by itself {point.verdict}"
+    return _convergence(point.levels, _of_order(three, order, reason, point))
+
+
+def _explained(point: Convergence, reason: str) -> Convergence:
+    """A point with the reason why it is not extrapolated, where it converges by itself."""
+    if point.verdict != "converging":
+        return point
+    reason = f"the finest resolution, because {reason}"
+    return replace(point, reason="; ".join(filter(None, (reason, point.reason))))
+
+
+def _size(points: Sequence[Convergence]) -> float:
+    """Sum of the squares of the mesh errors that are known."""
+    return math.fsum(point.mesh**2 for point in points if math.isfinite(point.mesh))
 
 
 # ---- resolutions ---------------------------------------------------------------------------------
@@ -326,25 +408,35 @@ def _of_three(valued: Sequence[Level]) -> _Judged:
 
 
 def _converging(three: Sequence[Level], order: float) -> _Judged:
-    """The extrapolated value, or the finest where noise would make the extrapolated one less certain."""
+    """The finest value of three grids with an observed order, and Richardson's value beside it."""
+    fine, middle = three[:2]
+    used = min(order, FORMAL_ORDER)
+    error = SAFETY * abs(_error(fine, middle, used))
+    mesh = _mesh(error, fine.value, _limits_within_noise(three), _noise_of(three, fine))
+    limit = extrapolate(fine, middle, used)
+    more = {"order": order, "extrapolated": limit, "gci": _relative(error, fine)}
+    return "converging", "", fine.value, mesh, more
+
+
+def _of_order(three: Sequence[Level], order: float, reason: str, point: Convergence) -> _Judged:
+    """The value that the order of a series extrapolates; ``point`` is the verdict on the three grids by themselves."""
     fine, middle = three[:2]
     used = min(order, FORMAL_ORDER)
     correction = abs(_error(fine, middle, used))
-    extrapolated = extrapolate(fine, middle, used)
+    value = extrapolate(fine, middle, used)
     limits = _limits_within_noise(three)
-    left = max(LEFT * correction, correction - abs(_error(fine, middle, order)))
+    if point.verdict == "converging":
+        limits.append(extrapolate(fine, middle, point.order))
     # f1 + (f1 - f2)/(r^p - 1) of two values with noise.
     share = _error_of_unit(fine, middle, used)
     spread = math.hypot((1.0 + share) * _noise_of(three, fine), share * _noise_of(three, middle))
-    mesh = _mesh(left, extrapolated, limits, spread)
-    mesh_of_finest = _mesh(SAFETY * correction, fine.value, limits, _noise_of(three, fine))
-    name = f"the {'observed' if used == order else 'formal'} order {used:.2g}"
-    gci = _relative(SAFETY * correction, fine)
-    more = {"order": order, "extrapolated": extrapolated, "gci": gci}
-    if mesh <= mesh_of_finest:
-        return "converging", f"extrapolated with {name}", extrapolated, mesh, more
-    reason = f"the finest resolution, because an extrapolation with {name} multiplies the noise"
-    return "converging", reason, fine.value, mesh_of_finest, more
+    mesh = _mesh(LEFT * correction, value, limits, spread)
+    more = {
+        "order": order,
+        "extrapolated": value,
+        "gci": _relative(SAFETY * correction, fine),
+    }
+    return "converging", reason, value, mesh, more
 
 
 def _mesh(error: float, value: float, limits: Sequence[float], spread: float) -> float:
@@ -376,6 +468,13 @@ def _limits_within_noise(three: Sequence[Level]) -> list[float]:
     orders = (ASSUMED_ORDER, 0.5 * (ASSUMED_ORDER + FORMAL_ORDER), FORMAL_ORDER)
     fits = (fit(spacings, values, noise, order) for order in orders)
     return [each.limit for each in fits if each.misfit <= COVERAGE]
+
+
+def _fits(three: Sequence[Level], order: float) -> bool:
+    """Whether a power law of an order fits three values within their noise."""
+    noise = [_noise_of(three, level) for level in three]
+    spacings, values = [level.spacing for level in three], [level.value for level in three]
+    return all(noise) and fit(spacings, values, noise, order).misfit <= COVERAGE
 
 
 def _noise_of(three: Sequence[Level], level: Level) -> float:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.convergence.richardson import Convergence, Sample, converge
+from studies.convergence.richardson import Sample, converge_series
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.sweeps.sweep import RESOLUTION
@@ -147,9 +147,27 @@ def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
     return Cell(point.coordinates, point.run, shot, left, state, reason)
 
 
-def converge_cells(cells: np.ndarray, quantity: str) -> Convergence:
-    """Convergence of a quantity over the runs of one point, (runs,)."""
-    return converge(_sample(cell, cell.measured(quantity)) for cell in cells)
+def converge_points(layout: Layout, quantity: str) -> np.ndarray:
+    """Convergence of a quantity at each point, judged over the series to which the point belongs.
+
+    A series has the points of a sweep that differ in axes of numbers alone: curves are drawn through them. Each value
+    of an axis of words (a material, a geometry) has a series of its own.
+    """
+    axes = [axis.name for axis in layout.axes]
+    points = layout.runs_of_points
+    series: dict[tuple[str, ...], list[tuple[int, ...]]] = {}
+    for place in np.ndindex(points.shape[:-1]):
+        values = [points[place][0].coordinates[name] for name in axes]
+        words = tuple("" if type(value) in (int, float) else str(value) for value in values)
+        series.setdefault(words, []).append(place)
+    converged = np.empty(points.shape[:-1], object)
+    for places in series.values():
+        samples = (
+            [_sample(cell, cell.measured(quantity)) for cell in points[place]] for place in places
+        )
+        for place, each in zip(places, converge_series(samples), strict=True):
+            converged[place] = each
+    return converged
 
 
 def definition_part(cells: np.ndarray, quantity: str) -> float | None:

@@ -34,7 +34,7 @@ import xarray as xr
 from studies.cubes import audit, limits
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
-from studies.cubes.cells import Cell, Layout, converge_cells, definition_part, lay_out
+from studies.cubes.cells import Cell, Layout, converge_points, definition_part, lay_out
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variable import GROUPS, POINTS, RUNS, Quantity, Variable, variable_name
 from studies.laws import FITTED
@@ -243,7 +243,7 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     if any(part is not None for part in definition.flat):
         yield _column(declared.DEFINITION_PART.filled(quantity), definition)
     if layout.refinements:
-        converged = _by_point(layout, lambda cells: converge_cells(cells, name))
+        converged = converge_points(layout, name)
         for variable in declared.OF_CONVERGENCE:
             yield _column(variable.filled(quantity), converged)
 

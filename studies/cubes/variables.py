@@ -249,8 +249,8 @@ _pure = partial(Variable, dims=POINTS, unit="1")
 
 CONVERGED = _converged(
     "{quantity}_converged",
-    "{quantity} over all resolutions and offsets: extrapolated to cells of no size where it "
-    "converges and that is more certain, else the mean of the finest resolution",
+    "{quantity} over all resolutions and offsets: extrapolated to cells of no size at all points of a series (then it "
+    "equals {quantity}_converged_extrapolated) where that is more certain, else the mean of the finest resolution",
     lambda point: point.value,
     label="{words}, converged",
     group="result",

@@ -7,8 +7,9 @@ from what the runs say of them (Handcock and Stein 1993, Technometrics 35, 403),
 the samples.
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -16,7 +17,15 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import reading
-from studies.cubes.points import axes_of, by_run, comparable, main_quantities, refinements_of
+from studies.cubes.points import (
+    SUCCEEDED,
+    axes_of,
+    by_run,
+    main_quantities,
+    refinements_of,
+    simulated,
+)
+from studies.cubes.variables import FLAGS
 from studies.fits.measured import source_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
 from studies.values.errors import Finding, Findings, InvalidInput, MissingExtra
@@ -24,6 +33,7 @@ from studies.values.least_squares import CONFIDENCE
 from studies.values.nearest import nearest_cure
 from studies.values.parameters import Parameter, parse_value
 from studies.values.quantities import readable, refusal
+from studies.values.results import CLOSED_ON_AXIS, TOO_COARSE
 
 SAMPLES = 200  # of lengths, size and noise
 FOLDS = 60  # the most processes of which each never had some runs
@@ -70,6 +80,20 @@ class ComputedRuns:
     inputs: tuple[SurrogateInput, ...]
     places: np.ndarray  # (runs, inputs), SI
     values: np.ndarray  # (runs,), SI
+    not_used: Mapping[str, int] = field(default_factory=dict)  # other runs of the cube, by reason
+    axes_not_used: Mapping[str, str] = field(default_factory=dict)  # reasons, by name
+    too_coarse: int = 0  # runs whose grid is: they count, for what is predicted is a run
+
+    @property
+    def scope(self) -> str:
+        """How many runs of the cube count, what is left out and why."""
+        used, others = len(self.values), sum(self.not_used.values())
+        texts = [f"{used} of {used + others} runs"]
+        texts += [f"{count} left out: {reason}" for reason, count in self.not_used.items()]
+        texts += [f"axis {name} left out: {why}" for name, why in self.axes_not_used.items()]
+        if self.too_coarse:
+            texts.append(f"{self.too_coarse} of those used have too coarse a grid for an error bar")
+        return "; ".join(texts)
 
     @property
     def scaled(self) -> np.ndarray:
@@ -130,35 +154,75 @@ def _number_or_text(text: str) -> float | str:
 
 
 def runs_of(dataset: xr.Dataset, quantity: str) -> ComputedRuns:
-    """The runs of a cube with a value of a quantity; raises InvalidInput where axes are no numbers or too few runs.
+    """The runs of a cube with a value of a quantity.
 
-    Runs at several offsets are the same inputs again: what differs between them is noise.
+    Runs at several offsets are the same inputs again: what differs between them is noise. Raises InvalidInput where an
+    axis is no number, too few runs are left, or the runs that are left have one value of an axis that has several.
     """
-    values = comparable(dataset, quantity).values.ravel()
-    kept = np.isfinite(values)
+    values = simulated(dataset, quantity).values.ravel()
+    reasons = _reasons(dataset, quantity)
+    kept = reasons == ""
     refinements = [name for name in refinements_of(dataset) if name != OFFSET]
     axes = [axis for axis in axes_of(dataset) if axis not in (RESOLUTION, OFFSET)]
-    inputs, columns = [], []
+    inputs, columns, axes_not_used = [], [], {}
+    if OFFSET in refinements_of(dataset):
+        axes_not_used[OFFSET] = "what differs between offsets is noise"
     for name in (*axes, *refinements):
-        column = by_run(dataset, name)[kept]
-        if column.dtype.kind != "f":
-            if len(set(column)) > 1:
-                cure = "submit a sweep for each of its values"
-                raise refusal("CUBE", name, "axes of numbers", cure)
-            continue
-        if column.size and np.ptp(column) > 0.0:
+        column, every = by_run(dataset, name)[kept], by_run(dataset, name)
+        several, left = len(set(every)) > 1, len(set(column))
+        if column.dtype.kind != "f" and left > 1:
+            cure = "submit a sweep for each of its values"
+            raise refusal("CUBE", name, "axes of numbers", cure)
+        if several and left == 1 and name in axes:
+            got = f"{name}: one value in the {int(kept.sum())} of {len(kept)} runs that count"
+            lost = "; ".join(f"{count} {reason}" for reason, count in _counted(reasons))
+            cure = f"compute more points, or a sweep without this axis ({lost})"
+            raise refusal("CUBE", got, "two values or more of each axis", cure)
+        if left > 1:
             unit = dataset[name].attrs.get("units", "1")
             inputs.append(SurrogateInput(name, unit, float(column.min()), float(column.max())))
             columns.append(column)
+        elif left:
+            axes_not_used[name] = "the runs have one value of it"
     least = len(inputs) + 3
     if not inputs or kept.sum() < least:
-        count = f"{int(kept.sum())} runs with a value of {quantity}, {len(inputs)} inputs"
+        count = f"{int(kept.sum())} of {len(kept)} runs with a value of {quantity}, {len(inputs)} inputs"
         limit = f"one input or more, and {least} runs or more for {len(inputs)}"
         raise refusal("CUBE", count, limit, "compute more points")
     unit = dataset[quantity].attrs["units"]
     return ComputedRuns(
-        quantity, unit, source_of(dataset), tuple(inputs), np.column_stack(columns), values[kept]
+        quantity,
+        unit,
+        source_of(dataset),
+        tuple(inputs),
+        np.column_stack(columns),
+        values[kept],
+        dict(_counted(reasons)),
+        axes_not_used,
+        int((_flagged(dataset, quantity, TOO_COARSE) & kept).sum()),
     )
+
+
+def _reasons(dataset: xr.Dataset, quantity: str) -> np.ndarray:
+    """Why each run of a cube, (runs,), does not count; empty texts for those that do."""
+    reasons = np.full(dataset.run_state.size, "", object)
+    reasons[~np.isfinite(simulated(dataset, quantity).values.ravel())] = f"no value of {quantity}"
+    reasons[by_run(dataset, "run_state") != SUCCEEDED] = "did not succeed"
+    reasons[_flagged(dataset, quantity, CLOSED_ON_AXIS)] = CLOSED_ON_AXIS.replace("_", " ")
+    if reading.mixed_versions(dataset, quantity):
+        reasons[reasons == ""] = "measured with several versions of the definition"
+    return reasons
+
+
+def _counted(reasons: np.ndarray) -> list[tuple[str, int]]:
+    return Counter(reason for reason in reasons if reason).most_common()
+
+
+def _flagged(dataset: xr.Dataset, quantity: str, flag: str) -> np.ndarray:
+    """Whether the value of each run, (runs,), has a flag."""
+    flags = FLAGS.of(dataset, quantity)
+    mask = sum(mask for mask, word in reading.flag_meanings(flags) if word == flag)
+    return np.asarray(reading.by_run(dataset, flags).ravel() & mask != 0)
 
 
 @dataclass(frozen=True)
@@ -404,6 +468,14 @@ def as_json(surrogate: Surrogate) -> Mapping[str, object]:
         "unit": runs.unit,
         "source": runs.source,
         "runs": len(runs.values),
+        "runs_of_the_cube": len(runs.values) + sum(runs.not_used.values()),
+        "runs_not_used": [
+            {"reason": reason, "runs": count} for reason, count in runs.not_used.items()
+        ],
+        "axes_not_used": [
+            {"name": name, "reason": reason} for name, reason in runs.axes_not_used.items()
+        ],
+        "runs_too_coarse": runs.too_coarse,
         "inputs": [
             {"name": each.name, "unit": each.unit, "low": each.low, "high": each.high}
             for each in runs.inputs

@@ -54,7 +54,8 @@ from studies.sweeps.sweep import OFFSET, RESOLUTION
 # 7: the words of bands are those of the text (trusted, within); laws without a stated range; the shots of a material
 # 8: limits of a search, curves of residual velocities
 # 9: methods side by side
-REPORT_VERSION = 9
+# 10: the rule by which a value was extrapolated or not
+REPORT_VERSION = 10
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -63,15 +64,18 @@ RULES = (
     "resolutions (Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is the grid convergence index over the finest "
     f"value, with a factor of safety of {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a "
     f"factor of {SAFETY_UNOBSERVED:g} are assumed. A point is converging if the order lies between {ORDERS[0]:g} and "
-    f"{ORDERS[1]:g} and the differences exceed the scatter; only then is a number extrapolated, and it is the value "
-    "where its mesh error is the smaller one: close grids and low orders multiply noise. Elsewhere the value is that "
-    "of the finest resolution. The mesh error has two parts: "
+    f"{ORDERS[1]:g} and the differences exceed the scatter; only then is a number extrapolated. Either all points of a "
+    "series (those that differ in axes of numbers alone) have an extrapolated value, or none has. They are "
+    "extrapolated with the mean order of those that converge by themselves, if these are half of all or more, the "
+    "others fit that order within their scatter, and the mesh errors, their squares added, are not larger than those "
+    "of the finest values: close grids and low orders multiply noise. The mesh error has two parts: "
     f"{COVERAGE:g} times what the scatter makes of the value, and the error that is left. Of an extrapolated value "
     f"that is {LEFT:g} of the correction, and at least the distance to the limit of any order from {ASSUMED_ORDER:g} "
-    f"to {FORMAL_ORDER:g} that fits the three values within their scatter. Of a finest value beside it, "
-    f"{SAFETY:g} of the correction and at least these distances. Of other values it is the largest error "
-    f"that such an order gives; where none fits, it is the error of order {ASSUMED_ORDER:g}, or of a lower observed "
-    f"one down to {ORDERS[0]:g}, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the order is lower still (the "
+    f"to {FORMAL_ORDER:g} that fits the three values within their scatter, or of the point's own. Of the finest value "
+    f"of a point that converges it is {SAFETY:g} of the correction and at least these distances. Of other values it is "
+    f"the largest error that such an order gives; where none fits, it is the error of order {ASSUMED_ORDER:g}, or of "
+    f"a lower observed one down to {ORDERS[0]:g}, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the order is "
+    "lower still (the "
     "factors of Eça and Hoekstra 2014, J. Comput. Phys. 262, 104). Where some runs have nothing to "
     "measure and others do, nothing is extrapolated and the mesh error is unknown."
 )
@@ -161,7 +165,10 @@ def _mesh(dataset: xr.Dataset) -> str:
     parts = "scatter over offsets and the other uncertainties of the measurement"
     note = f" {NO_MESH_ERROR}"
     if RESOLUTION in several:
-        value = "extrapolated to cell size zero where that is more certain, else that of the finest resolution"
+        value = (
+            "extrapolated to cell size zero at all points of a curve where that is more certain, else that of the "
+            "finest resolution at all of them"
+        )
         parts, note = f"mesh error, {parts}", ""
     return (
         f"Every point was computed with {' and '.join(levels)}. Laws and observations are compared with one value a "
@@ -176,6 +183,7 @@ def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> Document:
     for quantity in _quantities(dataset):
         rows = [_refined(point, places) for point in refined(dataset, quantity["name"])]
         counts = Counter(row["verdict"] for row in rows)
+        rules = Counter(row["rule"] for row in rows if row["value"] is not None)
         quantities.append(
             {
                 "quantity": quantity["name"],
@@ -186,6 +194,7 @@ def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> Document:
                     for verdict in VERDICTS
                     if counts[verdict]
                 ],
+                "rules": [{"rule": rule, "points": points} for rule, points in rules.items()],
             }
         )
     several = RESOLUTION in refinements_of(dataset)
@@ -201,6 +210,7 @@ def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Doc
         "at": places[point.number],
         "verdict": converged.verdict,
         "reason": converged.reason,
+        "rule": converged.rule,
         **{name: _finite(getattr(converged, name)) for name in (*parts, *extrapolation)},
         "levels": [
             {

@@ -28,6 +28,15 @@ if TYPE_CHECKING:
 CHOSEN_MODELS = {"tension": ("solver.tension", "TENSION"), "failure": ("solver.failure", "FAILURE")}
 
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
+# Of any run, 2 000 runs on 4 cells per diameter, 2026-11-24: 330 core seconds, of which 28 were particle-steps. The
+# rest is start, observation, writing and registration.
+SECONDS_OF_RUN = 0.15
+# Of any run beside its particles, 200 such runs, 2026-11-24: result, log and sections 50 kB, rows of the database 10,
+# its share of cube, tables and report 26.
+BYTES_OF_RUN = 86_000
+# Of the process of a run: interpreter, numba and xarray, seen on 2026-11-24; and each particle with its share of the
+# grid (docs/speed.md, three dimensions).
+MEMORY_OF_PROCESS, MEMORY_OF_PARTICLE = 310_000_000, 1_440
 
 
 @dataclass(frozen=True)
@@ -37,7 +46,8 @@ class Estimate:
     particles: int
     steps: int
     core_seconds: float
-    bytes: int
+    bytes: int  # that are kept, with its share of the results of a sweep
+    memory: int  # of the process that computes it, bytes
 
 
 @dataclass(frozen=True)
@@ -136,8 +146,9 @@ def estimate(run: Run) -> Estimate:
     return Estimate(
         particles=size.particles,
         steps=size.steps,
-        core_seconds=size.particles * size.steps * cost,
-        bytes=size.particles * BYTES_PER_PARTICLE,
+        core_seconds=SECONDS_OF_RUN + size.particles * size.steps * cost,
+        bytes=BYTES_OF_RUN + size.particles * BYTES_PER_PARTICLE,
+        memory=MEMORY_OF_PROCESS + size.particles * MEMORY_OF_PARTICLE,
     )
 
 

@@ -129,7 +129,7 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
     runs, left = made.runs, made.left_out
     shown = display_of(runs.unit)
     words, unit = runs.quantity.replace("_", " "), f" {shown.unit}" if shown.unit else ""
-    print(f"{words}: {len(runs.values)} runs of {runs.source}")
+    print(f"{words}: {runs.scope}; {runs.source}")
     columns = [with_unit(each.name.replace("_", " "), each.unit) for each in runs.inputs]
     rows = [
         (

@@ -10,7 +10,7 @@ from typing import Any
 
 import xarray as xr
 
-from studies.convergence.richardson import Convergence, Sample, converge
+from studies.convergence.richardson import Convergence, Sample, converge_series
 from studies.reports.publish import publish
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
@@ -50,8 +50,8 @@ def computed() -> tuple[list[tuple[Run, dict[str, Any]]], xr.Dataset, dict[str, 
         return runs, cube.load(), document
 
 
-def _converged(speed: float) -> Convergence:
-    """The hole at one speed, from the results alone."""
+def _samples(speed: float) -> list[Sample]:
+    """The runs at one speed, from the results alone."""
     samples = []
     for run, result in computed()[0]:
         if run.parameters["speed"] == speed:
@@ -60,7 +60,7 @@ def _converged(speed: float) -> Convergence:
             unseen = parts.pop("resolution", 0.0)
             spacing = 1.0 / float(run.parameters["cells_per_diameter"] or math.nan)
             samples.append(Sample(spacing, measured["value"], unseen, math.hypot(*parts.values())))
-    return converge(samples)
+    return samples
 
 
 @claim(
@@ -70,7 +70,7 @@ def _converged(speed: float) -> Convergence:
 )
 def laws_in_the_report() -> Iterator[Row]:
     _, cube, document = computed()
-    holes = [_converged(float(speed)) for speed in cube.speed.values]
+    holes = converge_series(_samples(float(speed)) for speed in cube.speed.values)
     (table,) = [each for each in document["convergence"]["quantities"] if each["quantity"] == NAME]
     for point, hole in zip(table["points"], holes, strict=True):
         where = f"{point['at']['speed'] / 1e3:g} km/s"

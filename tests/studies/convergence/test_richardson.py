@@ -18,9 +18,10 @@ from studies.convergence.richardson import (
     Convergence,
     Sample,
     converge,
+    converge_series,
     levels_of,
 )
-from tests.studies.convergence.series import LAYOUTS, widths
+from tests.studies.convergence.series import LAYOUTS, curves, widths
 
 HALVING = (1.0, 2.0, 4.0)
 UNEVEN = (1.0, 1.4, 2.6)  # r21 = 1.4, r32 = 1.857
@@ -313,6 +314,78 @@ def test_error_bar__of_synthetic_series_covers_the_limit_and_is_no_wider_than_ne
     *_, together = widths(spacings, offsets, 50)
     assert together.covered >= 0.91
     assert together.bar <= 3.0 * together.error
+
+
+@pytest.mark.parametrize(("spacings", "offsets"), LAYOUTS)
+def test_error_bar__of_synthetic_curves_covers_the_limit_and_is_no_wider_than_needed(
+    spacings: tuple[float, ...], offsets: int
+) -> None:
+    *_, together = curves(spacings, offsets, 10)  # each asserts that its points have one rule
+    assert together.covered >= 0.91
+    assert together.bar <= 3.0 * together.error
+
+
+# --- one rule for a series ------------------------------------------------------------------------
+
+
+def test_series__of_one_order_is_extrapolated_with_it() -> None:
+    points = converge_series(series(1.4, UNEVEN, error) for error in (0.2, 0.5, 1.0))
+    assert {point.rule for point in points} == {"extrapolated with p = 1.4"}
+    assert [point.value for point in points] == pytest.approx([LIMIT] * 3)
+    assert "the observed order 1.4 of the series" in points[0].reason
+
+
+def test_series__has_the_mean_order_and_bars_that_hold_what_each_point_shows() -> None:
+    orders = (1.0, 1.5, 1.9)
+    points = converge_series(series(order, HALVING) for order in orders)
+    assert [point.order for point in points] == pytest.approx([sum(orders) / 3.0] * 3)
+    assert all(abs(point.value - LIMIT) <= point.mesh * (1.0 + FOUND) for point in points)
+
+
+def test_series__with_a_point_that_fits_its_order_within_noise_is_extrapolated() -> None:
+    calm = [Sample(h, LIMIT + ERROR * h, sub_cell=0.02 * h) for h in HALVING]
+    turning = [
+        Sample(h, LIMIT + d, sub_cell=0.02 * h)
+        for h, d in zip(HALVING, (0.03, 0.04, 0.02), strict=True)
+    ]
+    assert converge(turning).verdict == "not in the asymptotic range"
+    points = converge_series([calm, turning, calm])
+    assert {point.rule for point in points} == {"extrapolated with p = 1"}
+    assert "fits its values within their noise" in points[1].reason
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        [Sample(h, v) for h, v in zip(HALVING, (20.0, 19.0, 22.0), strict=True)],
+        [Sample(h, LIMIT + h) for h in HALVING[1:]],
+        [*series(1.0, HALVING), Sample(0.9, math.nan, nothing=True)],
+    ],
+    ids=["oscillatory", "two grids", "contradicted"],
+)
+def test_series__with_a_point_that_cannot_be_extrapolated_has_the_finest_values(
+    bad: list[Sample],
+) -> None:
+    points = converge_series([series(1.0, HALVING), bad, series(1.0, HALVING)])
+    assert {point.rule for point in points} == {"finest grid"}
+    assert "1 of 3 points of the series do not fit the observed order 1" in points[0].reason
+    assert points[0].mesh == pytest.approx(SAFETY * ERROR)
+    assert repr(points[1]) == repr(converge(bad))  # a repr, because NaN is not NaN
+
+
+def test_series__that_mostly_does_not_converge_has_the_finest_values() -> None:
+    noisy = [Sample(h, LIMIT + 0.01 * h, sub_cell=0.1 * h) for h in HALVING]
+    points = converge_series([series(1.0, HALVING), noisy, noisy])
+    assert {point.rule for point in points} == {"finest grid"}
+    assert "2 of 3 points of the series do not converge" in points[0].reason
+
+
+def test_series__ignores_points_without_a_value_or_without_a_difference() -> None:
+    none, same = [Sample(1.0, math.nan)], [Sample(h, LIMIT) for h in HALVING]
+    points = converge_series([series(1.0, HALVING), none, same])
+    assert [point.verdict for point in points][:2] == ["converging", "no value"]
+    assert (points[0].value, points[2].value) == pytest.approx((LIMIT, LIMIT))
+    assert points[0].rule == points[2].rule == "extrapolated with p = 1"
 
 
 def test_two_grids__of_little_difference_in_size_hide_an_error_in_their_noise() -> None:

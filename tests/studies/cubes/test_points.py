@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.convergence.richardson import Sample, converge
+from studies.convergence.richardson import Sample, converge_series
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.cubes.points import points_of, refined
 from studies.cubes.variables import STATES, VERDICT_WORDS
+from studies.sweeps.sweep import RESOLUTION
 from studies.values.results import DEFINITION
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Axis, Sweep
@@ -41,20 +42,18 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
     dataset, results = built(), fakes.results(SWEEP)
     assert dataset.hole_diameter.dims == ("speed", "cells_per_diameter", "offset")
     assert dataset.hole_diameter_by_law.dims == ("speed", "hole_diameter_law")
-    for point, (speed, verdict) in zip(
-        refined(dataset, "hole_diameter"), fakes.VERDICTS.items(), strict=True
-    ):
-        runs = [p for p in SWEEP.runs() if p.coordinates["speed"] == speed]
-        measured = [results[p.run.id].measurements["hole_diameter"] for p in runs]
-        expected = converge(
-            Sample(
-                1 / p.coordinates["cells_per_diameter"],
-                m.value,
-                m.parts["resolution"],
-                m.parts["growth"],
-            )
-            for p, m in zip(runs, measured, strict=True)
+    samples: dict[float, list[Sample]] = {speed: [] for speed in fakes.VERDICTS}
+    for p in SWEEP.runs():
+        m, spacing = results[p.run.id].measurements["hole_diameter"], 1 / p.coordinates[RESOLUTION]
+        samples[p.coordinates["speed"]].append(
+            Sample(spacing, m.value, m.parts["resolution"], m.parts["growth"])
         )
+    for point, expected, (speed, verdict) in zip(
+        refined(dataset, "hole_diameter"),
+        converge_series(samples.values()),
+        fakes.VERDICTS.items(),
+        strict=True,
+    ):
         cell = dataset.sel(speed=speed)
         assert VERDICT_WORDS[int(cell.hole_diameter_converged_verdict)] == verdict.replace(" ", "_")
         assert float(cell.hole_diameter_converged_uncertainty) == expected.uncertainty
@@ -63,6 +62,20 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
             np.testing.assert_equal(getattr(point.converged, part), getattr(expected, part))
         levels = [(level.spacing, level.value, level.scatter) for level in point.converged.levels]
         assert levels == [(level.spacing, level.value, level.scatter) for level in expected.levels]
+
+
+def test_series__has_the_points_that_differ_in_numbers_and_another_for_each_word() -> None:
+    axes = (Axis("speed", "m s-1", (2e3, 4e3)), Axis("method", "", ("mpm", "sph")))
+    sweep = Sweep(axes, fakes.refined_holes().fixed, refinements=fakes.refinements())
+    results = fakes.results(sweep)
+    for point in sweep.runs():  # of first order; oscillates at 4 km/s with one of the methods
+        if point.coordinates["method"] == "mpm" and point.coordinates["speed"] == 4e3:
+            at_2 = point.run.parameters | {"speed": 2e3}
+            results[point.run.id] = results[fakes.Run(at_2, point.run.scenario).id]
+    dataset = cube.build(sweep, results, fakes.catalogue())
+    extrapolated = dataset.hole_diameter_converged == dataset.hole_diameter_converged_extrapolated
+    assert extrapolated.sel({"method": "mpm"}).all()
+    assert not extrapolated.sel({"method": "sph"}).any()
 
 
 @pytest.mark.parametrize(

@@ -96,6 +96,34 @@ def test_surrogate__without_numbers_or_runs_is_refused(cube: xr.Dataset) -> None
         runs_of(cube.isel(speed=[0, 1, 2]), "crater_depth")
 
 
+def test_surrogate__uses_runs_of_coarse_grids_and_says_which_it_leaves_out() -> None:
+    def flag(shot: Shot) -> str:
+        if shot.speed < 3.5e3:
+            return "closed_on_axis"
+        return "too_coarse" if shot.plate_thickness != 3e-3 else ""
+
+    runs = runs_of(
+        sized_cube({**HOLES, "offsets": 2}, bent, "hole_diameter", flag), "hole_diameter"
+    )
+    assert [each.name for each in runs.inputs] == ["speed", "plate_thickness"]
+    assert (len(runs.values), runs.not_used, runs.too_coarse) == (30, {"closed on axis": 6}, 20)
+    assert list(runs.axes_not_used) == ["offset"]
+    for text in ("30 of 36 runs", "6 left out: closed on axis", "axis offset left out", "20 of"):
+        assert text in runs.scope
+
+
+def test_surrogate__of_runs_that_have_lost_an_axis_is_refused() -> None:
+    cube = sized_cube(
+        HOLES,
+        bent,
+        "hole_diameter",
+        lambda shot: "closed_on_axis" if shot.plate_thickness != 3e-3 else "",
+    )
+    with pytest.raises(InvalidInput, match="6 of 18 runs that count") as refused:
+        runs_of(cube, "hole_diameter")
+    assert "12 closed on axis" in str(refused.value)
+
+
 def test_place__is_read_with_units_and_inside_the_runs() -> None:
     runs = runs_of(
         sized_cube({**HOLES, "resolution": [16, 32]}, bent, "hole_diameter"), "hole_diameter"
@@ -117,7 +145,8 @@ def test_command__prints_errors_indices_and_a_prediction(
         == 0
     )
     plain = json.loads(capsys.readouterr().out)
-    assert len(plain["left_out"]["runs"]) == plain["runs"] == 5
+    assert len(plain["left_out"]["runs"]) == plain["runs"] == plain["runs_of_the_cube"] == 5
+    assert plain["runs_not_used"] == plain["axes_not_used"] == []
     prediction = plain["prediction"]
     truth = 1e-3 * 5.5**0.6 + 3e-4 * np.sin(5.5)
     assert abs(prediction["value"] - truth) <= prediction["interval"]

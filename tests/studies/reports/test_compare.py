@@ -252,11 +252,11 @@ def test_observation__judges_a_law_by_its_own_error_bar() -> None:
 
 
 def test_observation__judges_the_simulation_by_both_error_bars_together() -> None:
-    dataset = refined_holes(fakes.observed(2e3, 2e-3, 11.3e-3, 0.3e-3))
+    dataset = refined_holes(fakes.observed(2e3, 2e-3, 11.5e-3, 0.3e-3))
     converged = dataset.sel(speed=2e3)
     bar = math.hypot(0.3e-3, float(converged.hole_diameter_converged_uncertainty))
     entry = residual(dataset, "simulation", "observation")
-    bias = float(converged.hole_diameter_converged) - 11.3e-3
+    bias = float(converged.hole_diameter_converged) - 11.5e-3
     assert entry.everywhere.bias == pytest.approx(bias)
     assert entry.everywhere.bar == pytest.approx(bar)
     assert (entry.everywhere.within, entry.in_range) == (1, None)

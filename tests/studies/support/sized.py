@@ -1,6 +1,7 @@
 """Cubes of real sweeps whose runs have invented sizes: a formula of their shots."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import xarray as xr
@@ -28,13 +29,17 @@ HOLES: Mapping[str, Any] = {
 
 
 def sized_cube(
-    document: Mapping[str, Any], size: Callable[[Shot], float], quantity: str
+    document: Mapping[str, Any],
+    size: Callable[[Shot], float],
+    quantity: str,
+    flag: Callable[[Shot], str] = lambda shot: "",
 ) -> xr.Dataset:
-    """The cube of a sweep in which a quantity is a function of the shot, m."""
+    """The cube of a sweep in which a quantity is a function of the shot, m, and so is a flag of it."""
     sweep = Sweep.parse(document)
     results = {}
     for point in sweep.runs():
-        measured = fakes.measured(size(laws.shot_of(point.run)))
+        shot = laws.shot_of(point.run)
+        measured = replace(fakes.measured(size(shot)), flags=tuple(filter(None, [flag(shot)])))
         results[point.run.id] = RunResult(
             point.run.id, "succeeded", measurements={quantity: measured}
         )
