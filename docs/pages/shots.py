@@ -1,7 +1,7 @@
 """whipple against all published shots that ship: computed once, kept in studies/observations/compared.json, from which
 reports take bias and scatter too, and printed as a page.
 
-Bias and scatter are those of simulation / observation - 1: its mean, and its standard deviation about the mean.
+Bias and scatter are those of simulation / observation - 1: the interval of its mean, and its standard deviation.
 """
 
 import json
@@ -18,6 +18,7 @@ from solver import PHYSICS_VERSION
 from studies import measurements, observations, scenarios
 from studies.observations import written
 from studies.observations.compared import (
+    FEWEST,
     STORED,
     bias_and_scatter,
     compared_shots,
@@ -26,7 +27,8 @@ from studies.observations.compared import (
 )
 from studies.reports.verdict.summary import of_shots
 from studies.sweeps.sweep import vocabulary
-from studies.values.formats import NONE, decimals, display_of, signed
+from studies.values.formats import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
+from studies.values.least_squares import CONFIDENCE
 from studies.values.parameters import declared
 
 COMMAND = "python -m docs.pages compute shots"
@@ -122,12 +124,14 @@ def computed(
     from studies.reports.matched import matched_observations
 
     all_shots = published(name)
-    document = sweep_of(name, shots or all_shots)
+    wanted = all_shots if shots is None else shots
+    yield from (_row(name, shot) for shot in wanted if shot.value is None)
+    document = sweep_of(name, [shot for shot in wanted if shot.value is not None])
     with whipple.open_cube(whipple.run_sweep(document, folder)) as cube:
         points = points_of(cube.load())
         places = places_of(points)
         measured_with = json.loads(cube.attrs["measurement_versions"])
-        for quantity in dict.fromkeys(shot.quantity for shot in shots or all_shots):
+        for quantity in dict.fromkeys(shot.quantity for shot in wanted):
             present = measurements.load(quantity).version
             if measured_with[quantity] != [present]:
                 raise ValueError(
@@ -136,24 +140,33 @@ def computed(
                 )
             for match in matched_observations(points, quantity):
                 shot = all_shots[match.observation]
-                if shots is None or shot in shots:
+                if shot in wanted and shot.value is not None:
                     flags = cubes.FLAGS.of(points, quantity)
                     mask = int(flags.isel(run=places.index(dict(match.at))))
                     words = [word for bit, word in reading.flag_meanings(flags) if mask & bit]
-                    yield {
-                        "table": name,
-                        "quantity": quantity,
-                        "unit": match.unit,
-                        "parameters": dict(shot.parameters),
-                        "observed": shot.value,
-                        "uncertainty": shot.uncertainty,
+                    yield _row(name, shot) | {
                         "simulated": match.simulation,
                         "numerical_uncertainty": match.simulation_uncertainty,
                         "flags": words,
-                        "source": shot.source,
-                        "confidence": shot.confidence,
-                        "note": shot.note,
                     }
+
+
+def _row(name: str, shot: observations.Observation) -> dict[str, Any]:
+    """A shot as published, without a simulation."""
+    return {
+        "table": name,
+        "quantity": shot.quantity,
+        "unit": measurements.load(shot.quantity).unit,
+        "parameters": dict(shot.parameters),
+        "observed": shot.value,
+        "uncertainty": shot.uncertainty,
+        "simulated": None,
+        "numerical_uncertainty": None,
+        "flags": [],
+        "source": shot.source,
+        "confidence": shot.confidence,
+        "note": shot.note,
+    } | ({"bounds": shot.bounds} if shot.bounds else {})
 
 
 # ---- printed -------------------------------------------------------------------------------------
@@ -169,7 +182,8 @@ def page() -> str:
         MADE.format(source=f"`studies/observations/{STORED.name}`"),
         "Every shot of `studies/observations/` that a scenario computes, at its own speed and size. Nothing is tuned: "
         "each material has the constants that ship, with the sources in its file, and the numerics are the default "
-        "recipe. Bias is the mean of simulation / observation − 1, scatter its standard deviation.\n",
+        f"recipe. Bias is the mean of simulation / observation − 1 as an interval ({100.0 * CONFIDENCE:.0f} %, by "
+        f"Student's t), scatter the standard deviation; fewer than {FEWEST} shots have neither.\n",
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
         f"{document['physics_version']}; versions of the measurements: {versions}). Accuracies: "
         + ", ".join(f"{TITLES[name]}: `{word}`" for name, word in document["accuracy"].items())
@@ -178,8 +192,9 @@ def page() -> str:
         summary(shots),
         "A shot contradicts a slower one of its series where the faster bar is the longer one; the last column "
         "leaves these out (bias, scatter / %). Reading the published figures is uncertain by 0.1 mm in a length and "
-        "0.2 mm in a diameter. Holes are quoted at second hand, and their alloys are not stated. A bar that spreads "
-        "beyond the grid, three diameters wide, has no length (`lost_particles`).\n",
+        "0.2 mm in a diameter. Holes are quoted at second hand, and their alloys are not stated; the one in aluminium "
+        "is known as a range alone, and nothing is compared with it. A bar that spreads beyond the grid, three "
+        "diameters wide, has no length (`lost_particles`).\n",
         "![Simulation over observation less 1, against speed, a panel for each table](drawings/shots.svg)\n",
     ]
     for name in TABLES:
@@ -218,11 +233,9 @@ def summary(shots: Rows) -> str:
 
 def _cells(rows: Rows) -> list[str]:
     count, bias, scatter = bias_and_scatter(rows)
-    return [
-        str(count),
-        _percent(bias),
-        NONE if math.isnan(scatter) else decimals(100.0 * scatter, 1),
-    ]
+    if bias is None or scatter is None:
+        return [str(count), NONE, NONE]
+    return [str(count), " to ".join(map(_percent, bias)), decimals(100.0 * scatter, 1)]
 
 
 def _percent(value: float) -> str:
@@ -257,18 +270,18 @@ def _rows(rows: Rows) -> str:
     }
     header = [
         *(_headed(name, units[name]) for name in varied),
-        "quantity", "observed / mm", "simulated / mm", "difference / %", "source", "note",
+        "quantity", "observed / mm", f"simulated / mm{_meshes(rows)}", "difference / %", "source", "note",
     ]  # fmt: skip
     lines = []
     for row in rows:
         at = [_shown(row["parameters"].get(name), units[name]) for name in varied]
         uncertainty = row["uncertainty"]
-        observed = _millimetres(row["observed"])
+        observed = " to ".join(map(_millimetres, row.get("bounds") or (row["observed"],)))
         if uncertainty is not None:
             observed += f" ± {_millimetres(uncertainty)}"
         simulated = NONE if row["simulated"] is None else _millimetres(row["simulated"])
         if row["numerical_uncertainty"] is not None:
-            simulated += f" ± {_millimetres(row['numerical_uncertainty'])}"
+            simulated = with_bar(simulated, _millimetres(row["numerical_uncertainty"]))
         flags = [f"`{flag}`" for flag in row["flags"]]
         note = "; ".join(filter(None, [row["note"], *flags]))
         lines.append(
@@ -283,6 +296,12 @@ def _rows(rows: Rows) -> str:
             ]
         )
     return table(header, lines)
+
+
+def _meshes(rows: Rows) -> str:
+    """A note for the column of simulations where none has an error bar."""
+    barred = any(row["numerical_uncertainty"] is not None for row in rows)
+    return "" if barred else f" (one grid: {MESH_UNKNOWN})"
 
 
 def _headed(name: str, unit: str | None) -> str:

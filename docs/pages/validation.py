@@ -16,6 +16,7 @@ from docs.pages import DOCS, MADE, RESULTS, keep, table
 from solver import PHYSICS_VERSION
 from studies import validation
 from studies.validation._pages import HEADERS, cells
+from studies.values.formats import MESH_UNKNOWN
 from studies.verification import Row
 
 STORED = RESULTS / "validation.json"
@@ -86,7 +87,7 @@ def page() -> str:
         "Published problems, each computed as an ordinary sweep, with experiments and other codes beside. "
         "`whipple validate CASE --level quick|thesis|fine` computes one anew. A gate belongs to the mesh of the "
         "source; the value without a mesh stands beside it with its error bar, because part of a published "
-        "agreement is its mesh. Nothing is tuned.\n",
+        f"agreement is its mesh. A value of one grid has no error bar: {MESH_UNKNOWN}. Nothing is tuned.\n",
         # Measured 2026-11-23 on two busy cores.
         "All cases at the level `thesis` took 26 minutes of a core, nearly all of them Tables 3.3 and 3.4 in three "
         "dimensions; without `hole-laws` and `shape-coefficient`.\n",

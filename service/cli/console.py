@@ -79,8 +79,7 @@ def print_table(
 
 def print_sweep(sweep: "SweepStatus") -> None:
     """One sweep on a few lines."""
-    counts = nonzero(sweep.counts)
-    print(f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({counts})")
+    print(f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({sweep.tally})")
     if sweep.reason:
         print(f"  {sweep.reason}")
     if sweep.eta_seconds:
@@ -100,7 +99,7 @@ def print_sweeps(sweeps: "Iterable[SweepStatus]") -> None:
 
 
 def print_points(points: Iterable[Mapping[str, Any]], axes: Mapping[str, str | None]) -> None:
-    """A table of points with the values and units of their axes; failed ones with the reason.
+    """A table of points with the values and units of their axes; failed ones and lost answers with the reason.
 
     Runs that screen the models have a column of their own in place of the axes.
     """
@@ -112,7 +111,7 @@ def print_points(points: Iterable[Mapping[str, Any]], axes: Mapping[str, str | N
         (
             *(point["run"]["id"][:SHORT_ID], point["state"], str(point["run"]["attempt"])),
             *(_in_unit(point["coordinates"].get(name), unit) for name, unit in axes.items()),
-            f"{cause}: {point['run']['reason']}" if (cause := point["run"]["cause"]) else "",
+            ": ".join(filter(None, (point["run"]["cause"], point["run"]["reason"]))),
         )
         for point in points
     )

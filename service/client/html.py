@@ -23,9 +23,8 @@ class RunDocument(dict[str, Any]):
 
 def sweep_table(sweep: SweepStatus, report: str) -> str:
     """A sweep at one moment; ``report`` is the address of its report."""
-    counts = ", ".join(f"{count} {state}" for state, count in sweep.counts.items() if count)
     bar = f'<progress max="1" value="{sweep.progress:.3f}"></progress> {sweep.progress:.0%}'
-    rows = [("state", sweep.state), ("runs", counts), ("reason", sweep.reason)]
+    rows = [("state", sweep.state), ("runs", sweep.tally), ("reason", sweep.reason)]
     rows += [("time left", duration(sweep.eta_seconds or None))]
     link = f'<a href="{escape(report)}">report</a>' if sweep.state == "succeeded" else ""
     return table(f"{sweep.name} ({sweep.id[:12]})", rows, below=f"{bar} {link}")
@@ -56,16 +55,16 @@ def _parameters(question: Mapping[str, Any]) -> list[tuple[str, object]]:
 
 
 def _measured(summary: Mapping[str, Any]) -> list[tuple[str, object]]:
-    """The measured values of a run with their units and uncertainties."""
+    """The measured values of a run with their units."""
     from studies import measurements
+    from studies.values.formats import with_bar
 
     known = set(measurements.names())
     rows: list[tuple[str, object]] = []
     for name, each in (summary.get("measurements") or {}).items():
         unit = measurements.load(name).unit if name in known else None
-        value, uncertainty = _with_unit(each["value"], unit), each.get("uncertainty")
-        bar = f" ± {_with_unit(uncertainty, unit)}" if uncertainty else ""
-        rows.append((name.replace("_", " "), f"{value}{bar}" if value else ""))
+        value = _with_unit(each["value"], unit)
+        rows.append((name.replace("_", " "), with_bar(value, None) if value else ""))
     return rows
 
 

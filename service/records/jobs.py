@@ -224,6 +224,9 @@ class SweepStatus:
     )
     new: int = field(metadata=described("runs that were queued for this sweep"))
     counts: Mapping[str, int] = field(metadata=described("points by state of their runs"))
+    lost_answers: int = field(
+        metadata=described("runs that succeeded without an answer: their reason says which")
+    )
     progress: float = field(
         metadata=described(
             "0 to 1: computed part of the estimated cost; below 1 where runs were cancelled"
@@ -245,6 +248,16 @@ class SweepStatus:
         }
         typed = {"keep": Keep(body["keep"]), "state": SweepState(body["state"]), **moments}
         return cls(**{name: body[name] for name in cls.__dataclass_fields__} | typed)
+
+    @property
+    def tally(self) -> str:
+        """Runs by state, without zeros: "17 succeeded (2 of them lost an answer), 1 failed"."""
+        lost = f" ({self.lost_answers} of them lost an answer)" if self.lost_answers else ""
+        return ", ".join(
+            f"{count} {state}{lost if state == State.SUCCEEDED else ''}"
+            for state, count in self.counts.items()
+            if count
+        )
 
     @property
     def is_terminal(self) -> bool:

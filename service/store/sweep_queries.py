@@ -291,6 +291,8 @@ def tallies_of(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, li
     query = (
         sa.select(POINTS.c.sweep_id, POINT_STATE.label("point_state"))
         .add_columns(sa.func.count().label("points"), sa.func.sum(JOBS.c.cost).label("cost"))
+        # A run that succeeded has a reason where it lost an answer.
+        .add_columns(sa.func.count(JOBS.c.reason).label("reasons"))
         .add_columns(sa.func.sum(done).label("done"), sa.func.sum(JOBS.c.seconds).label("seconds"))
         .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
         .where(POINTS.c.sweep_id.in_(ids))
@@ -313,12 +315,13 @@ def _status(row: Row, tally: Sequence[Row]) -> SweepStatus:
         **{name: getattr(row, name) for name in _STORED},
         reused=row.planned - row.new,
         counts=counts,
+        lost_answers=sum(part.reasons for part in tally if part.point_state is State.SUCCEEDED),
         progress=sum(map(_computed, tally)) / total if total else 1.0,
         eta_seconds=_eta(remaining, rate, side_by_side=counts[State.RUNNING]),
     )
 
 
-_COUNTED = frozenset({"reused", "counts", "progress", "eta_seconds"})
+_COUNTED = frozenset({"reused", "counts", "lost_answers", "progress", "eta_seconds"})
 _STORED = frozenset(SweepStatus.__dataclass_fields__) - _COUNTED
 
 

@@ -19,11 +19,12 @@ class Observed:
 
     parameters: Mapping[str, float | str]  # SI, by parameter name: those that the shot states
     quantity: str  # "hole_diameter"
-    value: float  # SI
+    value: float | None  # SI; None of a range
     uncertainty: float | None
     source: str
     shot: Any | None  # studies.laws.Shot
     confidence: str = ""  # as stated
+    bounds: tuple[float, float] | None = None  # SI, of a range
 
 
 @dataclass(frozen=True)
@@ -147,6 +148,7 @@ def _observed(observation: Any, sweep: Any, scenario: Any) -> Observed:
         observation.source,
         shot,
         observation.confidence,
+        observation.bounds,
     )
 
 

@@ -11,7 +11,7 @@ from studies.convergence.richardson import Sample, converge_series
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.sweeps.sweep import RESOLUTION
-from studies.values.results import DEFINITION, ENOUGH_GRIDS, MESH_DETERMINED, numerical_parts
+from studies.values.results import BY_ONE_GRID, DEFINITION, ENOUGH_GRIDS, numerical_parts
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
 
@@ -112,7 +112,7 @@ def lay_out(sweep: Any, results: Mapping[str, Any], shot_of: Callable[[Any], Any
 
 
 def _on_grids(cells: np.ndarray) -> np.ndarray:
-    """The runs of one point, (runs,), without the flag of a value that the mesh decides where enough grids have it."""
+    """The runs of one point, (runs,), without flags of one grid alone on values that enough grids have."""
     grids: dict[str, set[float]] = {}
     for cell in cells:
         for name, measured in cell.measurements.items():
@@ -125,15 +125,15 @@ def _on_grids(cells: np.ndarray) -> np.ndarray:
 
 
 def _without_flag(cell: Cell, seen: set[str]) -> Cell:
-    """The run without the flag of the mesh on some of its values."""
+    """The run without flags of one grid alone on some of its values."""
     flagged = {
-        name for name in seen if MESH_DETERMINED in getattr(cell.measured(name), "flags", ())
+        name for name in seen if {*BY_ONE_GRID} & {*getattr(cell.measured(name), "flags", ())}
     }
     if not flagged or cell.result is None:
         return cell
     measurements = dict(cell.measurements)
     for name in flagged:
-        kept = tuple(flag for flag in measurements[name].flags if flag != MESH_DETERMINED)
+        kept = tuple(flag for flag in measurements[name].flags if flag not in BY_ONE_GRID)
         measurements[name] = replace(measurements[name], flags=kept)
     return replace(cell, result=replace(cell.result, measurements=measurements))
 

@@ -256,6 +256,8 @@ def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[C
         for name in CONTRIBUTIONS
         if any(name in part.shares for part in parts.flat)
     ]
+    if any(part.distance is not None for part in parts.flat):
+        assessed.append(declared.MODEL_DISTANCE)
     for variable in (declared.MODEL_PART, declared.MODEL_REASON, *assessed):
         yield _column(variable.filled(quantity), parts)
 
@@ -298,6 +300,9 @@ def _observed(
     """The shots of one quantity; the constants of laws are those of the shots' own materials."""
     yield _column(declared.OBSERVED.filled(quantity), mine)
     yield _column(declared.OBSERVED_UNCERTAINTY.filled(quantity), mine)
+    if any(shot is not None and shot.bounds for shot in mine):
+        for variable in declared.OBSERVED_BOUNDS:
+            yield _column(variable.filled(quantity), mine)
     choices = catalogue.choices(quantity.name, [shot.shot for shot in mine if shot is not None])
     if choices:
         for variable in declared.OF_OBSERVED_LAWS:
@@ -305,7 +310,7 @@ def _observed(
         asked = answers(choices, _each(shots, lambda shot: shot.shot))
         for (number, place), answer in np.ndenumerate(asked):
             observed: Any = mine[number]
-            if observed is None or observed.shot is None:
+            if observed is None or observed.shot is None or observed.value is None:
                 continue
             if choices[place].law.is_fitted_to(observed.shot, observed.value):
                 asked[number, place] = replace(answer, reason=FITTED)

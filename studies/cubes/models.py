@@ -17,6 +17,7 @@ from studies.sweeps.screening import CONTRIBUTIONS, STRENGTH_DEVIATION, contribu
 
 STORED = Path(__file__).with_name("sensitivities.json")
 NOT_ASSESSED = "not assessed"
+ROUND_OFF = 1e-9  # relative
 
 Assess = Callable[[Cell, str], "ModelPart"]
 
@@ -28,6 +29,8 @@ class ModelPart:
     uncertainty: float | None  # standard, in the unit of the quantity; None: not assessed
     reason: str  # the contributions with their source, or why there are none
     shares: Mapping[str, float] = field(default_factory=dict)  # relative, by contribution
+    # Largest factor by which the run is outside of the speeds and t/d of what is stored; 1: inside; None: not stored.
+    distance: float | None = None
 
 
 def assessment(sweep: Any, results: Mapping[str, Any]) -> Assess:
@@ -40,7 +43,13 @@ def assessment(sweep: Any, results: Mapping[str, Any]) -> Assess:
     return lambda cell, quantity: _part(cell, quantity, *_stored(cell, quantity))
 
 
-def _part(cell: Cell, quantity: str, shares: Mapping[str, float], source: str) -> ModelPart:
+def _part(
+    cell: Cell,
+    quantity: str,
+    shares: Mapping[str, float],
+    source: str,
+    distance: float | None = None,
+) -> ModelPart:
     """The model part of a value from relative contributions."""
     measured = cell.measured(quantity)
     if not shares or measured is None or measured.value is None:
@@ -50,7 +59,7 @@ def _part(cell: Cell, quantity: str, shares: Mapping[str, float], source: str) -
         for name in CONTRIBUTIONS
     ]
     uncertainty = abs(measured.value) * math.hypot(*shares.values())
-    return ModelPart(uncertainty, f"{', '.join(texts)} ({source})", shares)
+    return ModelPart(uncertainty, f"{', '.join(texts)} ({source})", shares, distance)
 
 
 # ---- stored --------------------------------------------------------------------------------------
@@ -63,19 +72,47 @@ def _classes() -> Mapping[tuple[str, str], Mapping[str, Any]]:
     return {(each["scenario"], each["family"]): each for each in classes}
 
 
-def _stored(cell: Cell, quantity: str) -> tuple[Mapping[str, float], str]:
-    """The stored contributions to a quantity, and where they come from."""
+def _stored(cell: Cell, quantity: str) -> tuple[Mapping[str, float], str, float | None]:
+    """The stored contributions to a quantity, where they come from, and how far from the run that is."""
     scenario, target = cell.run.scenario, cell.run.materials.get("target", {})
     family = str(target.get("family", ""))
     entry = _classes().get((scenario, family))
     if entry is None or quantity not in entry["quantities"]:
-        return {}, f"nothing is stored for {quantity} of {scenario} in {family or 'no target'}"
+        return (
+            {},
+            f"nothing is stored for {quantity} of {scenario} in {family or 'no target'}",
+            None,
+        )
     speeds = " and ".join(f"{speed / 1e3:g}" for speed in entry["speeds"])
     cells = entry["parameters"]["cells_per_diameter"]
-    return entry["quantities"][quantity], (
-        f"stored: {entry['material']} at {speeds} km/s, {cells:g} cells a diameter, strength "
+    ratio = _thickness_ratio(entry["parameters"])
+    plate = "" if ratio is None else f"t/d {ratio:g}, "
+    source = (
+        f"stored: {entry['material']} at {plate}{speeds} km/s, {cells:g} cells a diameter, strength "
         f"±{100 * STRENGTH_DEVIATION:g} %, physics {entry['physics']}, {entry['command']}"
     )
+    return entry["quantities"][quantity], source, _distance(cell.run.parameters, entry)
+
+
+def _distance(parameters: Mapping[str, Any], entry: Mapping[str, Any]) -> float | None:
+    """The largest factor between speed and t/d of a run and the nearest of an entry; 1 inside, None without both."""
+    measured, ratio = _thickness_ratio(entry["parameters"]), _thickness_ratio(parameters)
+    sides = (
+        (parameters.get("speed"), min(entry["speeds"]), max(entry["speeds"])),
+        (ratio, measured, measured),
+    )
+    return max((_factor(*side) for side in sides if all(side)), default=None)
+
+
+def _thickness_ratio(parameters: Mapping[str, Any]) -> float | None:
+    """Thickness of a thin plate over the diameter of its projectile."""
+    thickness, diameter = parameters.get("plate_thickness"), parameters.get("projectile_diameter")
+    return thickness / diameter if thickness and diameter else None
+
+
+def _factor(value: float, low: float, high: float) -> float:
+    factor = max(low / value, value / high)
+    return factor if factor > 1.0 + ROUND_OFF else 1.0
 
 
 # ---- screened ------------------------------------------------------------------------------------

@@ -98,6 +98,20 @@ def comparable(dataset: xr.Dataset, name: str) -> xr.DataArray:
     return values.copy(deep=False, data=np.where(usable, values.values, np.nan))
 
 
+def error_bars(points: xr.Dataset, name: str) -> xr.DataArray:
+    """Error bars of a quantity at points where the run succeeded and its mesh error is known; NaN elsewhere.
+
+    A single grid does not show how far off it is: what its measurement states for itself is no error bar.
+    """
+    bars, mesh = simulated(points, name, cubes.UNCERTAINTY), cubes.MESH_PART
+    known = (
+        np.isfinite(reading.by_run(points, mesh.of(points, name)))
+        if mesh.is_in(points, name)
+        else False
+    )
+    return bars.copy(deep=False, data=np.where(known, bars.values, np.nan))
+
+
 def main_quantities(dataset: xr.Dataset) -> list[str]:
     """Quantities that are no other reading of one (``hole_diameter_lip`` of ``hole_diameter``)."""
     names = reading.quantities_of(dataset)

@@ -7,12 +7,23 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, LAW_CONFIDENCE
+from studies.cubes.variables import EQUATION, LAW_CONFIDENCE, UNCERTAINTY
+from studies.values.results import ERROR_UNKNOWN
 
 
 def quantities_of(dataset: xr.Dataset) -> list[str]:
     """Names of the measured quantities of a cube."""
     return str(dataset.attrs["quantities"]).split()
+
+
+def of_any_schema(dataset: xr.Dataset) -> xr.Dataset:
+    """A stored cube with the names of today: up to schema 3 ``hole_diameter_uncertainty`` was that of the reading."""
+    names = {
+        f"{name}_uncertainty": UNCERTAINTY.named(name)
+        for name in quantities_of(dataset)
+        if f"{name}_uncertainty" in dataset
+    }
+    return dataset.rename(names)
 
 
 def confidences_of(
@@ -47,6 +58,12 @@ def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
     return [
         tuple(word for mask, word in meanings if value & mask) for value in flags.values.ravel()
     ]
+
+
+def doubts(flags: xr.DataArray) -> xr.DataArray:
+    """The flags that doubt a value: all but that of an unknown error."""
+    unknown = sum(mask for mask, word in flag_meanings(flags) if word == ERROR_UNKNOWN)
+    return flags & ~np.int32(unknown)
 
 
 def by_run(dataset: xr.Dataset, array: xr.DataArray) -> np.ndarray:

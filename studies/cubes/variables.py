@@ -19,7 +19,8 @@ from studies.values.parameters import Parameter
 
 # 2: refinements and what converges over them; laws at observed shots have labels of their own.
 # 3: groups, short labels with the meaning in ``comment``, parameters as coordinates, one time for all histories.
-SCHEMA_VERSION = 3
+# 4: the uncertainty of a run's reading has a name of its own, which says that it is no error bar.
+SCHEMA_VERSION = 4
 
 LAW, OBSERVATION = "{quantity}_law", "observation"
 OBSERVED_LAW = "{quantity}_observed_law"
@@ -43,6 +44,7 @@ RUN_FLAGS = (
     "runaway_particles",
     "below_zero_kelvin",
     "beyond_hugoniot",
+    "lost_particles",
 )
 IN_RANGE = ("outside_range", "inside_range")
 VERDICT_WORDS = tuple(verdict.replace(" ", "_") for verdict in VERDICTS)
@@ -80,7 +82,9 @@ _text_of_run = partial(Variable, dims=RUNS, kind="text", group="run")
 _number_of_run = partial(Variable, dims=RUNS, group="run")
 
 RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.run.id)
-RUN_REASON = _text_of_run("run_reason", "why the run has no result", lambda cell: cell.reason)
+RUN_REASON = _text_of_run(
+    "run_reason", "why the run has no result, or no answer", lambda cell: cell.reason
+)
 RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.of_result("failure"))
 STOP_REASON = _text_of_run(
     "stop_reason", "reason for the end of the simulation", lambda cell: cell.of_result("stop")
@@ -159,8 +163,8 @@ VALUE = _measured(
     "{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group="result"
 )
 UNCERTAINTY = _measured(
-    "{quantity}_uncertainty",
-    "uncertainty of {quantity}",
+    "{quantity}_reading_uncertainty",
+    "uncertainty of reading {quantity} off the grid of its run, without the mesh error: no error bar",
     lambda measured: measured.uncertainty,
     label="{words}, uncertainty",
     group="result",
@@ -219,6 +223,16 @@ MODEL_REASON = Variable(
 )
 
 
+MODEL_DISTANCE = Variable(
+    "{quantity}_model_part_distance",
+    "largest factor by which speed or t/d lie outside of those at which {quantity}_model_part was measured; 1: inside",
+    lambda assessed: assessed.distance,
+    RUNS,
+    "1",
+    label="{words}, model away",
+)
+
+
 def model_contribution(contribution: str) -> Variable:
     """The variable of one contribution to the model part: strength, failure, equation of state."""
     return Variable(
@@ -257,7 +271,8 @@ CONVERGED = _converged(
 )
 CONVERGED_UNCERTAINTY = _converged(
     "{quantity}_converged_uncertainty",
-    "uncertainty of {quantity}_converged, root of the sum of the squares of its parts",
+    "uncertainty of {quantity}_converged, root of the sum of the squares of its known parts: an error bar where the "
+    "mesh part is among them",
     lambda point: point.uncertainty,
     label="{words}, error bar",
     group="result",
@@ -440,6 +455,21 @@ OBSERVED_UNCERTAINTY = _of_shot(
     label="{words}, shot error",
     group="observation",
 )
+OBSERVED_LOWER = _of_shot(
+    "{quantity}_observed_lower",
+    "lower bound of {quantity} where a range alone is published",
+    lambda shot: shot.bounds and shot.bounds[0],
+    unit="{unit}",
+    label="{words}, lower bound",
+)
+OBSERVED_UPPER = _of_shot(
+    "{quantity}_observed_upper",
+    "upper bound of {quantity} where a range alone is published",
+    lambda shot: shot.bounds and shot.bounds[1],
+    unit="{unit}",
+    label="{words}, upper bound",
+)
+OBSERVED_BOUNDS = (OBSERVED_LOWER, OBSERVED_UPPER)
 OBSERVED_LAW_LABEL = Variable(
     OBSERVED_LAW,
     "law and variant, of those stated for an observed shot",

@@ -113,6 +113,7 @@ def open_cube(path: Path) -> xr.Dataset:
     except (OSError, ValueError) as error:
         cure = f"give cube.nc of a sweep, or its folder: {error}"
         raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
+    loaded = reading.of_any_schema(loaded)
     return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
 
 
@@ -139,7 +140,7 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
     shots, places = _shots(sweep, axes_of(points)), places_of(points)
     values = comparable(points, quantity).values.ravel()
     errors = simulated(points, quantity, cubes.UNCERTAINTY).values.ravel()
-    flagged = (cubes.FLAGS.of(points, quantity).values.ravel() != 0) | (
+    flagged = (reading.doubts(cubes.FLAGS.of(points, quantity)).values.ravel() != 0) | (
         cubes.FLAGS_OF_RUN.of(points).values.ravel() != 0
     )
     kept = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~flagged)
@@ -188,8 +189,9 @@ def of_table(source: str, forms: Sequence[str]) -> Iterator[MeasuredShots]:
     digest = hashlib.sha256(text.encode()).hexdigest()[:SHORT_DIGEST]
     scenario, shots = _read_table(text)
     units = {name: each.unit for name, each in declared(scenario.parameters).items()}
-    for quantity in dict.fromkeys(shot.quantity for shot in shots if shot.quantity in forms):
-        mine = [shot for shot in shots if shot.quantity == quantity]
+    valued = [shot for shot in shots if shot.value is not None]
+    for quantity in dict.fromkeys(shot.quantity for shot in valued if shot.quantity in forms):
+        mine = [shot for shot in valued if shot.quantity == quantity]
         errors = np.array(
             [np.nan if shot.uncertainty is None else shot.uncertainty for shot in mine]
         )

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from solver.registry import entries
+from studies.values.results import ERROR_UNKNOWN, numerical_parts
 
 if TYPE_CHECKING:
     import numpy as np
@@ -62,6 +63,15 @@ class Measurement:
     mesh_determined: bool = False
     # Whether it is 1 or 0, so that a sweep may search for the limit between them.
     is_outcome: bool = False
+
+    def uncertainty_by(self, parts: Mapping[str, float]) -> tuple[float | None, tuple[str, ...]]:
+        """Uncertainty of a value by its parts, and the flag of a value of which none of them tells any.
+
+        Never 0: the mesh decides every number but the 1 or 0 of an outcome, which has no uncertainty.
+        """
+        size = math.hypot(*numerical_parts(parts).values())
+        is_flagged = size > 0.0 or self.is_outcome or self.mesh_determined
+        return size or None, () if is_flagged else (ERROR_UNKNOWN,)
 
 
 def names() -> list[str]:

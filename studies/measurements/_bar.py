@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from studies.measurements import RESOLUTION_IN_CELLS, Reading
+from studies.values.results import LOST_PARTICLES
 
 TWICE_THE_SHEAR = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # six components in a double contraction
 
@@ -146,7 +147,7 @@ def _row_ends(view: BarView, direction: int) -> np.ndarray:
 
 # ---- readings ------------------------------------------------------------------------------------
 
-LOST = Reading(math.nan, flags=("lost_particles",))
+LOST = Reading(math.nan, flags=(LOST_PARTICLES,))
 # Of what is measured against the initial motion of a bar on which its wall alone acts.
 LOADED = Reading(math.nan, flags=("loaded",))
 

@@ -49,7 +49,7 @@ def _measurement(name: str, title: str, unit: str, of: Of, place: str) -> Measur
         unit=unit,
         meaning=f"{title.lower()} of all matter {place} the plate's original surfaces, the lips of the hole and what "
         "departed from the grid included, of whole bodies",
-        version=1,
+        version=2,
         read=read,
     )
 

@@ -60,7 +60,7 @@ def _share(name: str, title: str, matter: str, read: Callable[[CloudView], Readi
         meaning=f"share of the mass of {matter} that is molten, by its residual energy c_v (T - T_0) against "
         "c_v (T_m - T_0) and the latent heat of fusion, in part where it is in between; never melts, no latent heat or "
         "Lindemann reference where a material does not have those constants",
-        version=1,
+        version=2,
         read=read,
     )
 

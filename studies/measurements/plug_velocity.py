@@ -19,6 +19,6 @@ MEASUREMENT = Measurement(
     title="Velocity of the plug",
     unit="m s-1",
     meaning="mass-weighted mean axial velocity of the plug, with the failed matter that flies with it",
-    version=1,
+    version=2,
     read=_read,
 )

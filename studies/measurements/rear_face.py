@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from studies.measurements import History, Measurement, Reading
-from studies.measurements._bar import BarView, rear_of
+from studies.measurements._bar import LOST, BarView, rear_of
 
 PLACE = "rear_face_place"
 
@@ -22,7 +22,7 @@ def _velocity(history: History) -> Reading:
     """The mean velocity since the last observation, uncertain by its change in that time."""
     at, place = history.times[-3:], history.values[PLACE][-3:]
     if np.isnan(place).any():
-        return Reading(math.nan, flags=("lost_particles",))
+        return LOST
     velocities = np.diff(place) / np.diff(at)
     if not velocities.size:
         return Reading(math.nan, flags=("one_observation",))

@@ -3,8 +3,10 @@
 A sweep brings its shots as a table, one row a shot, with a column for each parameter that the shot states. A wide
 table has a column for each measured quantity, ``hole_diameter``, and may have ``hole_diameter_uncertainty``; a long one
 has ``quantity`` ("hole_diameter"), ``value`` and ``uncertainty``. ``source`` is needed; ``confidence`` and ``note`` are
-texts that may be left out. The unit stands in the header, "speed [km/s]", or beside each number, "6 km/s". ``sweeps``
-reads and writes them; users find this in docs/own-shots.md.
+texts that may be left out. The unit stands in the header, "speed [km/s]", or beside each number, "6 km/s". What was
+published as a range alone is written as one, "27.5 to 34.5", and a material as "aluminium of unknown alloy" where its
+source names none: such shots are listed and drawn, and nothing is compared with them. ``sweeps`` reads and writes them;
+users find this in docs/own-shots.md.
 
 How to add a published table: a CSV file in this folder, named after the shots, which a sweep names in place of its own
 file, ``observations: craters``. Its ``confidence`` is a word of ``studies.materials.schema.CONFIDENCES``; facts that
@@ -41,6 +43,8 @@ COLUMNS = (
 # Each matches a text in one way only, so that a long text that does not match is refused at once.
 _HEADER = re.compile(r"([\w.]+)\s*(?:\[([^\[\]]*)\])?")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+TO = " to "  # between the bounds of a range: "27.5 to 34.5"
+UNKNOWN_ALLOY = " of unknown alloy"  # behind the metal, in place of the name of a material
 
 
 @dataclass(frozen=True)
@@ -48,13 +52,14 @@ class Observation:
     """One measured shot."""
 
     quantity: str  # what was measured: "hole_diameter"
-    value: float  # SI
+    value: float | None  # SI; None of a range
     uncertainty: float | None  # SI; None where none is stated
     source: str
     # SI, by the names of the scenario.
     parameters: Mapping[str, Value] = field(default_factory=dict)
     confidence: str = ""  # how well the number is known to be the source's
     note: str = ""
+    bounds: tuple[float, float] | None = None  # SI, of what was published as a range alone
 
     def document(self, allowed: "AllowedNames") -> dict[str, Any]:
         """The shot as a row that ``read_observations`` reads as itself."""
@@ -63,7 +68,9 @@ class Observation:
             name: written(value, allowed.parameters[name].unit)
             for name, value in self.parameters.items()
         }
-        row |= {"quantity": self.quantity, "value": written(self.value, unit)}
+        sizes = [written(size, unit) for size in self.bounds or (self.value,)]
+        value = sizes[0] if self.bounds is None else TO.join(map(str, sizes))
+        row |= {"quantity": self.quantity, "value": value}
         if self.uncertainty is not None:
             row["uncertainty"] = written(self.uncertainty, unit)
         texts = {"source": self.source, "confidence": self.confidence, "note": self.note}
@@ -238,9 +245,13 @@ def _cell(header: object, raw: Any, where: str) -> tuple[str, Any]:
         raise refusal(f"{where}: {shown(header)}", header, "name [unit]", "write 'speed [km/s]'")
     cell = raw.strip() if isinstance(raw, str) else raw
     is_bare = is_number(cell) or (
-        isinstance(cell, str) and len(cell) <= LONGEST_NUMBER and _NUMBER.fullmatch(cell)
+        isinstance(cell, str)
+        and len(cell) <= LONGEST_NUMBER
+        and all(_NUMBER.fullmatch(side.strip()) for side in cell.split(TO))
     )
-    return match[1], f"{cell} {unit}" if is_bare and unit not in (None, "1", "-") else cell
+    if not is_bare or unit in (None, "1", "-"):
+        return match[1], cell
+    return match[1], TO.join(f"{side} {unit}" for side in str(cell).split(TO))
 
 
 def _parameter(name: str, cell: Any, allowed: AllowedNames, where: str) -> Value:
@@ -252,6 +263,8 @@ def _parameter(name: str, cell: Any, allowed: AllowedNames, where: str) -> Value
     parameter = allowed.parameters[name]
     if cell in (None, ""):
         return None
+    if parameter.kind == "material" and isinstance(cell, str) and cell.endswith(UNKNOWN_ALLOY):
+        return cell
     return parse_value(parameter, cell, f"{where}: {name}", materials=allowed.materials)
 
 
@@ -273,10 +286,15 @@ def _checked(
             cure = nearest_cure(quantity, allowed.quantities)
             raise refusal(f"{where}: quantity", quantity, "what the scenario measures", cure)
         assert isinstance(quantity, str)
-        size = _size(value, cells[value], allowed.quantities[quantity], where)
+        bounds = _bounds(value, cells[value], allowed.quantities[quantity], where)
+        size = None
+        if bounds is None:
+            size = _size(value, cells[value], allowed.quantities[quantity], where)
         plus_minus = _size(uncertainty, cells.get(uncertainty), allowed.quantities[quantity], where)
-        if size is not None:
-            yield Observation(quantity, size, plus_minus, parameters=parameters, **texts)
+        if size is not None or bounds is not None:
+            yield Observation(
+                quantity, size, plus_minus, parameters=parameters, bounds=bounds, **texts
+            )
 
 
 def _text(name: str, cell: Any, where: str) -> str:
@@ -286,6 +304,17 @@ def _text(name: str, cell: Any, where: str) -> str:
         )
         raise refusal(f"{where}: {name}", cell, "a text", cure)
     return cell or ""
+
+
+def _bounds(name: str, cell: Any, unit: str, where: str) -> tuple[float, float] | None:
+    """The bounds of a range, "27.5 mm to 34.5 mm"; None of any other cell."""
+    if not isinstance(cell, str) or cell.count(TO) != 1:
+        return None
+    low, high = (_size(name, side.strip(), unit, where) for side in cell.split(TO))
+    if low is None or high is None or low >= high:
+        cure = "write the smaller bound first, or the value alone"
+        raise refusal(f"{where}: {name}", cell, "two bounds that ascend", cure)
+    return low, high
 
 
 def _size(name: str, cell: Any, unit: str, where: str) -> float | None:

@@ -1,11 +1,10 @@
-"""What whipple gives for the published shots that ship, beside them: bias and scatter by quantity and materials.
+"""What whipple gives for the published shots that ship, beside them: its bias by quantity and materials.
 
 ``python -m docs.pages compute shots`` computes ``compared.json``, from which docs/shots.md is made too.
 """
 
 import json
 import math
-import statistics
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 STORED = Path(__file__).with_name("compared.json")
 ROLES = ("projectile", "target", "bar")  # parameters of a shot that name its materials
+FEWEST = 5  # shots of the same materials and quantity that have a bias: the interval of fewer says next to nothing
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,10 @@ class ComparedShots:
     quantity: str
     materials: tuple[str, ...]  # of the projectile and the target, or of the bar
     shots: int
-    bias: float  # the mean
-    scatter: float | None  # the standard deviation about it; None of a single shot
+    bias: (
+        tuple[float, float] | None
+    )  # interval of the mean, at 95 %; None of fewer than FEWEST shots
+    scatter: float | None  # the standard deviation about the mean, likewise
     stated: float | None  # largest relative error that a shot states; None where none states any
 
 
@@ -35,17 +37,29 @@ def stored() -> dict[str, Any]:
 
 
 def ratio(row: Mapping[str, Any]) -> float:
-    """Simulation over observation, less 1; NaN where there is no simulation."""
-    if row["simulated"] is None:
+    """Simulation over observation, less 1; NaN where there is no simulation, and of a range."""
+    if row["simulated"] is None or row["observed"] is None:
         return math.nan
     return float(row["simulated"] / row["observed"] - 1.0)
 
 
-def bias_and_scatter(rows: Sequence[Mapping[str, Any]]) -> tuple[int, float, float]:
-    """Number of compared shots, mean and standard deviation of their ratios less 1; NaN where there is none."""
-    ratios = [value for value in map(ratio, rows) if not math.isnan(value)]
-    bias = statistics.mean(ratios) if ratios else math.nan
-    return len(ratios), bias, statistics.stdev(ratios) if len(ratios) > 1 else math.nan
+def bias_and_scatter(
+    rows: Sequence[Mapping[str, Any]],
+) -> tuple[int, tuple[float, float] | None, float | None]:
+    """Number of compared shots, interval of the mean of their ratios less 1 by Student's t, and standard deviation.
+
+    None of both with fewer than ``FEWEST``.
+    """
+    import numpy as np
+
+    from studies.values.least_squares import linear
+
+    ratios = np.array([value for value in map(ratio, rows) if not math.isnan(value)])
+    if len(ratios) < FEWEST:
+        return len(ratios), None, None
+    mean = linear([np.ones(len(ratios))], ratios)
+    middle, half = float(mean.constants[0]), float(mean.intervals[0])
+    return len(ratios), (middle - half, middle + half), float(ratios.std(ddof=1))
 
 
 def compared_shots() -> Iterator[ComparedShots]:
@@ -58,12 +72,5 @@ def compared_shots() -> Iterator[ComparedShots]:
         count, bias, scatter = bias_and_scatter(rows)
         errors = [row["uncertainty"] / row["observed"] for row in rows if row["uncertainty"]]
         if count:
-            yield ComparedShots(
-                table,
-                quantity,
-                materials,
-                count,
-                bias,
-                None if math.isnan(scatter) else scatter,
-                max(errors, default=None),
-            )
+            stated = max(errors, default=None)
+            yield ComparedShots(table, quantity, materials, count, bias, scatter, stated)

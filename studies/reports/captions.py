@@ -6,6 +6,7 @@ import numpy as np
 
 from studies.cubes import variables as cubes
 from studies.reports.view import ONLY_DRAWN, FigureView, is_cut
+from studies.values.formats import MESH_UNKNOWN
 
 NEAR = (
     0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
@@ -55,14 +56,9 @@ def of_laws(view: FigureView, name: str, kinds: set[str]) -> str:
 def of_points(view: FigureView, name: str) -> str:
     """Explain the points of a figure, their bars and open marks."""
     quantity = name.replace("_", " ")
-    if not view.refinements:
-        return (
-            f"Points are runs; bars are the uncertainty of {quantity} that one run states, without the mesh error; "
-            "open points carry a flag."
-        )
     if not view.over_resolutions:
-        bars = _bars(view, name)
-        return f"Points are {quantity}, the mean over offsets; {bars}. Open points carry a flag."
+        points = f"{quantity}, the mean over offsets" if view.over_offsets else "runs"
+        return f"Points are {points}, without bars: {MESH_UNKNOWN}. Open points carry a flag."
     converging = cubes.VERDICT_WORDS.index("converging")
     mean = ", the mean over offsets" if view.over_offsets else ""
     other = ""
@@ -114,18 +110,21 @@ def _bars(view: FigureView, name: str) -> str:
     """The parts that bars include: "bars are their uncertainty: mesh error, scatter over offsets"."""
     parts = list(_parts(view, name))
     if not parts:
-        return "their uncertainty is unknown"
-    text = f"bars are their uncertainty: {', '.join(parts)}"
-    return text if parts[0].startswith("mesh") else f"{text}, without the mesh error"
+        return f"there are no bars: {MESH_UNKNOWN}"
+    return f"bars are their uncertainty: {', '.join(parts)}"
 
 
 def _parts(view: FigureView, name: str) -> Iterator[str]:
     """The parts that any bar includes, in words."""
     valued = np.isfinite(view.succeeded(name))
-    unknown = valued & np.isnan(view.judging_bars(name))
-    if unknown.sum() < valued.sum():
-        note = f" (unknown at {unknown.sum()} of {valued.sum()} points)" if unknown.any() else ""
-        yield f"mesh error{note}"
+    unknown = valued & np.isnan(view.error_bars(name))
+    if unknown.sum() == valued.sum():
+        return
+    yield (
+        f"mesh error (unknown at {unknown.sum()} of {valued.sum()} points, without bars)"
+        if unknown.any()
+        else "mesh error"
+    )
     offsets = view.flat(cubes.OFFSETS_PART, name)
     if view.over_offsets and np.isfinite(offsets).any():
         yield "scatter over offsets"
@@ -139,7 +138,7 @@ def of_residuals(view: FigureView, name: str) -> str:
     """The caption of residuals: what the band about zero is, and why it is missing where it is."""
     quantity = name.replace("_", " ")
     valued = np.isfinite(view.compared(name))
-    unknown = int((valued & np.isnan(view.judging_bars(name))).sum())
+    unknown = int((valued & np.isnan(view.error_bars(name))).sum())
     opening = f"Above zero the law gives more than the simulation. Marks as in the figure of {quantity} and the laws. "
     if unknown == valued.sum():
         return f"{opening}No band shows the error bar of the simulation: {_why_unknown(view)}."

@@ -21,14 +21,14 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import (
     Place,
     comparable,
+    error_bars,
     places_of,
     points_of,
     refined,
     refinements_of,
-    simulated,
 )
 from studies.laws import DRAWN_ONLY, NO_RANGE
-from studies.reports.matched import MatchedObservation, interpolate, matched_observations
+from studies.reports.matched import MatchedObservation, matched_observations
 from studies.reports.verdict import Verdict, verdict
 from studies.reports.verdict.evidence import axes_in, evidence_of, without_range
 from studies.reports.verdict.trends import is_uneven
@@ -37,8 +37,8 @@ from studies.values.formats import display_of, of_share, printed_in
 Reference = Literal["simulation", "observation"]
 
 ONLY_SIMULATION = (
-    "The reference of every residual here is a simulation, not an experiment: no observed shots "
-    "were given. A small residual shows the agreement of a law with this simulation, not with "
+    "The reference of every residual here is a simulation, not an experiment: no observed shot "
+    "that is like a run was given. A small residual shows the agreement of a law with this simulation, not with "
     "nature."
 )
 WITH_OBSERVATIONS = (
@@ -155,7 +155,7 @@ def compare(cube: xr.Dataset) -> Comparison:
     unlike = mixed(cube)
     return Comparison(
         points=points,
-        statement=WITH_OBSERVATIONS if observations else ONLY_SIMULATION,
+        statement=WITH_OBSERVATIONS if against_observations else ONLY_SIMULATION,
         residuals=(*against_simulation, *against_observations),
         observations=tuple(observations),
         verdict=verdict(
@@ -268,12 +268,11 @@ def _against_simulation(cube: xr.Dataset, points: xr.Dataset, name: str) -> Iter
         if refinements_of(cube):
             verdicts = [point.converged.verdict for point in refined(cube, name)]
             settled = np.array(verdicts) == "converging"
-        bars = simulated(_with_judging_bars(points, name), name, cubes.UNCERTAINTY)
         reference = References(
             "simulation",
             comparable(points, name).values.ravel(),
             places_of(points),
-            bars.values.ravel(),
+            error_bars(points, name).values.ravel(),
             settled,
         )
         inside = cubes.BY_LAW_IN_RANGE.of(points, name)
@@ -291,11 +290,10 @@ def _against_observations(
     if not shots:
         return
     places = [shot.at for shot in shots]
-    values = np.array([shot.value for shot in shots])
+    values = np.array([shot.observed for shot in shots])
     bars = np.array([_nan(shot.uncertainty) for shot in shots])
-    judging = _with_judging_bars(points, name)
-    # NaN where the observation states none, or the simulation's does not include the mesh error.
-    joint = np.hypot(bars, [interpolate(judging, name, place)[1] for place in places])
+    # NaN where the observation states none, or the mesh error of the simulation is unknown.
+    joint = np.hypot(bars, [_nan(shot.simulation_uncertainty) for shot in shots])
     yield Residual(
         quantity=name,
         unit=points[name].attrs["units"],
@@ -353,14 +351,6 @@ def _of_laws(
             drawn_only=drawn_only,
             no_range=NO_RANGE if str(label) in rangeless else "",
         )
-
-
-def _with_judging_bars(points: xr.Dataset, name: str) -> xr.Dataset:
-    """The points, with error bars of a quantity where they include the mesh error, else NaN."""
-    mesh = cubes.MESH_PART
-    whole = mesh.of(points, name).notnull() if mesh.is_in(points, name) else False
-    bars = cubes.UNCERTAINTY.of(points, name).where(whole)
-    return points.assign({cubes.UNCERTAINTY.named(name): bars})
 
 
 # ---- sentences -----------------------------------------------------------------------------------

@@ -296,7 +296,7 @@ def _simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     values = view.succeeded(name)[piece.cells]
     if np.isfinite(values).any():
         norm = view.norm(name)[piece.cells]
-        bars = view.succeeded(name, cubes.UNCERTAINTY)[piece.cells]
+        bars = view.error_bars(name)[piece.cells]
         yield Series(
             "simulation",
             SIMULATION,
@@ -370,6 +370,7 @@ def _observed(
         (shot, (view.normed(name) and shot.diameter) or 1.0)
         for shot in observations
         if shot.quantity == name
+        and shot.value is not None
         and view.abscissa.name in shot.at
         and not shot.elsewhere
         and all(_meets(shot.at.get(axis), value) for axis, value in piece.at.items())
@@ -379,7 +380,7 @@ def _observed(
             "observation",
             OBSERVED,
             tuple(shot.at[view.abscissa.name] for shot, _ in mine),
-            tuple(shot.value / norm for shot, norm in mine),
+            tuple(shot.observed / norm for shot, norm in mine),
             uncertainty=tuple(
                 None if shot.uncertainty is None else shot.uncertainty / norm for shot, norm in mine
             ),
@@ -401,7 +402,7 @@ def residuals(view: FigureView, name: str) -> Figure:
     """Law minus simulation, over the simulation, with its error bar as a band about zero."""
     values = view.compared(name)
     sized = np.where(values == 0.0, np.nan, values)  # nothing is relative to zero
-    bars = view.judging_bars(name) / np.abs(sized)
+    bars = view.error_bars(name) / np.abs(sized)
     panels = []
     for piece in view.slices:
         reference = (sized / view.norm(name))[piece.cells]

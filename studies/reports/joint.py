@@ -9,7 +9,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import SUCCEEDED, simulated
+from studies.cubes.points import SUCCEEDED, error_bars
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def joint_uncertainty(points: xr.Dataset, quantity: str, law: str = "") -> Joint
     ``scatter`` (as published, times the law's value).
     """
     parts = {
-        "numerical": numerical_bars(points, quantity).values.ravel(),
+        "numerical": error_bars(points, quantity).values.ravel(),
         "definition": _stored(points, f"{quantity}_definition_part"),
         "model": _stored(points, cubes.MODEL_PART.named(quantity)),
     }
@@ -42,16 +42,6 @@ def joint_uncertainty(points: xr.Dataset, quantity: str, law: str = "") -> Joint
         parts["scatter"] = law_scatter(points, quantity, law)
     known = reduce(np.hypot, (np.nan_to_num(part) for part in parts.values()))
     return JointUncertainty(parts, np.where(np.isnan(parts["numerical"]), np.nan, known))
-
-
-def numerical_bars(points: xr.Dataset, quantity: str) -> xr.DataArray:
-    """Error bars of a quantity where the run succeeded and they include the mesh error; NaN elsewhere."""
-    mesh = cubes.MESH_PART
-    bars = simulated(points, quantity, cubes.UNCERTAINTY)
-    if not mesh.is_in(points, quantity):
-        return xr.full_like(bars, np.nan)
-    has_mesh = np.isfinite(reading.by_run(points, mesh.of(points, quantity)))
-    return bars.copy(deep=False, data=np.where(has_mesh, bars.values, np.nan))
 
 
 def _stored(points: xr.Dataset, name: str) -> np.ndarray:

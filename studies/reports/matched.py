@@ -10,10 +10,19 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, comparable, places_of, plain, simulated
+from studies.cubes.points import (
+    Place,
+    axes_of,
+    comparable,
+    error_bars,
+    places_of,
+    plain,
+    simulated,
+)
 from studies.cubes.variable import variable_name
 
 ELSEWHERE = "the shot has another"
+A_RANGE = "a range alone is published: nothing is compared with it"
 BEYOND_AXES = "the shot lies outside the axis"
 LINEAR = "linear between neighbouring runs"
 SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
@@ -30,13 +39,20 @@ class MatchedObservation:
     confidence: str  # one of ``studies.materials.schema.CONFIDENCES``
     at: Place
     diameter: float | None  # of the equivalent sphere, m
-    value: float
+    value: float | None  # None of a range
     uncertainty: float | None
     simulation: float | None
     simulation_uncertainty: float | None  # between runs with the interpolation's part
     how: str  # how the simulation was brought to the shot's parameters, or why it could not be
-    # Whether the shot has the materials and the shape of some run; another one judges no law of this sweep.
+    # Whether it has a value, and the materials and the shape of some run; no other shot judges anything of this sweep.
     is_alike: bool
+    lower: float | None = None  # bounds of a range
+    upper: float | None = None
+
+    @property
+    def observed(self) -> float:
+        """The value; NaN of a range."""
+        return math.nan if self.value is None else self.value
 
     @property
     def elsewhere(self) -> bool:
@@ -48,12 +64,18 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
     """The observed shots of a measured quantity; ``dataset`` is of points."""
     if not cubes.OBSERVED.is_in(dataset, name):
         return
+    barred = dataset.assign({cubes.UNCERTAINTY.named(name): error_bars(dataset, name)})
     for row in range(dataset.sizes["observation"]):
         shot = dataset.isel(observation=row)
-        value = float(cubes.OBSERVED.of(shot, name))
-        if math.isfinite(value):
+        value, *bounds = (
+            _finite(float(variable.of(shot, name))) if variable.is_in(shot, name) else None
+            for variable in (cubes.OBSERVED, *cubes.OBSERVED_BOUNDS)
+        )
+        if value is not None or None not in bounds:
             at = _parameters_of(shot)
-            simulation, uncertainty, how = interpolate(dataset, name, at)
+            simulation, uncertainty, how = (
+                (math.nan, math.nan, A_RANGE) if value is None else interpolate(barred, name, at)
+            )
             yield MatchedObservation(
                 observation=row,
                 quantity=name,
@@ -67,10 +89,13 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 simulation=_finite(simulation),
                 simulation_uncertainty=_finite(uncertainty),
                 how=how,
-                is_alike=not any(
+                is_alike=value is not None
+                and not any(
                     isinstance(value, str) and _is_another(dataset, parameter, value)
                     for parameter, value in at.items()
                 ),
+                lower=bounds[0],
+                upper=bounds[1],
             )
 
 

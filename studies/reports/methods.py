@@ -7,8 +7,7 @@ from typing import Any
 import xarray as xr
 
 from studies.cubes import variables as cubes
-from studies.cubes.points import axes_of, by_run, comparable, main_quantities, places_of
-from studies.reports.joint import numerical_bars
+from studies.cubes.points import axes_of, by_run, comparable, error_bars, main_quantities, places_of
 from studies.values.formats import NARROW_SPACE, digits
 
 METHOD = "method"
@@ -47,7 +46,7 @@ def methods_of(dataset: xr.Dataset, points: xr.Dataset) -> Document | None:
 def _rows(points: xr.Dataset, name: str, first: str) -> Iterator[Document]:
     """A row for each point of another method that the first one computed too."""
     columns = [
-        array.values.ravel() for array in (comparable(points, name), numerical_bars(points, name))
+        array.values.ravel() for array in (comparable(points, name), error_bars(points, name))
     ]
     known: dict[tuple[Any, ...], tuple[float, float]] = {}
     later = []

@@ -23,6 +23,7 @@ from studies.reports.plot.layout import WIDTHS
 from studies.reports.sketches import growth_sketch, setup_sketch
 from studies.reports.view import Scale
 from studies.values.formats import (
+    MESH_UNKNOWN,
     display_alone,
     display_of,
     is_round_off,
@@ -115,6 +116,7 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
         .get_template("report.html")
         .render(
             report=Node(report),
+            mesh_unknown=MESH_UNKNOWN,
             draw=lambda run, picture, *, full: gallery.picture(bare(run), bare(picture), full=full),
             ramps=ramps(),
             setup=lambda document: setup_sketch(bare(document)),

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 import xarray as xr
 
+from studies.cubes.reading import of_any_schema
 from studies.reports import compare
 from studies.reports.figures import figures
 from studies.reports.plot import plot
@@ -60,6 +61,7 @@ def draw_figures(cube: Path, folder: Path, format: Format) -> list[Path]:
     with dataset:
         if "quantities" not in dataset.attrs:
             raise _no_cube(file, "a NetCDF file without the attributes of a cube")
+        dataset = of_any_schema(dataset)
         drawn = figures(dataset, compare.compare(dataset))
     return [draw(plot(each), folder / f"{each.name}.{format}") for each in drawn]
 

@@ -30,6 +30,7 @@ from studies.cubes.points import (
     Refined,
     axes_of,
     by_run,
+    error_bars,
     main_quantities,
     places_of,
     plain,
@@ -54,7 +55,8 @@ from studies.sweeps.sweep import OFFSET, RESOLUTION
 # 7: the words of bands are those of the text (trusted, within); laws without a stated range; the shots of a material
 # 8: limits of a search, curves of residual velocities
 # 9: methods side by side
-# 10: the rule by which a value was extrapolated or not
+# 10: the rule by which a value was extrapolated or not; "numerically" in place of "trusted" beside a simulation; no
+# error bar without the mesh error; bias as an interval
 REPORT_VERSION = 10
 
 RULES = (
@@ -80,8 +82,8 @@ RULES = (
     "measure and others do, nothing is extrapolated and the mesh error is unknown."
 )
 NO_MESH_ERROR = (
-    "It does not include the mesh error, which takes several resolutions to estimate, so no law is called inside or "
-    "outside of it."
+    "The mesh error, which takes several resolutions to estimate, is unknown: there is no error bar, and no law is "
+    "called inside or outside of it. What a measurement states for its reading on one grid is in the cube."
 )
 
 Document = dict[str, Any]
@@ -152,27 +154,25 @@ def _mesh(dataset: xr.Dataset) -> str:
     """A statement of the runs behind a point, and of the parts of its error bar."""
     several = refinements_of(dataset)
     if not several:
-        return (
-            "Every point is one run on one mesh. Its error bar includes the position of surfaces within a cell. "
-            f"{NO_MESH_ERROR}"
-        )
+        return f"Every point is one run on one mesh. {NO_MESH_ERROR}"
     levels = [
         f"{dataset.sizes[name]} {label}"
         for name, label in ((RESOLUTION, "resolutions"), (OFFSET, "sub-cell offsets"))
         if name in several
     ]
-    value = "the mean over offsets"
-    parts = "scatter over offsets and the other uncertainties of the measurement"
-    note = f" {NO_MESH_ERROR}"
+    value, note = "the mean over offsets", NO_MESH_ERROR
     if RESOLUTION in several:
         value = (
             "extrapolated to cell size zero at all points of a curve where that is more certain, else that of the "
             "finest resolution at all of them"
         )
-        parts, note = f"mesh error, {parts}", ""
+        note = (
+            "Its error bar is the root of the sum of the squares of mesh error, scatter over offsets and the other "
+            "uncertainties of the measurement; without the first there is none."
+        )
     return (
         f"Every point was computed with {' and '.join(levels)}. Laws and observations are compared with one value a "
-        f"point: {value}. Its error bar is the root of the sum of the squares of {parts}.{note}"
+        f"point: {value}. {note}"
     )
 
 
@@ -204,13 +204,14 @@ def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> Document:
 
 def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Document:
     converged = point.converged
-    parts = ("value", "uncertainty", "mesh", "offsets", "measurement")
+    parts = ("value", "mesh", "offsets", "measurement")
     extrapolation = ("order", "extrapolated", "gci")
     return {
         "at": places[point.number],
         "verdict": converged.verdict,
         "reason": converged.reason,
         "rule": converged.rule,
+        "uncertainty": None if math.isnan(converged.mesh) else _finite(converged.uncertainty),
         **{name: _finite(getattr(converged, name)) for name in (*parts, *extrapolation)},
         "levels": [
             {
@@ -264,7 +265,7 @@ def _extremes(dataset: xr.Dataset) -> Iterator[Document]:
     places = places_of(dataset)
     for name in main_quantities(dataset):
         values = dataset[name].values.ravel()
-        bars = cubes.UNCERTAINTY.of(dataset, name).values.ravel()
+        bars = error_bars(dataset, name).values.ravel()
         if np.isfinite(values).any():
             low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
             yield {
@@ -297,7 +298,7 @@ def _runs(dataset: xr.Dataset) -> Iterator[Document]:
     lengths = [name for name in main if dataset[name].attrs["units"] == "m"]
     doubted = np.logical_or.reduce(
         [cubes.FLAGS_OF_RUN.of(dataset).values.ravel() != 0]
-        + [cubes.FLAGS.of(dataset, name).values.ravel() != 0 for name in main]
+        + [reading.doubts(cubes.FLAGS.of(dataset, name)).values.ravel() != 0 for name in main]
     )
     for number, place in enumerate(places_of(dataset)):
         values = {name: _finite(float(column[number])) for name, column in columns.items()}
@@ -390,8 +391,17 @@ def _model_part(dataset: xr.Dataset) -> Iterator[Document]:
                     "quantity": quantity,
                     "statement": text,
                     "contributions": {name: _finite(share[run]) for name, share in shares.items()},
+                    "distance": _farthest(dataset, quantity, np.array(texts) == text),
                     "runs": count,
                 }
+
+
+def _farthest(dataset: xr.Dataset, quantity: str, runs: np.ndarray) -> float | None:
+    """The largest factor by which some runs (n, bool) are outside of where their model part was measured."""
+    if not cubes.MODEL_DISTANCE.is_in(dataset, quantity):
+        return None
+    factors = by_run(dataset, cubes.MODEL_DISTANCE.named(quantity))[runs]
+    return float(np.nanmax(factors)) if np.isfinite(factors).any() else None
 
 
 def _shares(dataset: xr.Dataset, quantity: str, contribution: str) -> list[float]:

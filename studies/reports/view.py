@@ -11,7 +11,15 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, by_run, comparable, places_of, simulated
+from studies.cubes.points import (
+    Place,
+    axes_of,
+    by_run,
+    comparable,
+    error_bars,
+    places_of,
+    simulated,
+)
 from studies.cubes.variable import Variable
 from studies.laws import DRAWN_ONLY
 from studies.sweeps.sweep import OFFSET, RESOLUTION
@@ -72,10 +80,9 @@ class FigureView:
         """Measured values of each point with which laws are compared; NaN elsewhere."""
         return comparable(self.dataset, name).values.ravel()
 
-    def judging_bars(self, name: str) -> np.ndarray:
-        """Error bars (points,) that include the mesh error, NaN elsewhere: no other bar judges a residual."""
-        bars = self.succeeded(name, cubes.UNCERTAINTY)
-        return np.where(np.isfinite(self.flat(cubes.MESH_PART, name)), bars, np.nan)
+    def error_bars(self, name: str) -> np.ndarray:
+        """Error bars (points,); NaN where the mesh error is unknown."""
+        return error_bars(self.dataset, name).values.ravel()
 
     @property
     def refinements(self) -> list[str]:
@@ -92,7 +99,8 @@ class FigureView:
 
     def is_open(self, name: str) -> np.ndarray:
         """Whether a point (points,) is drawn open: it carries a flag, or resolutions tell no mesh error."""
-        flags = self.flat(cubes.FLAGS_OF_RUN) | self.flat(cubes.FLAGS, name)
+        own = reading.doubts(cubes.FLAGS.of(self.dataset, name)).values.ravel()
+        flags = self.flat(cubes.FLAGS_OF_RUN) | own
         flagged: np.ndarray = flags != 0
         if not self.over_resolutions:
             return flagged
@@ -100,7 +108,7 @@ class FigureView:
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""
-        own = reading.flag_words(cubes.FLAGS.of(self.dataset, name))
+        own = reading.flag_words(reading.doubts(cubes.FLAGS.of(self.dataset, name)))
         of_run = reading.flag_words(cubes.FLAGS_OF_RUN.of(self.dataset))
         return [
             ", ".join(flag.replace("_", " ") for flag in (*mine, *other))

@@ -28,7 +28,14 @@ from studies.runs.run import Run, materials_of
 from studies.runs.run_log import RunLog
 from studies.scenarios import Setting
 from studies.values.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
-from studies.values.results import ENERGY_DRIFT_LIMIT, NO_CONTROL, Progress, RunControl, RunResult
+from studies.values.results import (
+    ENERGY_DRIFT_LIMIT,
+    LOST_PARTICLES,
+    NO_CONTROL,
+    Progress,
+    RunControl,
+    RunResult,
+)
 
 # Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
 # end; half of it means that single particles have run away.
@@ -191,7 +198,8 @@ def _write_result(directory: Path, result: RunResult) -> None:
 
 def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcome) -> RunResult:
     """The result of a simulation that ended; writes its final state and its film."""
-    numbers = _numbers(observer, outcome)
+    numbers, measured = _numbers(observer, outcome), observer.measured()
+    lost = [name for name, each in measured.items() if LOST_PARTICLES in each.flags]
     _save_state(directory, outcome)
     if observer.film:
         observer.film.save(directory / FILM, compressed=True)
@@ -201,8 +209,12 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
     return RunResult(
         run_id,
         "succeeded",
-        measurements=observer.measured(),
-        flags=_flags(numbers, observer.scenario.observer.least_cells),
+        reason=f"{LOST_PARTICLES}: no {', '.join(lost)}" if lost else None,
+        measurements=measured,
+        flags=(
+            *_flags(numbers, observer.scenario.observer.least_cells),
+            *((LOST_PARTICLES,) if lost else ()),
+        ),
         numbers=numbers,
         stop=outcome.stop,
         histories=_histories(observer.setting, outcome),

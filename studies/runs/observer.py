@@ -21,7 +21,6 @@ from studies.values.results import (
     TOO_COARSE,
     Measured,
     Progress,
-    numerical_parts,
 )
 
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
@@ -150,16 +149,16 @@ class Observer:
             flags = (*flags, MESH_DETERMINED)
         if has_value and self._is_judged(name) and not self._settled(name):
             flags = (*flags, "still_growing")
-        uncertainty = math.hypot(*numerical_parts(parts).values()) if parts else None
+        uncertainty, unknown = measurement.uncertainty_by(parts)
         if uncertainty and uncertainty > measurement.widest * abs(reading.value):
             flags = (*flags, "wide_bar")
         if has_value and self.scenario.observer.too_coarse(self.scenario.cells(self.parameters)):
-            uncertainty, flags = None, (*flags, TOO_COARSE)
+            uncertainty, unknown = None, (TOO_COARSE,)
         return Measured(
             value=_finite(reading.value),
             uncertainty=uncertainty,
             parts=parts,
-            flags=flags,
+            flags=(*flags, *unknown) if has_value else flags,
             history={
                 "time": list(self.times),
                 "value": [_finite(reading[name].value) for reading in self.readings],

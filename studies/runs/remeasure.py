@@ -17,7 +17,7 @@ from typing import Any
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
 from studies.runs.run import Run
-from studies.values.results import MESH_DETERMINED, TOO_COARSE, Measured, RunResult, numerical_parts
+from studies.values.results import ERROR_UNKNOWN, MESH_DETERMINED, TOO_COARSE, Measured, RunResult
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
 NEVER = Measured(None, None, {}, (NEEDS_SOLVING,), {"time": [], "value": []}, 0)
@@ -139,18 +139,20 @@ def _from_state(
     if measured.value is not None and measurement.mesh_determined:
         flags = (*flags, MESH_DETERMINED)
     if measured.value is not None and scenario.observer.too_coarse(result.numbers):
-        return replace(measured, uncertainty=None, flags=(*flags, TOO_COARSE))
+        kept = tuple(flag for flag in flags if flag != ERROR_UNKNOWN)
+        return replace(measured, uncertainty=None, flags=(*kept, TOO_COARSE))
     return replace(measured, flags=flags)
 
 
 def _measured(measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
     value = reading.value if math.isfinite(reading.value) else None
     parts = {} if value is None else dict(reading.parts)
+    uncertainty, unknown = measurement.uncertainty_by(parts)
     return Measured(
         value=value,
-        uncertainty=math.hypot(*numerical_parts(parts).values()) if parts else None,
+        uncertainty=uncertainty,
         parts=parts,
-        flags=reading.flags,
+        flags=reading.flags if value is None else (*reading.flags, *unknown),
         history={"time": [result.numbers["end_time"]], "value": [value]},
         version=measurement.version,
     )

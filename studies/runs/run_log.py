@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from solver.problem import Problem
 from studies import measurements
 from studies.runs.run import Run
+from studies.values.formats import with_bar
 from studies.values.quantities import readable
 from studies.values.results import Measured, Progress, RunResult
 
@@ -42,18 +43,17 @@ class RunLog:
         self.write(f"{result.state}: {result.stop}")
         for name, measured in result.measurements.items():
             flags = f" [{', '.join(measured.flags)}]" if measured.flags else ""
-            self.write(f"  {name} = {_with_error(name, measured)}{flags}")
+            self.write(f"  {name} = {_measured(name, measured)}{flags}")
         for name, number in result.numbers.items():
             self.write(f"  {name} = {number:.6g}")
         self.write(f"flags: {', '.join(result.flags) or 'none'}")
 
 
-def _with_error(name: str, measured: Measured) -> str:
+def _measured(name: str, measured: Measured) -> str:
+    """A value as a run alone tells it: on a single grid."""
     if measured.value is None:
         return "nothing to measure"
-    if measured.uncertainty is None:
-        return _value(name, measured.value)
-    return f"{_value(name, measured.value)} +- {_value(name, measured.uncertainty)}"
+    return with_bar(_value(name, measured.value), None)
 
 
 def _value(name: str, value: float) -> str:

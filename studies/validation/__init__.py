@@ -47,6 +47,7 @@ class PublishedNumber:
     @property
     def value(self) -> float:
         """The number, SI."""
+        assert self.shot.value is not None
         return self.shot.value
 
 

@@ -13,7 +13,7 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import simulated
 from studies.sweeps.sweep import RESOLUTION
 from studies.validation import Line, Picture, PublishedNumber
-from studies.values.formats import NONE, digits, display_of, with_unit
+from studies.values.formats import NONE, digits, display_of, with_bar, with_unit
 from studies.verification import Row, absolute, relative
 
 EXACT = 1e-9  # relative: the place in a cube of a number that was written in a document
@@ -43,14 +43,10 @@ class ComparedReading:
     def _unit(self) -> str:
         return str(self.cube[self.name].attrs["units"])
 
-    def on(self, cells: float | None = None) -> tuple[float, float]:
-        """Value and uncertainty on a grid (cells per diameter), in display units; NaN where the run has none."""
+    def on(self, cells: float | None = None) -> float:
+        """The value on a grid (cells per diameter), in display units; NaN where the run has none."""
         at = self.at if cells is None else {**self.at, RESOLUTION: cells}
-        value, bar = (
-            float(_pick(simulated(self.cube, self.name, variable), at))
-            for variable in (cubes.VALUE, cubes.UNCERTAINTY)
-        )
-        return value * self.factor, bar * self.factor
+        return float(_pick(simulated(self.cube, self.name), at)) * self.factor
 
     @property
     def grids(self) -> list[float]:
@@ -65,17 +61,18 @@ class ComparedReading:
     @cached_property
     def converged(self) -> tuple[float, float, str]:
         """The converged value, its error bar (display units) and the verdict on the convergence, as a text."""
-        value, bar = (
+        value, bar, mesh = (
             float(_pick(variable.of(self.cube, self.name), self.at)) * self.factor
-            for variable in (cubes.CONVERGED, cubes.CONVERGED_UNCERTAINTY)
+            for variable in (cubes.CONVERGED, cubes.CONVERGED_UNCERTAINTY, cubes.MESH_PART)
         )
+        bar = bar if math.isfinite(mesh) else math.nan
         word = int(_pick(cubes.VERDICT.of(self.cube, self.name), self.at))
         return value, bar, VERDICTS[word]
 
     @property
     def best(self) -> tuple[float, float]:
-        """The converged value with its bar, or the only one."""
-        return self.converged[:2] if self.is_refined else self.on()
+        """The converged value with its bar, or the only one, which has none: NaN."""
+        return self.converged[:2] if self.is_refined else (self.on(), math.nan)
 
     @property
     def text(self) -> str:
@@ -83,7 +80,7 @@ class ComparedReading:
         value, bar = self.best
         if math.isnan(value):
             return NONE
-        return digits(value, 4) + ("" if math.isnan(bar) else f" ± {digits(bar, 2)}")
+        return with_bar(digits(value, 4), None if math.isnan(bar) else digits(bar, 2))
 
 
 def _pick(array: xr.DataArray, at: Place) -> xr.DataArray:
@@ -129,15 +126,15 @@ def compared(
     }
     expected = beside.pop(reference)
     cells, mesh_name = mesh or (None, "one grid")
-    value, bar = quantity.on(cells if quantity.is_refined else None)
+    value = quantity.on(cells if quantity.is_refined else None)
     row = absolute if share is None else relative
     claim = f"{where}, {mesh_name}: {quantity.label}"
     tolerance = within if share is None else share
     made = row(claim, expected=expected, got=value, within=tolerance)
-    yield replace(made, bar=_known(bar), others=beside)
+    yield replace(made, others=beside)
     if quantity.is_refined:
         value, bar, verdict = quantity.converged
-        grids = ", ".join(f"{quantity.on(grid)[0]:.4g}" for grid in quantity.grids)
+        grids = ", ".join(f"{quantity.on(grid):.4g}" for grid in quantity.grids)
         claim = f"{where}, converged ({verdict}; grids {grids}): {quantity.label}"
         got = absolute(claim, expected=expected, got=value)
         yield replace(got, bar=_known(bar), others=beside)
@@ -191,7 +188,7 @@ def against(
         return Line(label, tuple(each for each in triples if math.isfinite(each[1])))
 
     lines = [
-        line(f"{grid:g} cells per diameter", [(each.on(grid)[0], 0.0) for each in points])
+        line(f"{grid:g} cells per diameter", [(each.on(grid), 0.0) for each in points])
         for grid in first.grids
     ]
     ours = "whipple, converged" if first.is_refined else "whipple"

@@ -3,6 +3,7 @@
 The shots themselves are in no open source, so that their fit stands for them.
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -68,7 +69,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
                 )
                 if inside and not str(label).startswith("maiden_al")
             }
-            yield replace(made, bar=bar, others=others)
+            yield replace(made, bar=None if math.isnan(bar) else bar, others=others)
 
 
 def _pictures(cubes: Cubes) -> Iterator[Picture]:

@@ -61,7 +61,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
                 value, bar = reading.best
                 claim = f"{where}: {reading.label}"
                 if reading.is_refined:
-                    grids = ", ".join(f"{reading.on(grid)[0]:.4g}" for grid in reading.grids)
+                    grids = ", ".join(f"{reading.on(grid):.4g}" for grid in reading.grids)
                     verdict = f"converged ({reading.converged[2]}; grids {grids})"
                     claim = f"{where}, {verdict}: {reading.label}"
                 yield Row(claim, "", value, None, bar=None if math.isnan(bar) else bar)

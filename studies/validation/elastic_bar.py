@@ -63,7 +63,7 @@ def _of_run(where: str, run: Any, *, gated: bool) -> Iterator[Row]:
     contact = relative(
         f"{where}: time in contact (us)",
         expected=1e6 * 2.0 * LENGTH / BAR.bar_speed,
-        got=ComparedReading(run, "contact_time", {}).on()[0],
+        got=ComparedReading(run, "contact_time", {}).on(),
         within=CONTACT_TIME,
     )
     yield contact if gated else contact.ungated(CONTACT_TIME)
@@ -71,11 +71,11 @@ def _of_run(where: str, run: Any, *, gated: bool) -> Iterator[Row]:
         f"{where}: push of the wall at the end (of its mean)", limit=PARTED, got=_last_push(run)
     )
     yield parted
-    rebound = ComparedReading(run, "rebound_momentum", {}).on()[0]
+    rebound = ComparedReading(run, "rebound_momentum", {}).on()
     yield Row(f"{where}: momentum after the rebound (of that before)", "about 1", rebound, None)
     for name, (label, thesis) in ENERGIES.items():
         claim = f"{where}: energy in {label} (of the initial)"
-        yield Row(claim, f"about {thesis}", ComparedReading(run, name, {}).on()[0], None)
+        yield Row(claim, f"about {thesis}", ComparedReading(run, name, {}).on(), None)
     yield reported(
         f"{where}: drift of the total energy", float(run.audit_largest_energy_drift.item())
     )

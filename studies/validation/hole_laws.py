@@ -124,7 +124,7 @@ def _of_holes(series: HoleSeries) -> Iterator[Row]:
     where = f"{series.material}, t/d = {series.ratio:g}"
     holes = [reading.best for reading in series.readings]
     grow = all(
-        fast - slow >= -SPREAD * float(np.hypot(slow_bar, fast_bar))
+        fast - slow >= -SPREAD * float(np.hypot(*np.nan_to_num((slow_bar, fast_bar))))
         for (slow, slow_bar), (fast, fast_bar) in pairwise(holes)
     )
     listed = ", ".join(reading.text for reading in series.readings)
@@ -139,7 +139,7 @@ def _of_holes(series: HoleSeries) -> Iterator[Row]:
     for (*_, before, after), refined in by_grids.items():
         changes = []
         for reading in refined:
-            *_, coarse, fine = (reading.on(cells)[0] for cells in reading.grids)
+            *_, coarse, fine = (reading.on(cells) for cells in reading.grids)
             changes.append(abs(fine / coarse - 1.0))
         verdicts = Counter(reading.converged[2] for reading in refined)
         told = ", ".join(f"{count} {word}" for word, count in verdicts.most_common())

@@ -74,8 +74,8 @@ def _agreement(level: Level, cubes: Cubes) -> Iterator[Row]:
             on = cells if flat.is_refined else None
             yield relative(
                 f"axisymmetric against quarter, {cells:g} cells per diameter: {flat.label}",
-                expected=solid.on(on)[0],
-                got=flat.on(on)[0],
+                expected=solid.on(on),
+                got=flat.on(on),
                 within=AGREEMENT,
             )
 

@@ -16,6 +16,7 @@ NARROW_SPACE = "\u202f"
 # A balance is a sum of up to a billion terms, each exact to 1e-16: what is smaller is no error of a program.
 ROUND_OFF = 1e-9
 MINUS = "\u2212"
+MESH_UNKNOWN = "mesh error unknown"  # in place of the error bar of a value of a single grid
 MOST_PLACES = 6  # decimals of a value beside its error bar
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -192,6 +193,15 @@ def printed_beside(value: float | None, kind: str, bar: float | None) -> str:
         return printed(value, kind)
     number = round(value * factor, places)
     return f"{number:,.{max(0, places)}f}".replace(",", NARROW_SPACE).replace("-", MINUS)
+
+
+def with_bar(value: str, bar: str | None) -> str:
+    """A printed value with its error bar; of a single grid, which has none, with the words that say so.
+
+    >>> with_bar("23.43 mm", "0.22 mm"), with_bar("172.5 m/s", None)
+    ('23.43 mm ± 0.22 mm', '172.5 m/s (mesh error unknown)')
+    """
+    return f"{value} ± {bar}" if bar else f"{value} ({MESH_UNKNOWN})"
 
 
 def printed_in(value: float | bool | None, unit: str | None) -> str:

@@ -10,8 +10,15 @@ from typing import Any
 TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
 CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
 MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a value
-ENOUGH_GRIDS = 3  # of one point, that take this flag from its values: they show what the mesh does
+ENOUGH_GRIDS = (
+    3  # of one point, that take the flags of one grid from its values: they show the mesh
+)
 NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)
+# Nothing that is stated of a value says how far off it is. It doubts no value, and stands where there is no error bar.
+ERROR_UNKNOWN = "error_unknown"
+BY_ONE_GRID = (MESH_DETERMINED, ERROR_UNKNOWN)  # flags that enough grids take away
+# The body has lost the particles that a measurement reads, so that the run has no answer; a flag of the run, too.
+LOST_PARTICLES = "lost_particles"
 
 # Part of an uncertainty that no mesh makes: half of the difference between two definitions of a quantity, where it has
 # a second. It stands beside the numerical uncertainty, which is what converges and what tests of coverage are about.
@@ -27,7 +34,7 @@ class Measured:
     """A number read off the state of a run."""
 
     value: float | None  # None where the flags say why
-    # Numerical, standard: root of the sum of squares of the numerical parts; None: too coarse.
+    # Of the reading, standard: root of the sum of squares of the numerical parts; None: too coarse, or not known.
     uncertainty: float | None
     parts: Mapping[str, float]  # resolution, azimuth, growth; definition: same unit as the value
     flags: tuple[str, ...]
@@ -79,7 +86,7 @@ class RunResult:
 
     run_id: str
     state: str  # "succeeded" or "failed"
-    reason: str | None = None  # of a failure, in words
+    reason: str | None = None  # of a failure, or of an answer that was lost, in words
     failure: str | None = None  # of a failure, its kind
     measurements: Mapping[str, Measured] = field(default_factory=dict)
     flags: tuple[str, ...] = ()

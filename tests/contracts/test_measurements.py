@@ -8,6 +8,7 @@ import pytest
 
 from studies import measurements
 from studies.measurements import RESOLUTION_IN_CELLS, History
+from studies.values.results import ERROR_UNKNOWN
 from tests.studies.measurements.states import CELL, STATES, looks_at, read, reordered
 
 UNITS = {"m", "m3", "s", "1", "Pa", "m s-1", "kg m-3", "kg", "J", "N s", "kg m s-1"}
@@ -37,6 +38,18 @@ def test_measurement__has_a_value_with_its_uncertainty_or_a_flag(pair: tuple[str
         assert all(math.isfinite(part) and part >= 0.0 for part in reading.parts.values())
         if measurements.load(pair[0]).unit == "m":
             assert reading.parts["resolution"] == RESOLUTION_IN_CELLS * CELL
+
+
+@pytest.mark.claim("mend-again", "no-error-of-zero")
+def test_uncertainty__is_no_zero_and_where_unknown_says_so() -> None:
+    """No measurement states an uncertainty of 0: where nothing tells an error there is none, and a flag says so."""
+    for name, state in PAIRS:
+        measurement, reading = measurements.load(name), read(name, STATES[looks_at(name)][state]())
+        if math.isfinite(reading.value):
+            size, flags = measurement.uncertainty_by(reading.parts)
+            assert size is None or size > 0.0, name
+            is_told = measurement.is_outcome or measurement.mesh_determined
+            assert flags == ((ERROR_UNKNOWN,) if size is None and not is_told else ()), name
 
 
 def test_measurement__does_not_depend_on_the_order_of_particles(pair: tuple[str, Any]) -> None:

@@ -212,7 +212,6 @@ def compute(
 
     ``ready`` are processes that were started before.
     """
-    from service.cli.console import nonzero
     from service.cli.local import STORE_OF_FOLDER, run_sweep
     from service.client.progress import showing_progress
 
@@ -229,9 +228,7 @@ def compute(
             ready=ready,
         )
     seconds = time.perf_counter() - begin
-    print(
-        f"{name}: {nonzero(finished.counts)} in {seconds:.1f} s; report: {folder / 'report.html'}"
-    )
+    print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {folder / 'report.html'}")
     for line in _verdict(folder):
         print(f"  {line}")
     has_all = finished.counts["succeeded"] == finished.sweep.planned

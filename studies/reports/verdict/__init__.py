@@ -23,6 +23,7 @@ from studies.reports.verdict.evidence import (
     Reference,
     StatedWord,
     Subject,
+    beside,
 )
 from studies.reports.verdict.trends import Exponent, Trend, exponents_of, is_uneven, trend_of
 
@@ -35,7 +36,7 @@ class StatedBand:
 
     word: StatedWord
     where: str  # "from 6 km/s"
-    says: str  # "trusted to 6 %"
+    says: str  # "numerically to 6 %"
     abscissa: str
     values: tuple[Value, ...]  # of the abscissa, SI
     slices: tuple[Place, ...]  # values of the other axes; empty for all
@@ -58,7 +59,7 @@ class StatedPoint:
     reference: float | None
     difference: float | None  # over the reference
     word: StatedWord
-    says: str  # "trusted", "under-predicts"
+    says: str  # "numerically", "under-predicts"
 
 
 @dataclass(frozen=True)
@@ -228,7 +229,7 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         exponents=() if is_simulation else tuple(exponents_of(judged, axes)),
         tested=len(tested),
         inside=sum(abs(point.residual) <= point.bar for point in tested),
-        each=tuple(map(_stated_point, subject.points)),
+        each=tuple(_stated_point(point, subject.reference) for point in subject.points),
     )
     details = (
         texts.residual_text(law),
@@ -238,14 +239,15 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
     return replace(law, sentence=texts.sentence(law), details=tuple(filter(None, details)))
 
 
-def _stated_point(point: JudgedPoint) -> StatedPoint:
+def _stated_point(point: JudgedPoint, reference: Reference) -> StatedPoint:
+    word = beside(reference, point.stated)
     return StatedPoint(
         point.at,
         _finite(point.law),
         _finite(point.reference),
         _finite(point.residual) if point.reference else None,
-        point.stated,
-        texts.OF_POINTS[point.stated],
+        word,
+        texts.OF_POINTS[word],
     )
 
 
@@ -258,7 +260,7 @@ def _stated(
 ) -> StatedBand:
     residuals = band.residuals
     return StatedBand(
-        word=band.stated,
+        word=beside(reference, band.stated),
         where=texts.where(band, axes),
         says=texts.word_of(band, reference, is_simulation),
         abscissa=band.abscissa,

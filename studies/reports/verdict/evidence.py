@@ -34,7 +34,10 @@ Reference = Literal["simulation", "observation"]
 State = Literal["judged", "outside", "unjudged"]
 Word = Literal["close", "agrees", "under", "over", "outside", "unjudged"]  # for a point
 # For a band: "trusted" where all points are close and inside their joint uncertainty, which is a test; else "within".
-StatedWord = Literal["trusted", "within", "agrees", "under", "over", "outside", "unjudged"]
+# Beside a simulation, whose models are no nearer to nature for that, "numerically" stands in place of "trusted".
+StatedWord = Literal[
+    "trusted", "numerically", "within", "agrees", "under", "over", "outside", "unjudged"
+]
 
 # The largest difference and joint uncertainty of a point that is close: a tenth, by convention and whatever the
 # numbers are.
@@ -124,6 +127,11 @@ class JudgedPoint:
         return "unjudged" if self.word == "agrees" and not self.tests else self.word
 
 
+def beside(reference: Reference, word: StatedWord) -> StatedWord:
+    """The word that is stated beside a reference."""
+    return "numerically" if word == "trusted" and reference == "simulation" else word
+
+
 @dataclass(frozen=True)
 class Subject:
     """A law (or the simulation) against one reference."""
@@ -159,6 +167,9 @@ class Evidence:
     flagged: tuple[tuple[str, ...], ...]  # the flags of each point and of its run
     has_scatter: bool  # whether the published scatter of any law is known
     shots: Mapping[str, int]  # observed shots by how well their values are known
+    # Points outside of the speeds and t/d at which their model part was measured, and the largest factor of it.
+    distant: int = 0
+    distance: float = 1.0
 
     @property
     def flags(self) -> Mapping[str, int]:
@@ -171,8 +182,8 @@ class Evidence:
 
     @property
     def has_model(self) -> bool:
-        """Whether the model part is assessed at each point with a value."""
-        return 0 < self.points == self.parts.get(MODEL, 0)
+        """Whether the model part is assessed for each point with a value."""
+        return 0 < self.points == self.parts.get(MODEL, 0) and not self.distant
 
 
 def evidence_of(
@@ -192,6 +203,8 @@ def evidence_of(
             flagged=tuple(quantity.flags),
             has_scatter=any(map(math.isfinite, quantity.scatter().values())),
             shots=Counter(shot.confidence for shot in shots),
+            distant=int((quantity.distances() > 1.0).sum()),
+            distance=float(quantity.distances().max(initial=1.0)),
         )
 
 
@@ -210,7 +223,7 @@ class _Quantity:
         self.numerical = simulated(points, name, cubes.UNCERTAINTY).values.ravel()
         self.values = comparable(points, name).values.ravel()
         run_flags = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
-        own_flags = reading.flag_words(cubes.FLAGS.of(points, name))
+        own_flags = reading.flag_words(reading.doubts(cubes.FLAGS.of(points, name)))
         self.flags = [(*own, *run) for own, run in zip(own_flags, run_flags, strict=True)]
 
     # ---- error bars: standard uncertainties in the quantity's unit ----
@@ -242,6 +255,13 @@ class _Quantity:
             counts[part] = np.isfinite(joint[part])
         valued = np.isfinite(self.values)
         return {part: int((has & valued).sum()) for part, has in counts.items()}
+
+    def distances(self) -> np.ndarray:
+        """Factors (points,) by which points with a value are outside of where their model part was measured, or 1."""
+        if not cubes.MODEL_DISTANCE.is_in(self.points, self.name):
+            return np.ones(len(self.places))
+        factors = cubes.MODEL_DISTANCE.of(self.points, self.name).values.ravel()
+        return np.where(np.isfinite(self.values) & np.isfinite(factors), factors, 1.0)
 
     # ---- subjects ----
 
@@ -314,8 +334,10 @@ class _Quantity:
                     JudgedPoint(
                         shot.at,
                         float(law.answers[number]),
-                        shot.value,
-                        _over(math.hypot(shot.uncertainty or 0.0, law.spread(number)), shot.value),
+                        shot.observed,
+                        _over(
+                            math.hypot(shot.uncertainty or 0.0, law.spread(number)), shot.observed
+                        ),
                         shot.uncertainty is not None,
                         "" if law.outside[number] == FITTED else law.outside[number],
                         FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
@@ -340,8 +362,8 @@ class _Quantity:
         return JudgedPoint(
             shot.at,
             value,
-            shot.value,
-            _over(math.hypot(_zero(bar), shot.uncertainty or 0.0), shot.value),
+            shot.observed,
+            _over(math.hypot(_zero(bar), shot.uncertainty or 0.0), shot.observed),
             known and shot.uncertainty is not None,
             outside=away if away.startswith((ELSEWHERE, BEYOND_AXES)) else "",
             unjudged=away or ("" if shot.value else NO_SIZE),

@@ -14,6 +14,7 @@ from studies.reports.verdict.evidence import (
     Reference,
     StatedWord,
     Subject,
+    beside,
 )
 from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
 from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
@@ -31,6 +32,7 @@ OF = {"simulation": "the simulation", "observation": "the observed shots"}
 NONE_AT_ALL = "no difference"
 OF_POINTS: Mapping[StatedWord, str] = {
     "trusted": "trusted",
+    "numerically": "numerically",
     "within": f"within {100.0 * TRUST:.0f}{NARROW_SPACE}%",
     "agrees": "agrees within the joint uncertainty",
     "under": "under-predicts",
@@ -44,16 +46,16 @@ UNTESTED = {
     ("observation", False): "the shots state no uncertainty",
     ("observation", True): "an error of simulation or shot is unknown",
 }
-NUMERICS_ONLY = "rests on numerics only: the model part is not assessed"
+NUMERICS_ONLY = "rests on numerics only: the model part is not assessed at all of these points"
 
 
 # ---- bands ---------------------------------------------------------------------------------------
 
 
 def word_of(band: Band, reference: Reference, is_simulation: bool) -> str:
-    """How a law does in a band: "trusted to 6 %", "under-predicts by 16 to 25 %"."""
+    """How a law does in a band: "numerically to 6 %", "under-predicts by 16 to 25 %"."""
     if band.stated == "trusted":
-        return f"trusted to {at_most(band.limit)}"
+        return f"{beside(reference, band.stated)} to {at_most(band.limit)}"
     if band.stated == "within":
         reasons = [BEYOND + _at(band.beyond, len(band.judged))] if band.beyond else []
         if band.untested:
@@ -297,11 +299,13 @@ def terms() -> tuple[tuple[str, str], ...]:
     limit = at_most(TRUST)
     return (
         (
-            "trusted to x",
-            "at every judged point of the band the difference from the reference is inside the joint uncertainty, and "
-            f"both are at most x; x is at most {limit} and rounded up to whole per cent. The point is inside the range "
-            "that the law's source states, if it states one. It says that the law meets this reference, not why.",
+            "numerically to x",
+            "at every judged point of the band the law's difference from the simulation is inside the joint "
+            f"uncertainty, and both are at most x; x is at most {limit} and rounded up to whole per cent. The point is "
+            "inside the range that the law's source states, if it states one. It says that the law meets the numbers "
+            "of this simulation: how far its models are from nature is not part of it.",
         ),
+        ("trusted to x", "the same beside observed shots that state their error."),
         (
             "within x",
             "difference and joint uncertainty are at most x too, but at some points the difference is beyond the joint "
@@ -316,8 +320,8 @@ def terms() -> tuple[tuple[str, str], ...]:
         ),
         (
             "agrees within the joint uncertainty of x",
-            f"the difference is inside the joint uncertainty, which is wider than {limit}: the law is neither trusted "
-            "to that nor contradicted.",
+            f"the difference is inside the joint uncertainty, which is wider than {limit}: the law is neither "
+            "confirmed to that nor contradicted.",
         ),
         (
             "outside its range",

@@ -20,8 +20,10 @@ from tests.claims import Row, claim
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"
-MOST = 0.10  # the difference up to which the report calls a law trusted, or within so much
-CLOSE = ("trusted", "within")
+MOST = (
+    0.10  # the difference up to which the report calls a law numerically close, or within so much
+)
+CLOSE = ("numerically", "within")
 PERCENT = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))?\u202f%")
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?")
 BAR = 0.001  # relative uncertainty of the invented runs
@@ -206,7 +208,7 @@ def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
     """Residual, relative uncertainty, range and usability of each point and law, from the cube alone."""
     refined = f"{name}_converged" in dataset
     value = dataset[f"{name}_converged"] if refined else dataset[name].where(dataset.run_state == 0)
-    bar = dataset[f"{name}_converged_uncertainty" if refined else f"{name}_uncertainty"]
+    bar = dataset[f"{name}_converged_uncertainty" if refined else f"{name}_reading_uncertainty"]
     flags = (dataset[f"{name}_flags"] != 0) | (dataset.run_flags != 0)
     for dim in set(flags.dims) - set(value.dims):
         # The flags of a point are those of its finest runs, at any offset.
@@ -285,7 +287,7 @@ def _fits(says: str, frame: xr.Dataset, mask: xr.DataArray) -> bool:
     if says.startswith(("agrees within", "not judged: error bars")):
         return bool(((sizes <= bar) & (bar > MOST) | ~judged).all())
     percent = [float(each) for each in PERCENT.findall(says)[0] if each]
-    if says.startswith(("trusted", "within")):
+    if says.startswith(CLOSE):
         limit = max(float(sizes.max()), float(bar.fillna(0.0).max()))
         tests = frame.tests.broadcast_like(mask)
         beyond = judged & tests & (sizes > bar)
@@ -293,7 +295,7 @@ def _fits(says: str, frame: xr.Dataset, mask: xr.DataArray) -> bool:
         return (
             limit <= MOST
             and percent == [rounded]
-            and says.startswith("trusted") != bool((beyond | judged & ~tests).any())
+            and says.startswith("numerically") != bool((beyond | judged & ~tests).any())
             and _counted("beyond the joint uncertainty", says, int(beyond.sum()), int(judged.sum()))
         )
     sign = -1.0 if says.startswith("under") else 1.0
@@ -327,7 +329,7 @@ def _each_point(where: str, listed: list[dict[str, Any]], frame: xr.Dataset) -> 
 
 def _word(residual: float, size: float, bar: float, tests: bool) -> str:
     if max(size, bar) <= MOST:
-        return "trusted" if tests and size <= bar else "within"
+        return "numerically" if tests and size <= bar else "within"
     if size <= bar:
         return "agrees" if tests else "unjudged"
     return "under" if residual < 0 else "over"
@@ -478,20 +480,22 @@ def _fraction(text: str) -> float:
 def verdict_words() -> Iterator[Row]:
     exact, low = (lambda v: 1.0), (lambda v: 0.8 if v > 5e3 else 1.0)
     (band,), quantity, _ = _synthetic(exact)
-    yield _says("exact law", "from 2 to 7 km/s: trusted to 1\u202f%", band)
+    yield _says("exact law", "from 2 to 7 km/s: numerically to 1\u202f%", band)
     yield _has(
         "exact law",
-        "use the law from 2 to 7 km/s: trusted to 1\u202f% against the simulation.",
+        "use the law from 2 to 7 km/s: numerically to 1\u202f% against the simulation.",
         quantity["recommendation"],
     )
     bands, quantity, _ = _synthetic(low)
-    yield _says("law 20 % low above 5 km/s, below", "up to 5 km/s: trusted to 1\u202f%", bands[0])
+    yield _says(
+        "law 20 % low above 5 km/s, below", "up to 5 km/s: numerically to 1\u202f%", bands[0]
+    )
     yield _says(
         "law 20 % low above 5 km/s, above", "from 6 km/s: under-predicts by 20\u202f%", bands[-1]
     )
     yield _has(
         "law 20 % low above 5 km/s",
-        "use the law up to 5 km/s: trusted to 1\u202f% against the simulation; from 6 km/s it under-predicts by "
+        "use the law up to 5 km/s: numerically to 1\u202f% against the simulation; from 6 km/s it under-predicts by "
         "20\u202f%.",
         quantity["recommendation"],
     )
@@ -499,7 +503,7 @@ def verdict_words() -> Iterator[Row]:
     bands, _, _ = _synthetic(lambda v: 1.2 if v > 5e3 else 1.0)
     yield _says("law 20 % high above 5 km/s", "from 6 km/s: over-predicts by 20\u202f%", bands[-1])
     (band,), quantity, _ = _synthetic(exact, speeds=(5e3,))
-    yield _says("one point", "at 5 km/s: trusted to 1\u202f%", band)
+    yield _says("one point", "at 5 km/s: numerically to 1\u202f%", band)
     yield _has("one point", "(a single point)", quantity["recommendation"])
     yield _has(
         "one point",
@@ -552,12 +556,12 @@ def verdict_words() -> Iterator[Row]:
 
 
 def _words_of_one_kind() -> Iterator[Row]:
-    """A law off by more than its uncertainty is not trusted; beside a contradicted point bands are named apart."""
+    """A law off by more than its uncertainty is within so much at best; a contradicted point divides bands."""
     (band,), quantity, _ = _synthetic(lambda v: 1.05)
     text = "from 2 to 7 km/s: within 5\u202f% (beyond the joint uncertainty)"
     yield _says("law 5 % high, error bars of 0.1 %", text, band)
     yield _has("law 5 % high, error bars of 0.1 %", text, quantity["recommendation"])
-    words = [band["word"], "trusted" in json.dumps(quantity)]
+    words = [band["word"], "numerically" in json.dumps(quantity)]
     yield Row("law 5 % high: words of report.json", ["within", False], words, not words[1])
     bands, quantity, _ = _synthetic(lambda v: 1.05 if v < 2.5e3 else 1.0)
     text = "from 2 to 7 km/s: within 5\u202f% (beyond the joint uncertainty at 1 of 6 points)"
@@ -568,7 +572,7 @@ def _words_of_one_kind() -> Iterator[Row]:
     )
     yield _has(
         "contradicted at 4 km/s",
-        "use the law up to 3 km/s: trusted to 1\u202f%, from 5 km/s: trusted to 1\u202f%, each against the "
+        "use the law up to 3 km/s: numerically to 1\u202f%, from 5 km/s: numerically to 1\u202f%, each against the "
         "simulation; at 4 km/s it over-predicts by 30\u202f%.",
         quantity["recommendation"],
     )

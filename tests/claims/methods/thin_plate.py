@@ -94,7 +94,7 @@ def _holes(computed: Computed) -> Iterator[Row]:
         }
         for method, reading in readings.items():
             value, bar, verdict = reading.converged
-            grids = ", ".join(f"{reading.on(grid)[0]:.4g}" for grid in reading.grids)
+            grids = ", ".join(f"{reading.on(grid):.4g}" for grid in reading.grids)
             claimed = f"{method}: {says} (mm), {verdict}; grids {grids}"
             gated = math.isfinite(value) and math.isfinite(bar)
             yield Row(claimed, "a value with its bar", value, gated, bar=bar)

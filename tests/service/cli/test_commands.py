@@ -149,6 +149,7 @@ ROW = {
     "planned": 2,
     "reused": 0,
     "new": 2,
+    "lost_answers": 0,
     "progress": 1.0,
     "eta_seconds": None,
     "created": None,

@@ -78,6 +78,7 @@ def test_status__is_the_same_after_a_journey_as_json() -> None:
         state=SweepState.RUNNING,
         reason=None,
         counts={"queued": 3},
+        lost_answers=0,
         progress=0.5,
         eta_seconds=None,
         created=moment,

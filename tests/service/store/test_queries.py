@@ -1,6 +1,7 @@
 """Queries: pages of sweeps and points, tallies, events, the queue as a whole."""
 
 from contextlib import closing
+from dataclasses import replace
 
 import pytest
 
@@ -62,6 +63,16 @@ def counting(store: Store, id: str) -> int:
     with statements(store) as sent:
         store.sweep(id)
     return len([text for text in sent if "count(" in text.lower()])
+
+
+def test_tally__counts_runs_that_lost_an_answer(store: Store) -> None:
+    sweep = store.create_sweep(Submission(sweep_of(2))).id
+    first, second = lease_runs(store, 2)
+    store.finish(first, result())
+    store.finish(second, replace(result(), reason="lost_particles: no final_length"))
+    status = store.sweep(sweep)
+    assert (status.counts["succeeded"], status.lost_answers) == (2, 1)
+    assert status.tally == "2 succeeded (1 of them lost an answer)"
 
 
 def test_tally__of_an_ended_sweep_is_read_once(store: Store) -> None:

@@ -35,7 +35,7 @@ def _order(dataset: xr.Dataset) -> Iterator[Row]:
     shown = [str(name) for name in dataset.data_vars][:SHOWN]
     not_results = [name for name in shown if dataset[name].attrs["group"] != "result"]
     yield equal("variables printed first that are no results", expected=0, got=len(not_results))
-    expected = ["hole_diameter", "hole_diameter_uncertainty", "hole_diameter_converged"]
+    expected = ["hole_diameter", "hole_diameter_reading_uncertainty", "hole_diameter_converged"]
     yield equal(
         "the first three are the laws' quantity", expected=1, got=int(shown[:3] == expected)
     )

@@ -43,7 +43,7 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
         cell = dataset.sel(point.coordinates)
         measured = results[point.run.id].measurements["hole_diameter"]
         assert float(cell.hole_diameter) == measured.value
-        assert float(cell.hole_diameter_uncertainty) == measured.uncertainty
+        assert float(cell.hole_diameter_reading_uncertainty) == measured.uncertainty
         assert float(cell.hole_diameter_uncertainty_growth) == measured.parts["growth"]
         assert float(cell.hole_diameter_definition_part) == measured.parts["definition"]
         assert cell.run_id.item() == point.run.id

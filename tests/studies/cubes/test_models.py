@@ -113,3 +113,24 @@ def test_stored__of_a_class_that_nobody_computed_is_not_assessed() -> None:
     assert np.isnan(dataset.hole_diameter_model_part).all()
     reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
     assert reason == "not assessed: nothing is stored for hole_diameter of thin_plate in lead"
+
+
+@pytest.mark.claim("mend-again", "model-part-from-elsewhere")
+def test_stored__of_other_speeds_and_plates_says_how_far_away_it_was_measured() -> None:
+    """A stored model part that is applied at t/d 0.75 and 2 km/s says by what factor it was measured elsewhere."""
+    fixed: dict[str, Any] = {**DOCUMENT["fixed"]}  # type: ignore[dict-item]
+    del fixed["plate_thickness"]
+    axes = {"speed": ["2 km/s", "5 km/s"], "plate_thickness": ["2 mm", "6 mm"]}
+    dataset = built("stored", fixed=fixed, axes=axes)
+    assert "at t/d 0.25, 4 and 6 km/s" in str(
+        dataset.hole_diameter_model_part_reason.values.flat[0]
+    )
+    # 2 of 4 km/s, and 0.75 of 0.25.
+    factors = dataset.hole_diameter_model_part_distance.isel(cells_per_diameter=-1)
+    np.testing.assert_allclose(factors, [[2.0, 3.0], [1.0, 3.0]])
+    document = report.document(dataset, compare(dataset))
+    assert {row["distance"] for row in document["model_part"] if row["distance"]} == {3.0}
+    assert (
+        "the model part was measured at other speeds or t/d, up to a factor of 3 away, for 3 of 4 points"
+        in document["verdict"]["rests"]
+    )

@@ -147,7 +147,7 @@ def test_points__have_converged_values_and_error_bars() -> None:
     assert points.run_state.dims == ("speed",)
     np.testing.assert_array_equal(points.hole_diameter, dataset.hole_diameter_converged)
     np.testing.assert_array_equal(
-        points.hole_diameter_uncertainty, dataset.hole_diameter_converged_uncertainty
+        points.hole_diameter_reading_uncertainty, dataset.hole_diameter_converged_uncertainty
     )
 
 
@@ -170,7 +170,7 @@ def test_part_of_the_definition__is_that_of_the_finest_runs_with_a_value_and_in_
     outcomes[lost.id] = MissingResult("crashed", "lost")
     points = points_of(built(SWEEP, **outcomes)).sel(speed=2e3)
     assert float(points.hole_diameter_definition_part) == pytest.approx(1e-3 * np.mean(offsets[1:]))
-    assert float(points.hole_diameter_uncertainty) < 1.0
+    assert float(points.hole_diameter_reading_uncertainty) < 1.0
 
 
 def test_points__succeed_where_any_run_gave_a_value() -> None:

@@ -4,8 +4,8 @@ import pytest
 
 from studies import observations, scenarios
 from studies.materials.schema import CONFIDENCES
-from studies.observations import AllowedNames, Observation, read_observations
-from studies.observations.compared import stored
+from studies.observations import UNKNOWN_ALLOY, AllowedNames, Observation, read_observations
+from studies.observations.compared import FEWEST, bias_and_scatter, compared_shots, stored
 from studies.sweeps.sweep import Sweep, vocabulary
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, Value
@@ -146,14 +146,47 @@ def test_compared_shots__are_those_of_the_family_of_the_target() -> None:
         "axes": {"speed": ["5 km/s"]},
     }
     (holes,) = Sweep.parse(document).compared_shots()
-    (row,) = [
-        row
-        for row in stored()["shots"]
-        if row["quantity"] == "hole_diameter" and row["parameters"]["target"] == "copper-ofhc"
-    ]
     assert holes.materials == ("al-2024-t3", "copper-ofhc")
-    assert (holes.shots, holes.scatter, holes.stated) == (1, None, None)
-    assert holes.bias == row["simulated"] / row["observed"] - 1.0
+    assert (holes.shots, holes.bias, holes.scatter, holes.stated) == (1, None, None, None)
+
+
+@pytest.mark.claim("mend-again", "bias-from-five-shots")
+def test_bias__is_an_interval_from_five_shots_on() -> None:
+    """A bias of whipple is the 95 % interval of a mean over five shots or more of a metal, and fewer have none."""
+    rows = [{"simulated": 1.0 + share, "observed": 1.0} for share in (-0.2, -0.1, 0.0, 0.1, 0.2)]
+    # t(0.975, 4) = 2.776, and the standard deviation over the root of 5 is 0.0707.
+    count, bias, scatter = bias_and_scatter(rows)
+    assert count == 5
+    assert bias == pytest.approx((-0.1963, 0.1963), abs=1e-4)
+    assert scatter == pytest.approx(0.1581, abs=1e-4)
+    assert bias_and_scatter(rows[:4]) == (4, None, None)
+    groups = [group for group in compared_shots() if group.shots < FEWEST]
+    assert groups
+    assert all(group.bias is None and group.scatter is None for group in groups)
+
+
+def test_range__of_an_unknown_alloy_is_read_and_written_as_one() -> None:
+    """The hole in aluminium that is quoted as 27.5 to 34.5 mm, and judges nothing."""
+    sweep = Sweep.parse(
+        {
+            "name": "range",
+            "scenario": "thin_plate",
+            "fixed": {
+                "projectile": "al-2024-t3",
+                "target": "al-2024-t3",
+                "projectile_diameter": "10 mm",
+                "plate_thickness": "4 mm",
+            },
+            "axes": {"speed": ["5 km/s", "7 km/s"]},
+            "observations": "holes",
+        }
+    )
+    hole = sweep.observations[0]
+    assert (hole.value, hole.uncertainty, hole.bounds) == (None, None, (0.0275, 0.0345))
+    assert hole.parameters["target"] == f"aluminium{UNKNOWN_ALLOY}"
+    assert Sweep.parse(sweep.document()).observations == sweep.observations
+    (row,) = [row for row in stored()["shots"] if row.get("bounds")]
+    assert (row["observed"], row["simulated"]) == (None, None)
 
 
 def test_column__that_is_close_to_a_measured_quantity_is_the_only_finding() -> None:

@@ -111,8 +111,8 @@ def test_mark__is_open_where_resolutions_tell_no_mesh_error(sweep: Sweep) -> Non
             TWO_GRIDS,
             "uncertainty: mesh error, position on the grid (as single runs state it)",
         ),
-        (OFFSETS_ALONE, "uncertainty: scatter over offsets, measurement, without the mesh error."),
-        (PLAIN, "that one run states, without the mesh error; open points carry a flag."),
+        (OFFSETS_ALONE, "the mean over offsets, without bars: mesh error unknown."),
+        (PLAIN, "Points are runs, without bars: mesh error unknown."),
     ],
     ids=["refined", "two grids", "offsets", "plain"],
 )
@@ -124,7 +124,10 @@ def test_caption__names_the_parts_that_error_bars_have(sweep: Sweep, words: str)
 
 def test_caption__counts_points_without_a_mesh_error() -> None:
     dataset = without_coarse_runs()
-    assert "mesh error (unknown at 1 of 6 points), scatter" in drawn(dataset, "laws").caption
+    assert (
+        "mesh error (unknown at 1 of 6 points, without bars), scatter"
+        in drawn(dataset, "laws").caption
+    )
     assert "missing at 1 of 6 points, whose mesh error" in drawn(dataset, "residuals").caption
 
 
@@ -330,7 +333,7 @@ def test_convergence__has_no_band_where_no_error_bar_is_known() -> None:
     dataset = built(TWO_GRIDS, outcomes)
     for panel in drawn(dataset, "convergence").panels:
         assert {series.kind for series in panel.series} == {"level"}
-    assert "their uncertainty is unknown" in drawn(dataset, "laws").caption
+    assert "there are no bars: mesh error unknown" in drawn(dataset, "laws").caption
     assert "no point has resolutions that show" in drawn(dataset, "residuals").caption
 
 

@@ -8,7 +8,7 @@ from studies.reports.joint import joint_uncertainty
 CUBE = xr.Dataset(
     {
         "hole": ("speed", [10.0, 10.0, 10.0, 10.0], {"units": "m"}),
-        "hole_uncertainty": ("speed", [3.0, 3.0, 3.0, 3.0]),
+        "hole_reading_uncertainty": ("speed", [3.0, 3.0, 3.0, 3.0]),
         "hole_converged_uncertainty_mesh": ("speed", [3.0, np.nan, 3.0, 3.0]),
         "hole_definition_part": ("speed", [84.0, np.nan, np.nan, 84.0]),
         "hole_model_part": ("speed", [4.0, 4.0, np.nan, 4.0]),

@@ -24,7 +24,8 @@ def grid(
     return xr.Dataset(
         {
             "depth": (dims, value),
-            "depth_uncertainty": (dims, np.full(value.shape, bar)),
+            "depth_reading_uncertainty": (dims, np.full(value.shape, bar)),
+            "depth_converged_uncertainty_mesh": (dims, np.full(value.shape, bar)),
             "depth_flags": (dims, np.zeros(value.shape, np.int32), FLAGS),
             "run_state": (dims, np.full(value.shape, SUCCEEDED)),
         },
@@ -148,7 +149,7 @@ def test_shot_in_a_zip__is_matched_by_the_run_with_its_parameters_alone() -> Non
     dataset = xr.Dataset(
         {
             "depth": ("run", [1.0, 4.0, 9.0]),
-            "depth_uncertainty": ("run", [0.1, 0.2, 0.3]),
+            "depth_reading_uncertainty": ("run", [0.1, 0.2, 0.3]),
             "depth_flags": ("run", [0] * 3, FLAGS),
             "run_state": ("run", [SUCCEEDED] * 3),
         },

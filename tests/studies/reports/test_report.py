@@ -9,10 +9,12 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
+from studies.cubes.runs_table import runs_csv
 from studies.reports import page, report
 from studies.reports.compare import compare
 from studies.values.formats import (
     KINDS,
+    MESH_UNKNOWN,
     display_of,
     kind_of,
     printed,
@@ -219,6 +221,32 @@ def test_page__is_made_of_a_sweep_that_fixes_nothing() -> None:
     assert "<dt>Fixed</dt>" in page.page(document)
 
 
+@pytest.mark.claim("mend-again", "no-bar-of-a-single-grid")
+@pytest.mark.parametrize("case", ["one run", "offsets"])
+def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str) -> None:
+    """No number of a single grid is printed with an error bar: page, report.json, figures and runs.csv have none."""
+    dataset = cube_of(case)
+    document = document_of(dataset)
+    for extreme in document["extremes"]:
+        assert extreme["smallest_uncertainty"] is extreme["largest_uncertainty"] is None
+    for shot in document["observations"]:
+        assert shot["simulation_uncertainty"] is None
+    for figure in document["figures"]:
+        for series in (each for panel in figure["panels"] for each in panel["series"]):
+            if series["kind"] in ("simulation", "quantity"):
+                assert {*series["uncertainty"]} == {None}, figure["name"]
+    for quantity in (document["convergence"] or {"quantities": []})["quantities"]:
+        assert {point["uncertainty"] for point in quantity["points"]} == {None}
+    verdict, _, rest = page.page(document).partition('<section id="figures">')
+    values = re.findall("<dl>.*?</dl>", verdict, re.DOTALL)[0]
+    assert f"({MESH_UNKNOWN})" in values
+    assert "±" not in values
+    assert f"each on one grid: {MESH_UNKNOWN}" in rest
+    stated = [name for name in runs_csv(dataset).partition("\n")[0].split(",") if "uncert" in name]
+    assert stated
+    assert all("_reading_uncertainty" in name or "_uncertainty_" in name for name in stated)
+
+
 def test_template__refuses_a_number_without_a_format() -> None:
     template = page.environment().from_string("{{ report.n }}")
     with pytest.raises(TypeError, match="without a format"):
@@ -230,16 +258,17 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
         "table": "holes",
         "quantity": "hole_diameter",
         "materials": ["tin", "lead"],
-        "shots": 3,
-        "bias": -0.053,
+        "shots": 6,
+        "bias": [-0.075, -0.031],
         "scatter": 0.021,
         "stated": 0.1,
     }
-    dataset = cube_of("one run").assign_attrs(compared_shots=json.dumps([group]))
+    few = {**group, "quantity": "crater_depth", "shots": 4, "bias": None, "scatter": None}
+    dataset = cube_of("one run").assign_attrs(compared_shots=json.dumps([group, few]))
     document = document_of(dataset)
     assert document["verdict"]["shots"] == (
-        "Bias of whipple itself beside published shots: hole diameter \u22125.3\u202f%, scatter 2.1\u202f% (3 shots, "
-        "tin on lead, stated to ±10.0\u202f%)."
+        "Bias of whipple itself beside published shots: hole diameter −7.5 to −3.1\u202f%, scatter 2.1\u202f% "
+        "(6 shots, tin on lead, stated to ±10.0\u202f%); crater depth unknown (4 shots, fewer than 5, tin on lead)."
     )
     html = page.page(document)
     assert '<a href="#published">' in html

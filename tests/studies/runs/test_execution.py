@@ -127,6 +127,8 @@ def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: P
     observed = [line for line in lines if line.startswith("t = ")]
     assert len(observed) == len(next(iter(result.measurements.values())).history["time"])
     assert f"succeeded: {result.stop}" in lines
+    (contact,) = [line for line in lines if line.startswith("  contact_time = ")]
+    assert contact.endswith("(mesh error unknown)")
     assert {f"  {name} = {number:.6g}" for name, number in result.numbers.items()} <= set(lines)
 
 
@@ -277,6 +279,16 @@ def test_result__has_all_that_its_scenario_measures(
     for measured in result.measurements.values():
         assert len(measured.history["time"]) == len(measured.history["value"])
         assert (measured.value is None) <= bool(measured.flags)
+        assert measured.uncertainty != 0.0
+
+
+def test_result__of_a_bar_that_lost_its_answer_says_so(tmp_path: Path) -> None:
+    run = asked("taylor_bar", speed=1000.0)
+    result = execute(run, tmp_path, threads=1)
+    assert (result.state, result.measurements["final_length"].value) == ("succeeded", None)
+    assert "lost_particles" in result.flags
+    assert result.reason is not None
+    assert result.reason.startswith("lost_particles: no final_length")
 
 
 def test_result__counts_what_is_loose_in_impacts_only(

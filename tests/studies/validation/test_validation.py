@@ -106,7 +106,7 @@ def test_readings__of_zipped_axes_are_those_of_their_point() -> None:
     shapes = {"steel-4340": 0.9, "copper-ofhc": 0.6, "al-6061-t6": 0.3}
     cube = cube_of(document, {"crater_depth_over_diameter": lambda at: shapes[at["projectile"]]})
     name, pair = "crater_depth_over_diameter", {"projectile": "al-6061-t6", "target": "steel-4340"}
-    assert ComparedReading(cube, name, {**pair, "speed": 6e3}).on()[0] == 0.3
+    assert ComparedReading(cube, name, {**pair, "speed": 6e3}).on() == 0.3
     with pytest.raises(KeyError, match="no point"):
         ComparedReading(cube, name, {**pair, "target": "copper-ofhc", "speed": 6e3}).on()
     said = [row.got[-9:] for row in shape_coefficient.CASE.rows("quick", {"craters": cube})]
