@@ -14,7 +14,6 @@ from service.store import leadership
 from service.store.connection import Database, Part
 from service.store.tables import CAUSES, CONTROL, EVENTS, JOBS, TERMS
 
-
 # Counts of jobs are reused for so many seconds, while no event is logged: any client may ask for them, and with 11 000
 # jobs they take 35 ms (2026-11).
 REUSE_SECONDS = 0.5
@@ -67,7 +66,7 @@ class QueueQueries(Part):
                 oldest = sa.select(sa.func.min(JOBS.c.queued)).where(
                     JOBS.c.state == State.QUEUED, JOBS.c.kind == Kind.RUN
                 )
-                by_state = {state: jobs for state, jobs in connection.execute(states)}
+                by_state = dict(iter(connection.execute(states)))
                 since = connection.execute(oldest).scalar()
                 known = self._counts = _Counts(event, now, by_state, since)
             return known

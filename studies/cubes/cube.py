@@ -104,7 +104,9 @@ def with_computation(dataset: xr.Dataset, results: Mapping[str, Any]) -> xr.Data
     """The cube with the date, and the wall time and threads of each run: they are in no file, which has the same bytes
     whoever computes the sweep."""
     ids = dataset[declared.RUN_ID.name].variable
-    made_by = _each(ids.values.astype(object), lambda id: getattr(results.get(id), "provenance", {}))
+    made_by = _each(
+        ids.values.astype(object), lambda id: getattr(results.get(id), "provenance", {})
+    )
     times = {
         variable.name: xr.Variable(ids.dims, variable.values(made_by), _attributes(variable))
         for variable in (declared.SOLVER_SECONDS, declared.SOLVER_THREADS)

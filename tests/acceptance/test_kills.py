@@ -51,7 +51,11 @@ def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(
         has_runs = list(stopped.values()).count(Kind.RUN) == 8
         for attempt in here.attempts.at(KillMoment.ANY):
             lease = attempt.claim
-            if attempt.pid and lease.id not in stopped and not (has_runs and lease.kind is Kind.RUN):
+            if (
+                attempt.pid
+                and lease.id not in stopped
+                and not (has_runs and lease.kind is Kind.RUN)
+            ):
                 os.kill(attempt.pid, signal.SIGSTOP)
                 stopped[lease.id] = lease.kind
                 return True
@@ -64,7 +68,7 @@ def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(
         here.wait_for_the_end(ids)
         bodies = [event.body for event in inspection.events(here.store)]
         stalls = sum(body.get("cause") == "stalled" for body in bodies)
-        compared(at_least("attempts that were ended as stalled", 10, stalls))
+        compared(at_least("attempts that were ended as stalled", limit=10, got=stalls))
         for row in rows_of_store(here, ids):
             compared(row)
         compared(row_of_checkpoints(here, ids))
