@@ -24,7 +24,7 @@ class _Counts:
     """Jobs by state, and since when the oldest queued run waits, after an event."""
 
     event: int
-    time: float  # monotonic
+    time: float  # monotonic, of the end of counting
     states: Mapping[State, int]
     oldest: datetime | None
 
@@ -60,15 +60,15 @@ class QueueQueries(Part):
     def _counted(self, connection: sa.Connection, event: int) -> _Counts:
         """The counts after an event; one thread counts at a time."""
         with self._counting:
-            known, now = self._counts, time.monotonic()
-            if known.event < event or now - known.time > REUSE_SECONDS:
+            known = self._counts
+            if known.event < event or time.monotonic() - known.time > REUSE_SECONDS:
                 states = sa.select(JOBS.c.state, sa.func.count()).group_by(JOBS.c.state)
                 oldest = sa.select(sa.func.min(JOBS.c.queued)).where(
                     JOBS.c.state == State.QUEUED, JOBS.c.kind == Kind.RUN
                 )
                 by_state = dict(iter(connection.execute(states)))
                 since = connection.execute(oldest).scalar()
-                known = self._counts = _Counts(event, now, by_state, since)
+                known = self._counts = _Counts(event, time.monotonic(), by_state, since)
             return known
 
     def tally(self, edges: Sequence[float]) -> tuple[JobTally, ...]:
