@@ -81,6 +81,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     metrics = Metrics(store, engine, streams)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.event_streams, app.state.metrics = streams, metrics
+    app.state.problem_page = pages.problem_page
     app.state.readiness = health.ReadinessCheck()
     app.state.partial_cubes = PartialCubes(settings.data / CACHE)
     for router in OPEN:

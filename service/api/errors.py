@@ -18,6 +18,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
+from starlette.routing import Match
 
 from service.records.jobs import Conflict, KeyReused, NotFound, StoreUnavailable
 from solver.errors import WhippleError
@@ -27,6 +28,7 @@ from studies.values.nearest import shown
 log = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
+METHODS = ("DELETE", "GET", "HEAD", "PATCH", "POST", "PUT")
 MOST_ERRORS_SENT = 50
 MOST_FINDING_BYTES = (
     48_000  # the summary repeats the first finding; the whole response is below 64 kB
@@ -52,6 +54,10 @@ class ServiceNotReady(WhippleError):
 
 class PreconditionFailed(WhippleError):
     """A file differs from the one that If-Match names."""
+
+
+class FileDamaged(WhippleError):
+    """A file no longer has its digest."""
 
 
 class Busy(WhippleError):
@@ -143,6 +149,9 @@ PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
     PartialCubeFailed: ProblemDetails(
         500, "Partial cube failed", "The cube of the unfinished sweep could not be made."
     ),
+    FileDamaged: ProblemDetails(
+        500, "File damaged", "The file on the disk is not the one that was registered."
+    ),
     Busy: ProblemDetails(
         503,
         "Service busy",
@@ -224,9 +233,23 @@ async def _respond_validation(request: Request, error: Exception) -> Response:
 async def _respond_http(request: Request, error: Exception) -> Response:
     """Report an error of the framework itself: unknown route, wrong method."""
     assert isinstance(error, HTTPException)
-    status = HTTPStatus(error.status_code)
+    status, headers = HTTPStatus(error.status_code), dict(error.headers or {})
+    if status is HTTPStatus.METHOD_NOT_ALLOWED:  # the framework lists the methods of one route only
+        headers["Allow"] = ", ".join(_methods(request))
     body = {"type": "about:blank", "title": status.phrase, "status": status, "detail": error.detail}
-    return _response(request, body, dict(error.headers or {}))
+    return _response(request, body, headers)
+
+
+def _methods(request: Request) -> list[str]:
+    """The methods of a path, over all of its routes."""
+    return [
+        method
+        for method in METHODS
+        if any(
+            route.matches({**request.scope, "method": method})[0] is Match.FULL
+            for route in request.app.routes
+        )
+    ]
 
 
 async def _respond_unexpected(request: Request, error: Exception) -> Response:
@@ -255,6 +278,10 @@ def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -
     request_id = request.state.request_id
     body |= {"instance": request.url.path, "request_id": request_id}
     headers |= {"X-Request-ID": request_id, "X-Content-Type-Options": "nosniff"}
+    headers |= {"Vary": "Accept"}
+    if "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
+        page = request.app.state.problem_page(body)
+        return Response(page, body["status"], headers, "text/html; charset=utf-8")
     # ASCII escapes can carry the lone surrogates that an input may contain.
     return Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
 

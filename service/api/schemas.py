@@ -312,13 +312,13 @@ class QueueModel(Answer):
     links: dict[str, str]
 
     @classmethod
-    def of(cls, row: QueueRow) -> "QueueModel":
-        """The queue with its links."""
+    def of(cls, row: QueueRow, blocked_reason: str | None = None) -> "QueueModel":
+        """The queue with its links, and the reason of this service why nothing begins."""
         here = "/v1/queue"
         action = "pause" if row.paused is None else "resume"
         return cls(
             paused=row.paused,
-            blocked_reason=row.blocked_reason,
+            blocked_reason=blocked_reason or row.blocked_reason,
             counts={state.value: row.states.get(state, 0) for state in State},
             oldest_queued=row.oldest_queued,
             leader=row.leader,

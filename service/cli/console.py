@@ -7,7 +7,7 @@ from functools import cache
 from typing import IO, TYPE_CHECKING, Any
 
 from studies.values.errors import InvalidInput
-from studies.values.formats import display_of, duration, with_unit
+from studies.values.formats import display_of, duration, escaped, with_unit
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -25,15 +25,20 @@ LONGEST_LINE = 10_000  # characters, where the output is no terminal
 MOST_LINES = 20  # printed lines of a list of runs
 
 
+def say(text: str, *, file: IO[str] | None = None, flush: bool = False) -> None:
+    """Print a text that may hold what a user or a service wrote."""
+    print(escaped(text), file=file, flush=flush)
+
+
 def print_findings(error: InvalidInput) -> None:
     """Print every error with its value, limit and cure."""
-    print("whipple: invalid input", file=sys.stderr)
+    say("whipple: invalid input", file=sys.stderr)
     for finding in error.findings:
-        print(f"  {finding.field}", file=sys.stderr)
+        say(f"  {finding.field}", file=sys.stderr)
         for name in ("value", "limit", "cure"):
-            print(f"    {name:<6} {getattr(finding, name)}", file=sys.stderr)
+            say(f"    {name:<6} {getattr(finding, name)}", file=sys.stderr)
     if error.more:
-        print(f"  and {error.more} more", file=sys.stderr)
+        say(f"  and {error.more} more", file=sys.stderr)
 
 
 def print_warnings(sweep: "Sweep") -> None:
@@ -41,7 +46,7 @@ def print_warnings(sweep: "Sweep") -> None:
     from studies.sweeps.warnings import warnings_of
 
     for warning in warnings_of(sweep):
-        print(f"whipple: warning: {warning}", file=sys.stderr)
+        say(f"whipple: warning: {warning}", file=sys.stderr)
 
 
 # --- tables and JSON ------------------------------------------------------------------------------
@@ -49,7 +54,7 @@ def print_warnings(sweep: "Sweep") -> None:
 
 def print_json(value: object) -> None:
     """Print a value as JSON; times in ISO 8601, sets as sorted lists."""
-    print(json.dumps(value, indent=2, default=_plain, ensure_ascii=False))
+    say(json.dumps(value, indent=2, default=_plain, ensure_ascii=False))
 
 
 def _plain(value: Any) -> Any:
@@ -68,7 +73,7 @@ def print_table(
     typed = Column(first, no_wrap=True, overflow="ignore")
     table = Table(typed, *others, box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escaped, row))
     stream = file or sys.stdout
     width = None if stream.isatty() else LONGEST_LINE
     Console(file=stream, width=width, markup=False, highlight=False, emoji=False).print(table)
@@ -79,11 +84,11 @@ def print_table(
 
 def print_sweep(sweep: "SweepStatus") -> None:
     """One sweep on a few lines."""
-    print(f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({sweep.tally})")
+    say(f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({sweep.tally})")
     if sweep.reason:
-        print(f"  {sweep.reason}")
+        say(f"  {sweep.reason}")
     if sweep.eta_seconds:
-        print(f"  {duration(sweep.eta_seconds)} left")
+        say(f"  {duration(sweep.eta_seconds)} left")
 
 
 def print_sweeps(sweeps: "Iterable[SweepStatus]") -> None:
@@ -137,7 +142,7 @@ def print_event(event: "SweepEvent") -> None:
             if value is not None
         }
         measured = _quantities(rounded, _measurement_units())
-        print(f"{'':8}  {content['run_id']}  {fraction}{left}  {measured}".rstrip(), flush=True)
+        say(f"{'':8}  {content['run_id']}  {fraction}{left}  {measured}".rstrip(), flush=True)
     elif event.name == "message":
         subject = content["sweep_id"] or content["run_id"] or ""
         details = " ".join(
@@ -146,7 +151,7 @@ def print_event(event: "SweepEvent") -> None:
             if value is not None
         )
         line = f"{content['time'][11:19]}  {subject}  {content['kind']}  {details}"
-        print(line.rstrip(), flush=True)
+        say(line.rstrip(), flush=True)
 
 
 def _quantities(values: Mapping[str, Any], units: Mapping[str, str | None]) -> str:
@@ -166,20 +171,20 @@ def _measurement_units() -> Mapping[str, str]:
 def print_queue(queue: Mapping[str, Any]) -> None:
     """The queue as a whole."""
     paused = f"paused since {queue['paused']}" if queue["paused"] else "open"
-    print(f"{paused}: {nonzero(queue['counts']) or 'empty'}")
+    say(f"{paused}: {nonzero(queue['counts']) or 'empty'}")
     if queue["oldest_queued"]:
-        print(f"  oldest run queued since {queue['oldest_queued']}")
+        say(f"  oldest run queued since {queue['oldest_queued']}")
     if queue["blocked_reason"]:
-        print(f"  no run starts: {queue['blocked_reason']}")
-    print(f"  leader: {queue['leader'] or 'none'}")
+        say(f"  no run starts: {queue['blocked_reason']}")
+    say(f"  leader: {queue['leader'] or 'none'}")
 
 
 def print_cost(name: str, cost: "Cost", presets: "Iterable[PresetCost]") -> None:
     """The cost of a sweep, as it is and at each accuracy."""
-    print(f"{name}: {_cost(cost)}")
+    say(f"{name}: {_cost(cost)}")
     for preset in presets:
         text = _cost(preset.cost) if preset.cost else f"not available: {preset.reason}"
-        print(f"  accuracy: {preset.name:<9} {text}\n{'':22}{preset.meaning}")
+        say(f"  accuracy: {preset.name:<9} {text}\n{'':22}{preset.meaning}")
 
 
 def _cost(cost: "Cost") -> str:
@@ -220,15 +225,15 @@ def _moment(time: "datetime | None") -> str:
 
 def print_check(check: "Check") -> None:
     """The outcome of a check, and its cure if it needs one."""
-    print(f"{check.status.upper():<8} {check.name}: {check.detail}", flush=True)
+    say(f"{check.status.upper():<8} {check.name}: {check.detail}", flush=True)
     if check.cure:
-        print(f"{'':8} -> {check.cure}")
+        say(f"{'':8} -> {check.cure}")
 
 
 def print_plan(plan: "RemeasurePlan") -> None:
     """Print the number of outdated results and the results that cannot be measured again."""
     count, lost = len(plan.measurable), len(plan.without_state)
-    print(
+    say(
         f"to measure again: {count} results of {len(plan.sweeps)} sweeps; without a stored final state: {lost}"
     )
     _print_first(f"{id} is unchanged: its final state was not kept" for id in plan.without_state)
@@ -237,21 +242,21 @@ def print_plan(plan: "RemeasurePlan") -> None:
 def print_remeasured(done: "Sequence[Remeasured]", names: Mapping[str, str]) -> None:
     """The outcome for outdated results, and the sweeps to publish again; ``names`` of sweeps by id."""
     failed = [result for result in done if result.reason]
-    print(f"changed: {len(done) - len(failed)} results; unreadable: {len(failed)}")
+    say(f"changed: {len(done) - len(failed)} results; unreadable: {len(failed)}")
     _print_first(f"{result.run_id} is unchanged: {result.reason}" for result in failed)
     marked = {id: None for result in done for id in result.marked}
-    print(f"published again at the next start of the service: {len(marked)} sweeps")
+    say(f"published again at the next start of the service: {len(marked)} sweeps")
     for id in marked:
-        print(f"  {id}  {names[id]}")
+        say(f"  {id}  {names[id]}")
 
 
 def _print_first(lines: Iterable[str]) -> None:
     """The first lines, and the number of the others."""
     every = list(lines)
     for line in every[:MOST_LINES]:
-        print(f"  {line}")
+        say(f"  {line}")
     if len(every) > MOST_LINES:
-        print(f"  ... and {len(every) - MOST_LINES} more")
+        say(f"  ... and {len(every) - MOST_LINES} more")
 
 
 def tracking(done: "Iterable[Remeasured]", count: int) -> "Iterable[Remeasured]":
@@ -265,12 +270,12 @@ def tracking(done: "Iterable[Remeasured]", count: int) -> "Iterable[Remeasured]"
 
 def print_backup(done: "Backup") -> None:
     """Print the number of copied files, and the missing files."""
-    print(
+    say(
         f"{done.folder}: {done.copied} files copied ({done.size / 1e6:.1f} MB), {done.present} present"
     )
     if done.removed:
-        print(f"  {done.removed} files were deleted by the service meanwhile and are left out")
+        say(f"  {done.removed} files were deleted by the service meanwhile and are left out")
     for path in done.lost[:MOST_LINES]:
-        print(f"  lost or damaged: {path}", file=sys.stderr)
+        say(f"  lost or damaged: {path}", file=sys.stderr)
     if done.lost:
-        print(f"  {len(done.lost)} files are missing; see `whipple doctor`", file=sys.stderr)
+        say(f"  {len(done.lost)} files are missing; see `whipple doctor`", file=sys.stderr)

@@ -75,5 +75,7 @@ def main() -> NoReturn:
         print_findings(error)
         sys.exit(INVALID)
     except WhippleError as error:
-        print(f"whipple: {error}", file=sys.stderr)
+        from service.cli.console import say
+
+        say(f"whipple: {error}", file=sys.stderr)
     sys.exit(FAILURE)

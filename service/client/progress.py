@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 
 from service.records.jobs import SweepStatus
-from studies.values.formats import duration
+from studies.values.formats import duration, escaped
 
 COMPUTED = ("succeeded", "failed")  # states of a computed point
 
@@ -22,6 +22,7 @@ def is_watched() -> bool:
 @contextmanager
 def showing_progress(name: str) -> Iterator[Show]:
     """A function that shows the status of a sweep: as a bar on a terminal or in a notebook, else as lines."""
+    name = escaped(name)
     # A bar in a notebook moves with ipywidgets alone.
     if not (sys.stderr.isatty() or (_in_notebook() and find_spec("ipywidgets"))):
         yield _ProgressLines(name)

@@ -2,8 +2,9 @@
 
 import fcntl
 import os
+import stat
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from service.records.settings import Settings
@@ -27,7 +28,16 @@ def holding(settings: Settings) -> Iterator[Path]:
     with ExitStack() as held:
         for lock in [] if settings.has_replicas else _locks(settings):
             held.enter_context(_locked(lock))
+        _make_private(settings)
         yield settings.data
+
+
+def _make_private(settings: Settings) -> None:
+    """Take the data directory from other users; from its group too, unless workers or replicas may share it by that."""
+    is_shared = settings.has_replicas or settings.engine is not None
+    with suppress(OSError):  # not there yet, or another user's
+        mode = stat.S_IMODE(settings.data.stat().st_mode)
+        settings.data.chmod(mode & (0o770 if is_shared else 0o700))
 
 
 def _locks(settings: Settings) -> list[Path]:

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 
 from service.records.attempt import Ending
-from service.records.jobs import Cause
+from service.records.jobs import COUNTED, Cause
 
 # After a run met a full disk: its own files are gone, so that there seems to be space.
 PAUSE_SECONDS = 60.0
@@ -53,7 +53,7 @@ def is_full_disk(ending: Ending, space: Space) -> bool:
     Libraries report it in many ways (a short write, a signal from a mapped file), so no attempt that
     fails while the reserve is used up is charged to its run.
     """
-    if ending.cause not in (Cause.ERROR, Cause.CRASH):
+    if ending.cause not in (Cause.ERROR, *COUNTED):
         return False
     return any(message in ending.reason for message in MESSAGES) or space.is_used_up(ending.free)
 

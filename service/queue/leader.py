@@ -315,6 +315,7 @@ class Leader:
             checkpoint=str(self._artifacts.checkpoint(lease.id)) if is_run else None,
             memory_limit=self._settings.memory_of_a_run,
             threads=threads,
+            stall_seconds=self._settings.stall_seconds,
         )
 
     def _publication(self, lease: Lease) -> Mapping[str, Any]:

@@ -38,6 +38,7 @@ class Attempt:
     checkpoint: str | None = None  # file that a run goes on from, and writes as it goes
     memory_limit: int | None = None  # bytes of data that its process may hold
     threads: int = 1  # that a run may use: they change no number
+    stall_seconds: float = 60.0  # least time without progress, until it has stalled
 
 
 @dataclass(frozen=True)

@@ -75,6 +75,7 @@ class Cause(StrEnum):
     CRASH = "crash"  # the process died, and the service had not killed it
     MEMORY_LIMIT = "memory_limit"  # it asked for more than the service allows
     TIME_LIMIT = "time_limit"  # the wall clock limit of the service
+    STALLED = "stalled"  # its process was frozen, or went on without a step
     ERROR = "error"  # an unexpected exception
     LOST = "lost"  # service, scheduler or worker went away; the run is not charged
 
@@ -118,17 +119,19 @@ MOVES: Mapping[State, frozenset[State]] = {
     State.CANCELLED: frozenset({State.QUEUED, State.WAITING}),
 }
 
-# Failed attempts of each cause that end a job; None: attempts of this cause are repeated without limit. Only crashes
-# are counted (``store.leases``), at one checkpoint: progress beyond it starts the count anew. Another cause with a
-# limit above 1 needs a count there.
+# Failed attempts of each cause that end a job; None: attempts of this cause are repeated without limit. Crashes and
+# stalls are counted together (``store.leases``), at one checkpoint: progress beyond it starts the count anew.
 BUDGET: Mapping[Cause, int | None] = {
     Cause.VERDICT: 1,
     Cause.CRASH: 3,
     Cause.MEMORY_LIMIT: 1,
     Cause.TIME_LIMIT: 1,
+    Cause.STALLED: 3,
     Cause.ERROR: 1,
     Cause.LOST: None,
 }
+
+COUNTED = frozenset({Cause.CRASH, Cause.STALLED})  # as crashes, in one count
 
 
 def before(state: State) -> frozenset[State]:

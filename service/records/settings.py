@@ -89,6 +89,11 @@ class Settings(BaseSettings):
         default=7 * 24 * 3600.0,
         description="largest wall time of a run or a publication, in seconds",
     )
+    stall_seconds: PositiveFloat = Field(
+        default=60.0,
+        description="seconds without progress, and ten times the longest interval of the run until then, "
+        "after which it is ended and begun again from its checkpoint",
+    )
     memory_limit: ByteSize | None = Field(
         default=None,
         gt=0,

@@ -23,6 +23,7 @@ from service.records.jobs import (
     State,
     Stored,
     Submission,
+    SweepState,
     SweepStatus,
     before,
 )
@@ -203,7 +204,9 @@ class Commands(QueueQueries):
         with self._commanding() as connection:
             state = sweep_status(connection, id).state
             if state not in SWEEP_TERMINAL:
-                raise Conflict(f"the sweep is {state}; cancel it, then delete it")
+                stopping = state is SweepState.CANCELLING
+                cure = "delete it once it is cancelled" if stopping else "cancel it, then delete it"
+                raise Conflict(f"the sweep is {state}; {cure}")
             connection.execute(abandon)
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(own)))
             for table in (IDEMPOTENCY, POINTS, JOBS):

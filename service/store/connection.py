@@ -15,7 +15,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ CONNECTIONS: dict[str, Any] = {
 # With the 2 MiB of SQLite's own, a writer of 10 000 rows reads its unfinished work back from the file:
 # 1.2 s instead of 0.06 s for an update of them (2026-11).
 CACHE_KIBIBYTES = 32 * 1024
+PRIVATE = 0o600  # digests of keys are in the database
 MIGRATION_LOCK = int.from_bytes(b"migrate")  # advisory, of PostgreSQL
 
 POSTGRESQL = {
@@ -96,6 +97,8 @@ class Database:
 
         Tables of an unknown revision are refused.
         """
+        if self.is_sqlite:
+            _make_private(Path(self.url.database or ""))
         if self.revision() == self._newest:
             return
         # 0.3 s, which the usual start need not wait for.
@@ -154,6 +157,7 @@ class Database:
     def copy_to(self, file: Path) -> None:
         """Copy an SQLite file, as it is at one moment; writers go on meanwhile."""
         assert self.is_sqlite
+        file.touch(PRIVATE)
         try:
             with closing(self._engine.raw_connection()) as connection:
                 connection.cursor().execute("VACUUM INTO ?", (str(file),))
@@ -175,6 +179,14 @@ class Database:
             yield max(BUSY_MILLISECONDS - waited, 1)
         finally:
             self._mutex.release()
+
+
+def _make_private(database: Path) -> None:
+    """Make the file of a database if it is missing, and take it and what SQLite writes beside it from other users."""
+    database.touch(PRIVATE)
+    for end in ("", "-wal", "-shm"):
+        with suppress(OSError):  # not there, or another user's
+            Path(f"{database}{end}").chmod(PRIVATE)
 
 
 class Part:

@@ -14,6 +14,7 @@ import sqlalchemy as sa
 from service.files.lost_results import Loss
 from service.records.fault_points import fault_point
 from service.records.jobs import (
+    COUNTED,
     Cause,
     Keep,
     Kind,
@@ -319,7 +320,7 @@ def _begin_attempts(head: sa.Select[Any], term: int) -> sa.Update:
 
 def _crash_count(lease: Lease, cause: Cause, step: int | None) -> dict[str, Any]:
     """Crashes at the last checkpoint after one more attempt; other causes leave them as they are."""
-    if cause is not Cause.CRASH:
+    if cause not in COUNTED:
         return {}
     furthest = max(step or 0, lease.crash_step or 0)
     return {"crashes": crashes_before(lease, step) + 1, "crash_step": furthest}

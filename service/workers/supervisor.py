@@ -19,6 +19,7 @@ from service.files.disk_space import free_bytes
 from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Kind, Stored
 from service.records.timings import DEFAULT, Timings
+from service.workers.stall import StallClock
 from service.workers.warm import Message, Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
 from studies.values.files import RESULT, SWEEP_FILES
@@ -53,6 +54,7 @@ class Supervisor:
         self._sent = -math.inf
         self._progress: dict[str, Any] = {}  # the last; with the step of the last checkpoint
         self._is_accepted = False  # by the process: from here on its death is the run's own
+        self._stall = StallClock(attempt.stall_seconds)
         self._most_data = 0  # bytes that the process was seen to hold
         self._stop_at = self._leave_at = math.inf  # monotonic; set from other threads
         self._stopped_for: Cause | None = None
@@ -98,6 +100,8 @@ class Supervisor:
                     process.end(kill_wait)
                 return self._judge(last)
             status = process.end(kill_wait)
+            if self._stopped_for is Cause.STALLED and not self._is_accepted:
+                self._stopped_for = None
             if self._is_accepted or self._stopped_for or status is None:
                 return self._judge_dead(status)
         raise ChildProcessError("the process cannot be started; see the log of the worker")
@@ -134,6 +138,7 @@ class Supervisor:
         """The message that ends the attempt; None: the process ended without one."""
         timings, kill_at = self._timings, math.inf
         limit = self._begin + self._attempt.seconds_limit
+        before, self._stall = time.monotonic(), StallClock(self._attempt.stall_seconds)
         while True:
             is_alive = process.is_alive()
             for message in process.receive(timings.supervisor_tick if is_alive else 0.0):
@@ -141,6 +146,8 @@ class Supervisor:
                     return message
                 self._note(message)
             now = time.monotonic()
+            self._stall.pass_by(now - before)
+            before = now
             if (not is_alive and not process.has_more()) or now > kill_at:
                 return None
             if self._attempt.memory_limit is not None:
@@ -148,6 +155,9 @@ class Supervisor:
             if now - self._cut_log >= timings.message_interval:
                 self._cut_log = now
                 attempt_log.cut(self._directory / LOG)
+                if self._stopped_for is None and self._is_stalled(process):
+                    self._stopped_for = Cause.STALLED
+                    return None
             if self._leave_at < now:
                 self._leave_at = math.inf
                 process.send({"leave": True})
@@ -156,11 +166,17 @@ class Supervisor:
                 process.send({"stop": True})
                 kill_at = now + timings.stop_grace
 
+    def _is_stalled(self, process: WarmProcess) -> bool:
+        """Whether it has made no progress for too long."""
+        has_steps = "fraction" in self._progress
+        return self._stall.has_run_out(used=process.processor_seconds(), has_steps=has_steps)
+
     def _note(self, message: Message) -> None:
         """Note a message; send progress on when a checkpoint was written, else not too often."""
+        self._stall.hear()
         self._is_accepted = self._is_accepted or "accepted" in message
         self._progress |= message.get("progress", {})
-        if "fraction" not in self._progress:
+        if "fraction" not in self._progress or "progress" not in message:
             return
         now = time.monotonic()
         has_checkpoint = "checkpoint" in message.get("progress", {})
@@ -198,6 +214,9 @@ class Supervisor:
         if self._stopped_for is Cause.TIME_LIMIT:
             limit = f"stopped after the limit of {self._attempt.seconds_limit:g} s"
             return self._ending(Cause.TIME_LIMIT, "TimeLimit", limit)
+        if self._stopped_for is Cause.STALLED:
+            reason = f"stalled: no progress for {self._stall.quiet:.0f} s"
+            return self._ending(Cause.STALLED, "Stalled", reason)
         name = signal.Signals(-status).name if status < 0 else f"status {status}"
         if status == STATUS_MEMORY or self._died_of_its_limit():
             return self._out_of_memory(name, "the process died")

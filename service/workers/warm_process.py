@@ -5,7 +5,8 @@ of the process is put back behind it. One JSON object a line:
 
 * stdin: ``{"attempt": ...}``; ``{"stop": true}``: end at once; ``{"leave": true}``: write a checkpoint and end the
   attempt. The end of stdin ends the process.
-* stdout: ``{"accepted": key}``, ``{"progress": {...}}`` (``checkpoint``: the step of the last one), and for the end of
+* stdout: ``{"accepted": key}``, ``{"progress": {...}}`` (``checkpoint``: the step of the last one), ``{"stepped": {}}``
+  (at most once a second, after a step), and for the end of
   an attempt one of ``{"done": {}}``, ``{"left": {}}``, ``{"error": {"failure", "reason", "errno", "memory"}}``, each
   with ``"dirty"``: whether the attempt left threads or processes behind.
 """
@@ -20,6 +21,7 @@ import resource
 import signal
 import sys
 import threading
+import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -44,6 +46,7 @@ Send = Callable[[Message], None]
 TARGETS = {Kind.RUN: "studies.runs.execution", Kind.PUBLISH: "studies.reports.publish"}
 
 STATUS_STOPPED, STATUS_ORPHAN, STATUS_MEMORY = 20, 21, 22
+STEP_INTERVAL = 1.0  # s
 PR_SET_PDEATHSIG = 1  # prctl(2)
 HOME = "/"  # where the process is between two attempts, so that folders can be removed
 
@@ -100,11 +103,21 @@ def perform(attempt: Message, send: Send, must_stop: Callable[[], bool]) -> None
     if attempt["run"] not in (None, run.id):
         target.refuse(attempt["run"], directory)
         return
+    stepped = 0.0  # monotonic: of the last message about it
+
+    def after_step() -> bool:
+        nonlocal stepped
+        now = time.monotonic()
+        if now - stepped >= STEP_INTERVAL:
+            stepped = now
+            send({"stepped": {}})
+        return must_stop()
+
     control = RunControl(
         progress=lambda progress: send({"progress": _finite(asdict(progress))}),
         log=_log,
         checkpointed=lambda step: send({"progress": {"checkpoint": step}}),
-        must_stop=must_stop,
+        must_stop=after_step,
     )
     target.execute(
         run,

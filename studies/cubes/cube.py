@@ -50,7 +50,8 @@ WITH_COORDINATES = (
     "result",
     "history",
 )  # groups whose variables list their coordinates in the file
-ONCE_A_RUN = ("started", "seconds", "threads")  # provenance that is no version of anything
+# Provenance that is no version of anything.
+ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 
 Column = tuple[Variable, np.ndarray, Mapping[str, Any]]  # with its values and further attributes
 
@@ -97,6 +98,21 @@ def _built(
     # Numeric axes ascend, as CF asks of a coordinate; a sweep may list them in any order.
     numeric = [dim for dim in dataset.dims if dim in axes and dataset[dim].dtype.kind == "f"]
     return dataset.sortby(numeric) if numeric else dataset
+
+
+def with_computation(dataset: xr.Dataset, results: Mapping[str, Any]) -> xr.Dataset:
+    """The cube with the date, and the wall time and threads of each run: they are in no file, which has the same bytes
+    whoever computes the sweep."""
+    ids = dataset[declared.RUN_ID.name].variable
+    made_by = _each(
+        ids.values.astype(object), lambda id: getattr(results.get(id), "provenance", {})
+    )
+    times = {
+        variable.name: xr.Variable(ids.dims, variable.values(made_by), _attributes(variable))
+        for variable in (declared.SOLVER_SECONDS, declared.SOLVER_THREADS)
+    }
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    return dataset.assign(times).assign_attrs(date_created=now)
 
 
 def write(dataset: xr.Dataset, path: Path) -> Path:
@@ -423,14 +439,17 @@ def _labelled(
     """Values with the dimensions and attributes of their variable, as CF wants to see them."""
     stands_for = {RUNS[0]: layout.dims, POINTS[0]: layout.point_dims}
     dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
-    units = {"units": variable.unit} if variable.unit is not None else {}
-    comment = {"comment": variable.comment} if variable.comment else {}
-    about = {"long_name": variable.long_name, **comment, "group": variable.group}
-    attributes: dict[str, Any] = {**units, **about, **more}
+    attributes = {**_attributes(variable), **more}
     if variable.kind == "flag":
         attributes["flag_values"] = np.arange(len(variable.meanings), dtype=np.int8)
         attributes["flag_meanings"] = " ".join(variable.meanings)
     return xr.Variable(dims[: values.ndim], values, attributes)
+
+
+def _attributes(variable: Variable) -> dict[str, Any]:
+    units = {"units": variable.unit} if variable.unit is not None else {}
+    comment = {"comment": variable.comment} if variable.comment else {}
+    return {**units, "long_name": variable.long_name, **comment, "group": variable.group}
 
 
 def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
@@ -444,7 +463,6 @@ def _is_coordinate(array: xr.DataArray, axes: set[str]) -> bool:
 
 def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
     """The origin of the cube: CF's attributes for people, and JSON for programs."""
-    now = datetime.now(UTC).isoformat(timespec="seconds")
     cells = list(layout.cells.flat)
     versions = _versions(cells)
     spoken = ", ".join(f"{name} {'/'.join(values)}" for name, values in versions.items())
@@ -458,11 +476,10 @@ def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
         "title": title,
         "institution": document.get("institution") or "not stated",
         "source": f"{catalogue.title}; material point method, whipple {spoken}".strip(),
-        "history": f"{now} cube assembled from {len(cells)} runs",
+        "history": f"cube assembled from {len(cells)} runs",
         "references": "; ".join(dict.fromkeys(law.source for law in laws)) or "none",
         "comment": "Each cell is a run. NaN marks a value that a run does not have: run_state and run_reason give "
         "the reason where the run has no result, the flags of the quantity where it has one.",
-        "date_created": now,
         "schema_version": declared.SCHEMA_VERSION,
         "scenario": document["scenario"],
         "scenario_title": catalogue.title,

@@ -19,7 +19,8 @@ from studies.values.parameters import Parameter
 
 # 2: refinements and what converges over them; laws at observed shots have labels of their own.
 # 3: groups, short labels with the meaning in ``comment``, parameters as coordinates, one time for all histories.
-# 4: the uncertainty of a run's reading has a name of its own, which says that it is no error bar.
+# 4: the uncertainty of a run's reading has a name of its own, which says that it is no error bar; nothing that another
+# computation of the same sweep would change: no date, wall time or number of threads.
 SCHEMA_VERSION = 4
 
 LAW, OBSERVATION = "{quantity}_law", "observation"
@@ -104,24 +105,16 @@ FLAGS_OF_RUN = Variable(
     meanings=RUN_FLAGS,
     group="run",
 )
+OF_RUN = (RUN_ID, RUN_STATE, RUN_REASON, RUN_FAILURE, FLAGS_OF_RUN, STOP_REASON)
+# Of its computation, for the report and the table of runs (``cube.with_computation``); a record is its provenance.
 SOLVER_SECONDS = _number_of_run(
-    "solver_seconds", "wall time of the run", lambda cell: cell.provenance.get("seconds"), unit="s"
+    "solver_seconds", "wall time of the run", lambda made_by: made_by.get("seconds"), unit="s"
 )
 SOLVER_THREADS = _number_of_run(
     "solver_threads",
     "threads that computed the run",
-    lambda cell: cell.provenance.get("threads"),
+    lambda made_by: made_by.get("threads"),
     unit="1",
-)
-OF_RUN = (
-    RUN_ID,
-    RUN_STATE,
-    RUN_REASON,
-    RUN_FAILURE,
-    FLAGS_OF_RUN,
-    STOP_REASON,
-    SOLVER_SECONDS,
-    SOLVER_THREADS,
 )
 RUN_NUMBER = Variable("run", "number of the run", int, ("run",), kind="integer")
 EQUIVALENT_DIAMETER = _number_of_run(

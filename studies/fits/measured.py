@@ -119,8 +119,7 @@ def open_cube(path: Path) -> xr.Dataset:
 
 def source_of(dataset: xr.Dataset) -> str:
     """The name of the sweep of a cube, with the digest of the file where it is known."""
-    sweep = json.loads(dataset.attrs["sweep"])
-    text = f"sweep {sweep['name']}, cube of {dataset.attrs['date_created']}"
+    text = f"cube of sweep {json.loads(dataset.attrs['sweep'])['name']}"
     digest = dataset.attrs.get("digest")
     return f"{text}, SHA-256 {digest[:SHORT_DIGEST]}" if digest else text
 

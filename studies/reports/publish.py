@@ -1,7 +1,7 @@
 """From a sweep's runs to the files of its result: cube, table of runs, report.html and report.json.
 
 The service calls it in a child process. The report is made from the cube as it was read
-back from the disk, so that nothing can be in the report that is not in the file.
+back from the disk, so that no answer can be in the report that is not in the file; date and wall times are added.
 """
 
 from collections.abc import Mapping
@@ -45,7 +45,8 @@ def publish_sweep(
     directory.mkdir(parents=True, exist_ok=True)
     files = {name: directory / name for name in SWEEP_FILES}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
-    with xr.open_dataset(files[CUBE]) as dataset:
+    with xr.open_dataset(files[CUBE]) as written:
+        dataset = cube.with_computation(written, results)
         write_text(files[RUNS_CSV], runs_csv(dataset))
         document = report.document(dataset, compare.compare(dataset), sections)
     write_text(files[REPORT_JSON], report.as_json(document))

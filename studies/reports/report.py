@@ -469,6 +469,7 @@ def _provenance(dataset: xr.Dataset) -> Document:
                 "date_created",
                 "undeclared_numbers",
             )
+            if name in attributes
         },
         "schema_version": int(attributes["schema_version"]),
         "software": json.loads(attributes["software"]),

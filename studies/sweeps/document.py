@@ -23,6 +23,7 @@ from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.search import read_search
 from studies.sweeps.sweep import (
+    ACCEPTED,
     OFFSET,
     RESOLUTION,
     Combine,
@@ -32,6 +33,7 @@ from studies.sweeps.sweep import (
     vocabulary,
 )
 from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.formats import CONTROLS
 from studies.values.nearest import nearest, nearest_cure, shown
 from studies.values.parameters import declared, find, missing, parse_value, parse_values
 from studies.values.quantities import exact_number, refusal
@@ -212,6 +214,8 @@ class _DocumentReading:
         )
         laws = self._laws(terms)
         model_part = self._model_part()
+        if self.limits is not ACCEPTED:
+            self._refuse_controls()
         name = self._text("name", scenario.name)
         title = self._text("title", name)
         if self.findings:
@@ -248,11 +252,28 @@ class _DocumentReading:
 
     def _text(self, key: str, default: str) -> str:
         text = self.document.get(key, default)
-        if isinstance(text, str) and 0 < len(text.strip()) <= LONGEST_NAME:
-            return text.strip()
-        limit = f"a text of at most {LONGEST_NAME} characters"
+        is_text = isinstance(text, str) and 0 < len(text.strip()) <= LONGEST_NAME
+        # What was accepted before stays readable.
+        if is_text and (text.strip().isprintable() or self.limits is ACCEPTED):
+            return str(text.strip())
+        limit = f"a text of at most {LONGEST_NAME} characters, all of them printable"
         self._refuse(key, text, limit, "write a text, or leave it out")
         return default
+
+    def _refuse_controls(self) -> None:
+        """Refuse texts that would command the terminal of a reader, once for each part of the document."""
+        for key, part in self.document.items():
+            left = [part]
+            while left:
+                item = left.pop()
+                if isinstance(item, Mapping):
+                    left += [*item, *item.values()]
+                elif isinstance(item, list | tuple):
+                    left += item
+                elif isinstance(item, str) and CONTROLS.search(item):
+                    limit = "text without control characters"
+                    self._refuse(str(key), item, limit, "remove them")
+                    break
 
     def _scenario(self) -> scenarios.Scenario:
         name = self.document.get("scenario")

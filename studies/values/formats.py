@@ -20,6 +20,22 @@ MESH_UNKNOWN = "mesh error unknown"  # in place of the error bar of a value of a
 MOST_PLACES = 6  # decimals of a value beside its error bar
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
+# Characters that command a terminal, or turn the direction of a text around; not tab and ends of lines.
+CONTROLS = re.compile(
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]"
+)
+
+
+def escaped(text: str) -> str:
+    """A text of another user for a terminal, with its control characters as JSON writes them.
+
+    >>> print(escaped("fine\\n\\x1b[2J"))
+    fine
+    \\u001b[2J
+    """
+    shown = CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text)
+    return shown.replace("\r", "\\r")
+
 
 @dataclass(frozen=True)
 class Display:

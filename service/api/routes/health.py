@@ -15,7 +15,7 @@ from service.api.metrics import CONTENT_TYPE
 from service.api.routes.dependencies import AppSettings, AppStore, check_directory
 from service.api.schemas import Health, Readiness, VersionModel
 from service.queue.status import DispatcherStatus
-from service.records.jobs import QueueRow
+from service.records.jobs import QueueRow, StoreUnavailable
 from service.records.settings import Settings
 from service.records.version import version
 from studies.runs.run import PHYSICS_VERSION
@@ -82,6 +82,15 @@ def show_readiness(request: Request, store: AppStore, settings: AppSettings) -> 
         return Readiness(status="ready", checks=checks)
 
     return request.app.state.readiness.result(check)
+
+
+def why_not_ready(request: Request, store: AppStore, settings: AppSettings) -> str | None:
+    """The reason why `/readyz` says that the service cannot compute; None: it can."""
+    try:
+        show_readiness(request, store, settings)
+    except (ServiceNotReady, StoreUnavailable) as error:
+        return str(error)
+    return None
 
 
 @router.get("/version")

@@ -53,6 +53,11 @@ def show_sweep(id: SweepId, store: AppStore, artifacts: AppArtifacts) -> str:
     )
 
 
+def problem_page(problem: Mapping[str, Any]) -> str:
+    """A problem document as a page."""
+    return _rendered("problem.html", problem=problem)
+
+
 def _verdict(artifacts: Artifacts, report: Stored | None) -> Sequence[str]:
     """The first sentences of a report; none without a report, or in one of an early version."""
     if report is None or not artifacts.is_there(report):

@@ -1,18 +1,22 @@
 """The queue as a whole: show, pause, resume."""
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Request
 
 from service.api.access import Administrator
-from service.api.routes.dependencies import AppStore
+from service.api.routes.dependencies import AppSettings, AppStore
+from service.api.routes.health import why_not_ready
 from service.api.schemas import QueueModel
 
 router = APIRouter(prefix="/v1/queue", tags=["queue"])
 
 
 @router.get("")
-def show_queue(store: AppStore) -> QueueModel:
-    """Whether the queue is paused or blocked, how many jobs it holds, and which process leads."""
-    return QueueModel.of(store.queue())
+def show_queue(request: Request, store: AppStore, settings: AppSettings) -> QueueModel:
+    """Whether the queue is paused or blocked, how many jobs it holds, and which process leads.
+
+    Counts may be half a second old while nothing happens; the reason is that of `/readyz`.
+    """
+    return QueueModel.of(store.queue(), why_not_ready(request, store, settings))
 
 
 @router.post("/pause")

@@ -28,6 +28,7 @@ from service.cli.commands.options import (
     folder_of,
 )
 from studies.values.errors import Finding, InvalidInput
+from studies.values.formats import escaped
 
 if TYPE_CHECKING:
     from service.client.client import SweepHandle, SweepStatus
@@ -174,7 +175,7 @@ def fetch_run(
 def log(run: RunId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Print the output of the solver in the last attempt of a run, up to now."""
     with client_of(url, key_file) as client:
-        print(client.log(client.find_run(run)), end="")
+        print(escaped(client.log(client.find_run(run))), end="")
 
 
 @app.command()

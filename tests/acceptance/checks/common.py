@@ -42,7 +42,7 @@ def row_of_checkpoints(here: CrashTest, ids: list[str]) -> Row:
 
 
 def rows_of_cubes(expected: Sequence[Path], got: Sequence[Path]) -> Iterator[Row]:
-    """Every variable has the bits that were expected, but for the wall clock."""
+    """Every variable has the bits that were expected, and so has the file."""
     pairs = list(zip(expected, got, strict=True))
     odd = [
         name
@@ -52,6 +52,8 @@ def rows_of_cubes(expected: Sequence[Path], got: Sequence[Path]) -> Iterator[Row
     compared = sum(map(inspection.count_variables, got))
     names = ", ".join(sorted(set(odd))) or "none"
     yield Row(f"of {compared} variables in {len(got)} cubes, other bits", "none", names, not odd)
+    same = sum(first.read_bytes() == second.read_bytes() for first, second in pairs)
+    yield Row("cubes of equal bytes", len(pairs), same, same == len(pairs))
 
 
 @functools.cache

@@ -18,7 +18,6 @@ from service.store import Store
 from studies.values.files import RESULT
 from tests.service.store.test_races import check as nobody_waits_in_vain
 
-WALL_CLOCK = {"solver_seconds", "solver_threads"}  # what may differ between two times
 TEXT_KINDS = "OSU"  # of arrays; text in a part is as wide as the longest of the whole
 PAGE = 1000
 
@@ -171,7 +170,7 @@ def differences(expected: Path, got: Path, *, at: Mapping[str, Any] | None = Non
     """Variables of two cubes, or of a part of both, that differ in a bit, or are in one only."""
     with xr.open_dataset(expected) as whole, xr.open_dataset(got) as other:
         first, second = whole.sel(at or {}), other.sel(at or {})
-        for name in sorted({*map(str, first.variables), *map(str, second.variables)} - WALL_CLOCK):
+        for name in sorted({*map(str, first.variables), *map(str, second.variables)}):
             if name not in first.variables or name not in second.variables:
                 yield f"{name} is in one of them only"
             elif not _same_bits(first[name], second[name]):
@@ -181,7 +180,7 @@ def differences(expected: Path, got: Path, *, at: Mapping[str, Any] | None = Non
 def count_variables(file: Path) -> int:
     """The number of variables that are compared."""
     with xr.open_dataset(file) as cube:
-        return len({*map(str, cube.variables)} - WALL_CLOCK)
+        return len(cube.variables)
 
 
 def _same_bits(first: xr.DataArray, second: xr.DataArray) -> bool:

@@ -132,7 +132,7 @@ def test_download__that_broke_off_is_completed_bit_for_bit(api: Api, addresses: 
 
 
 def test_sweep_file__is_offered_under_a_plain_name(api: Api) -> None:
-    id = api.submit(name='Ärger/../x"\r\nA: b')
+    id = api.submit(name='Ärger/../x"; A: b')
     api.compute()
     disposition = api.http.get(f"/v1/sweeps/{id}/cube.nc").headers["Content-Disposition"]
     assert re.fullmatch(r'attachment; filename="[A-Za-z0-9._-]+-cube\.nc"', disposition)
@@ -235,3 +235,21 @@ def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api:
 def test_log__of_a_run_that_has_not_begun_is_a_404(api: Api) -> None:
     run = api.store.sweep_runs(api.submit(axes={"speed": ["9.9 km/s"]})).items[0].run.id
     assert api.http.get(f"/v1/runs/{run}/log").status_code == 404
+
+
+def test_file__that_no_longer_has_its_digest_is_not_served(api: Api) -> None:
+    id = api.submit(resolution=10)
+    api.compute()
+    path = f"/v1/sweeps/{id}/cube.nc"
+    tag = api.http.get(path).headers["etag"]
+    _, stored = api.store.sweep_and_file(id, "cube.nc")
+    assert stored is not None
+    file = api.settings.data / stored.path
+    content = file.read_bytes()
+    file.write_bytes(b"x" * len(content))
+    for headers in ({}, {"If-None-Match": tag}, {"Range": "bytes=0-3"}):
+        response = api.http.get(path, headers=headers)
+        assert (response.status_code, response.json()["title"]) == (500, "File damaged")
+        assert "etag" not in response.headers
+    file.write_bytes(content)
+    assert api.http.get(path).content == content

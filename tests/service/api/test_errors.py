@@ -215,3 +215,27 @@ def test_body__that_ends_with_its_connection_is_no_failure_of_the_service(
         until(lambda: any("POST /v1/sweeps" in line for line in caplog.messages), seconds=20)
     assert [line for line in caplog.messages if "POST" in line] == ["POST /v1/sweeps 400"]
     assert all(line.levelno < logging.WARNING and not line.exc_info for line in caplog.records)
+
+
+@pytest.mark.parametrize(
+    ("path", "allow"),
+    [
+        ("/v1/sweeps", "GET, POST"),
+        ("/v1/sweeps/{id}", "DELETE, GET, PATCH"),
+        ("/v1/sweeps/{id}/cube.nc", "GET, HEAD"),
+    ],
+)
+def test_wrong_method__lists_every_method_of_the_path(api: Api, path: str, allow: str) -> None:
+    response = api.http.put(path.format(id="0" * 32))
+    assert (response.status_code, response.headers["allow"]) == (405, allow)
+
+
+def test_browser__gets_a_page_and_a_program_the_document(api: Api) -> None:
+    path = f"/sweeps/{'0' * 32}"
+    page = api.http.get(path, headers={"Accept": "text/html,application/xhtml+xml,*/*;q=0.8"})
+    assert (page.status_code, page.headers["content-type"]) == (404, "text/html; charset=utf-8")
+    assert "<h1>Not found</h1>" in page.text
+    assert "style-src 'self'" in page.headers["content-security-policy"]
+    document = api.http.get(path)
+    assert document.headers["content-type"] == "application/problem+json"
+    assert page.headers["vary"] == document.headers["vary"] == "Accept"

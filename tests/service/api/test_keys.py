@@ -210,3 +210,10 @@ def test_secret__is_neither_logged_nor_answered(api: Api) -> None:
     for text in (written.getvalue(), *(answer.text + str(answer.headers) for answer in answers)):
         assert secret[4:] not in text
         assert secret[4:-1] not in text
+
+
+def test_browser__without_a_key_gets_a_page(api: Api) -> None:
+    page = api.http.get("/", headers={"Accept": "text/html"})
+    assert (page.status_code, page.headers["content-type"]) == (401, "text/html; charset=utf-8")
+    assert "whipple keys create" in page.text
+    assert page.headers["www-authenticate"].startswith("Bearer")

@@ -136,3 +136,28 @@ def test_docs__list_every_operation_and_every_problem(api: Api) -> None:
             assert f"{method.upper()} {path}" in page
     for problem in PROBLEMS.values():
         assert f'id="problem-{problem.slug}"' in page
+
+
+LIGHT, DARK = "#ffffff", "#1e1e1e"  # pages have the canvas of the browser; no dark one is lighter
+ENOUGH = 4.5  # WCAG 2.2, success criterion 1.4.3
+
+
+def luminance(colour: str) -> float:
+    """Relative luminance (WCAG 2.2)."""
+    shares = [int(colour[place : place + 2], 16) / 255 for place in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in shares]
+    return float(0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
+
+
+def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(api: Api) -> None:
+    sheet = api.http.get("/static/style.css").text
+    light, dark = (
+        dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", block))
+        for block in re.findall(r":root \{([^}]*)\}", sheet)
+    )
+    assert light.keys() == dark.keys() >= {"accent", "quiet", "good", "bad", "open"}
+    assert not re.findall(r"(?<![-\w])color: #", sheet)
+    for colours, canvas in ((light, LIGHT), (dark, DARK)):
+        for name, colour in colours.items():
+            low, high = sorted((luminance(colour), luminance(canvas)))
+            assert (high + 0.05) / (low + 0.05) >= ENOUGH, (name, colour, canvas)

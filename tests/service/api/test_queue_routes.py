@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import sqlalchemy as sa
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.api.routes import health
-from service.records.jobs import StoreUnavailable
+from service.records.jobs import State, StoreUnavailable
 from tests.service.support.api import Api, open_api
 from tests.service.support.fakes import DEADLINE
 
@@ -33,6 +34,33 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
     assert queue["oldest_queued"] is not None
     api.term()
     assert api.http.get("/v1/queue").json()["leader"] == "tests"
+
+
+def test_queue__gives_the_reason_that_readiness_gives(api: Api) -> None:
+    assert api.http.get("/v1/queue").json()["blocked_reason"] == not_ready(api)
+    api.term()
+    api.engine.reason = "there is no worker today"
+    api.http.app.state.readiness = health.ReadinessCheck()  # type: ignore[attr-defined]
+    assert api.http.get("/v1/queue").json()["blocked_reason"] == "there is no worker today"
+    assert not_ready(api) == "there is no worker today"
+
+
+def test_queue__counts_jobs_once_while_nothing_happens(api: Api) -> None:
+    """And anew after each event."""
+    api.submit()
+    counted: list[str] = []
+    engine = api.store._database._engine
+
+    @sa.event.listens_for(engine, "before_cursor_execute")
+    def note(_c: Any, _cursor: Any, statement: str, *_rest: Any) -> None:
+        if "GROUP BY jobs.state" in statement:
+            counted.append(statement)
+
+    for _ in range(20):
+        assert api.store.queue().states[State.QUEUED] == 2
+    assert len(counted) <= 3  # another one every half a second
+    api.store.lease(1, api.term())
+    assert api.store.queue().states[State.RUNNING] == 1
 
 
 def test_pause__begins_no_runs_until_resume(api: Api) -> None:

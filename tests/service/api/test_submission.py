@@ -167,3 +167,14 @@ def test_change__of_a_sweep_that_has_ended_is_a_conflict(api: Api) -> None:
     refused = api.http.patch(f"/v1/sweeps/{id}", json={"priority": 1})
     assert refused.status_code == 409
     assert "succeeded" in refused.json()["detail"]
+
+
+def test_delete__of_a_sweep_that_is_being_cancelled_says_what_to_do(api: Api) -> None:
+    id = api.submit(resolution=9)
+    mine = {point.run.id for point in api.store.sweep_runs(id).items}
+    leases = [lease for lease in api.store.lease(1000, api.term()) if lease.id in mine]
+    api.store.finish(leases[0], api.result(leases[0].id))  # so that there is something to publish
+    api.http.post(f"/v1/sweeps/{id}/cancel")
+    refused = api.http.delete(f"/v1/sweeps/{id}")
+    assert refused.status_code == 409
+    assert refused.json()["detail"] == "the sweep is cancelling; delete it once it is cancelled"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.console import print_event
+from service.cli.console import print_event, print_table, say
 from service.client.client import KEY_VARIABLE, SweepEvent
 from service.records.jobs import Scope
 from studies import examples
@@ -223,3 +223,13 @@ def test_key_file__that_is_none_ends_with_2_and_is_not_shown(
     output = capsys.readouterr().err
     assert "whipple keys create" in output or "correct the path" in output
     assert "two words" not in output
+
+
+def test_texts__of_other_users_do_not_command_the_terminal(capsys: Capsys) -> None:
+    """Sweeps from before names were checked, and whatever a service says."""
+    say("\x1b]0;title\x07 a\rb\u202ec\x9b2J")
+    print_table(("id", "name"), [("1", "\x1b[31mred")])
+    output = capsys.readouterr().out
+    assert all(part.isprintable() for part in output.splitlines())
+    assert output.startswith(r"\u001b]0;title\u0007 a\rb\u202ec\u009b2J")
+    assert r"\u001b[31mred" in output

@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -13,6 +13,7 @@ from service.cli.local import run_sweep
 from service.cli.serve import serve
 from service.files.data_directory import DataInUse, holding
 from service.records.settings import Settings
+from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.execution.test_local import document, settings_of
 
@@ -108,3 +109,28 @@ def test_postgresql__several_services_share_a_directory(tmp_path: Path) -> None:
     settings = Settings(data=tmp_path, database_url="postgresql+psycopg://nobody@localhost/none")
     with holding(settings), holding(settings):
         assert not (tmp_path / "whipple.lock").exists()
+
+
+def test_data__is_for_its_owner_alone_and_what_was_open_is_tightened(tmp_path: Path) -> None:
+    settings = Settings(data=tmp_path / "data")
+    settings.data.mkdir(mode=0o755)
+    for name in ("whipple.db", "whipple.db-wal"):
+        (settings.data / name).touch(0o644)
+        (settings.data / name).chmod(0o644)
+    with holding(settings), closing(Store.open(settings.url)) as store:
+        store.ping()
+        modes = {file.name: file.stat().st_mode & 0o777 for file in settings.data.glob("*.db*")}
+        assert modes == dict.fromkeys(("whipple.db", "whipple.db-wal", "whipple.db-shm"), 0o600)
+        store.copy_to(tmp_path / "copy.db")
+    assert settings.data.stat().st_mode & 0o777 == 0o700
+    assert (tmp_path / "copy.db").stat().st_mode & 0o777 == 0o600
+
+
+def test_data__that_workers_may_share_by_their_group_keeps_it(tmp_path: Path) -> None:
+    settings = Settings(
+        data=tmp_path / "data", database_url="postgresql+psycopg://nobody@nowhere/x"
+    )
+    settings.data.mkdir()
+    settings.data.chmod(0o2775)
+    with holding(settings):
+        assert settings.data.stat().st_mode & 0o777 == 0o770

@@ -36,6 +36,8 @@ def test_moves__are_of_every_state_and_end_no_ended_job_otherwise() -> None:
     [
         (Cause.CRASH, 1, True),
         (Cause.CRASH, 2, False),
+        (Cause.STALLED, 1, True),
+        (Cause.STALLED, 2, False),
         (Cause.LOST, 99, True),
         (Cause.MEMORY_LIMIT, 0, False),
         (Cause.TIME_LIMIT, 0, False),

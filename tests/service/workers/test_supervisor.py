@@ -3,6 +3,7 @@
 import os
 import signal
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
@@ -169,6 +170,48 @@ def test_time_limit__ends_a_run_that_may_not_react(tmp_path: Path, behaviour: st
         ending = running.end()
     assert (ending.cause, ending.reason) == (Cause.TIME_LIMIT, "stopped after the limit of 3 s")
     assert is_gone(pid)
+
+
+def test_stall__ends_a_frozen_process_and_the_next_attempt_goes_on(tmp_path: Path) -> None:
+    attempt = replace(with_checkpoint(tmp_path, seconds=5.0), stall_seconds=2.0)
+    with under_way(attempt) as running:
+        wait_until(lambda: running.progress)
+        pid = running.pid()
+        os.kill(pid, signal.SIGSTOP)
+        ending = running.end()
+    assert (ending.cause, ending.failure) == (Cause.STALLED, "Stalled")
+    assert "no progress for" in ending.reason
+    assert is_gone(pid)
+    assert supervise(replace(attempt, stall_seconds=60.0)).cause is None
+
+
+def test_stall__is_no_freeze_of_process_and_supervisor_together(tmp_path: Path) -> None:
+    """As of a container, a machine or a virtual one."""
+    attempt = replace(attempt_at(tmp_path, seconds=1.0), stall_seconds=2.0)
+    frozen: list[int] = []
+
+    def freeze(_progress: Mapping[str, Any]) -> None:
+        if not frozen:
+            frozen.append(int((tmp_path / "a1-token" / "pid").read_text()))
+            os.kill(frozen[0], signal.SIGSTOP)
+            time.sleep(2 * attempt.stall_seconds)
+            os.kill(frozen[0], signal.SIGCONT)
+
+    assert supervise(attempt, freeze).cause is None
+    assert frozen
+
+
+def test_stall__is_no_work_without_a_message(tmp_path: Path) -> None:
+    attempt = replace(attempt_at(tmp_path, "spin"), stall_seconds=1.0)
+    assert supervise(attempt).cause is None
+
+
+def test_stall__before_the_process_accepts_is_not_charged(tmp_path: Path) -> None:
+    supervise(attempt_at(tmp_path / "1"))
+    idle = SLOT.acquire()
+    SLOT.release(idle)
+    os.kill(idle._process.pid, signal.SIGSTOP)
+    assert supervise(replace(attempt_at(tmp_path / "2"), stall_seconds=2.0)).cause is None
 
 
 @pytest.mark.parametrize("behaviour", ["greedy", "starved"])

@@ -640,3 +640,24 @@ def test_example__makes_runs(example: str) -> None:
     assert sweep.name == example
     assert len(sweep.runs()) == sweep.size
     assert Sweep.parse(sweep.document()) == sweep
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"name": "a\x1b[2Jb"}, "name"),
+        ({"name": "two\nlines"}, "name"),
+        ({"title": "left\u202eright"}, "title"),
+        ({"materials": {"mine": {"title": "\x9b31m"}}}, "materials"),
+    ],
+)
+def test_control_characters__are_refused_at_the_door_and_stay_readable_behind_it(
+    changes: dict[str, Any], field: str
+) -> None:
+    document = {**DOCUMENT, **changes}
+    with pytest.raises(InvalidInput) as refused:
+        Sweep.parse(document)
+    finding = next(each for each in refused.value.findings if each.field == field)
+    assert finding.value.isprintable()
+    if field != "materials":
+        assert getattr(Sweep.parse(document, ACCEPTED), field) == changes[field]
