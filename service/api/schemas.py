@@ -157,6 +157,9 @@ class EstimateModel(Answer):
     """The cost of a sweep; nothing was stored."""
 
     runs: int = Field(description="Points of the sweep, each at every resolution and offset")
+    looked_at: int = Field(
+        description="Points whose runs were looked at; they were drawn evenly, and stand for all"
+    )
     reused: int = Field(description="Distinct runs that are computed or under way already")
     core_seconds: float = Field(description="Estimated core seconds of the runs that remain")
     seconds: float = Field(
