@@ -12,8 +12,9 @@ from service.api import errors
 from service.api.access import Access, check_binding, requires
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
-from service.api.middleware import RequestLog
+from service.api.middleware import RequestLog, Turns
 from service.api.partial_cubes import PartialCubes
+from service.api.readers import Readers
 from service.api.routes import (
     catalogue,
     events,
@@ -74,6 +75,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         version=version(),
         docs_url=None,  # FastAPI's own page loads a script from a content network
         redoc_url=None,
+        openapi_url=None,  # FastAPI's own route writes the document anew for each request
         responses={"4XX": PROBLEM, "5XX": PROBLEM},
         generate_unique_id_function=lambda route: route.name,
     )
@@ -82,6 +84,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.event_streams, app.state.metrics = streams, metrics
     app.state.problem_page = pages.problem_page
+    app.state.readers = Readers()
     app.state.readiness = health.ReadinessCheck()
     app.state.partial_cubes = PartialCubes(settings.data / CACHE)
     for router in OPEN:
@@ -90,6 +93,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         app.include_router(router, dependencies=[requires(Scope.READ)])
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.add_middleware(Access, settings=settings)
+    app.add_middleware(Turns)
     # The middleware added last is the outermost.
     app.add_middleware(RequestLog, metrics=metrics)
     errors.install(app)

@@ -8,7 +8,7 @@ a response cannot hold. The time grows linearly with the length of the text: 4 M
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import yaml
@@ -145,3 +145,37 @@ def _too_deep() -> InvalidInput:
 
 def _refusal(value: str, limit: str, cure: str) -> InvalidInput:
     return InvalidInput([Finding("document", value, limit, cure)])
+
+
+def pointer(field: str, document: object) -> str:
+    """The JSON pointer (RFC 6901) of the deepest part of ``document`` that a finding's field names.
+
+    >>> pointer("axes.speed[1]", {"axes": {"speed": ["2 km/s", "6"]}})
+    '/axes/speed/1'
+    >>> pointer("fixed.target.strength.A", {"fixed": {"target.strength.A": 100}})
+    '/fixed/target.strength.A'
+    >>> pointer("fixed.speed", {"fixed": {}})
+    '/fixed'
+    """
+    path, rest, part = "", field, document
+    while rest:
+        step = _step(rest, part)
+        if step is None:
+            break
+        key, length = step
+        part = part[key]  # type: ignore[index]
+        path += "/" + str(key).replace("~", "~0").replace("/", "~1")
+        rest = rest[length:].removeprefix(".")
+    return path
+
+
+def _step(field: str, part: object) -> tuple[Any, int] | None:
+    """The longest key of ``part`` that ``field`` begins with, and its length."""
+    if isinstance(part, list) and (match := re.match(r"\[(\d{1,9})\]", field)):
+        index = int(match[1])
+        return (index, match.end()) if index < len(part) else None
+    if isinstance(part, Mapping):
+        ends = [len(field), *(match.start() for match in re.finditer(r"[.[]", field))]
+        lengths = sorted((end for end in ends if end and field[:end] in part), reverse=True)
+        return next(((field[:length], length) for length in lengths), None)
+    return None

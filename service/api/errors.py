@@ -7,7 +7,6 @@ it under the id of the request.
 
 import json
 import logging
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass
 from http import HTTPStatus
@@ -62,6 +61,14 @@ class FileDamaged(WhippleError):
 
 class Busy(WhippleError):
     """The maximum number of clients is using a resource."""
+
+
+class TooManyRequests(WhippleError):
+    """A key has as much under way as one key may have, or others have it."""
+
+
+class ReaderLost(WhippleError):
+    """The process that read a sweep ended before it was done."""
 
 
 class PartialCubeFailed(WhippleError):
@@ -157,6 +164,18 @@ PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
         "Service busy",
         "The maximum number of clients is using this resource.",
         retry_after=5,
+    ),
+    TooManyRequests: ProblemDetails(
+        429,
+        "Too many requests",
+        "This key, or all keys together, have as much under way as the service allows; send the request again.",
+        retry_after=5,
+    ),
+    ReaderLost: ProblemDetails(
+        503,
+        "Reader lost",
+        "The process that read the sweep ended before it was done; nothing was stored.",
+        retry_after=2,
     ),
     UnsupportedMediaType: ProblemDetails(
         415, "Unsupported media type", "This operation does not read bodies of this media type."
@@ -296,11 +315,11 @@ def _summary(error: InvalidInput) -> str:
 
 def _errors(request: Request, error: InvalidInput) -> dict[str, Any]:
     """The first errors, each with its JSON pointer, and the number of errors left out."""
-    document = getattr(request.state, "document", None)
+    pointers = getattr(request.state, "pointers", {})
     errors: list[dict[str, str]] = []
     size = 0
     for finding in map(_shortened, error.findings[:MOST_ERRORS_SENT]):
-        item = {**asdict(finding), "pointer": pointer(finding.field, document)}
+        item = {**asdict(finding), "pointer": pointers.get(finding.field, "")}
         size += len(json.dumps(item))
         if size > MOST_FINDING_BYTES:
             break
@@ -311,37 +330,3 @@ def _errors(request: Request, error: InvalidInput) -> dict[str, Any]:
 
 def _shortened(finding: Finding) -> Finding:
     return Finding(*(text[:LONGEST_PART] for text in astuple(finding)))
-
-
-def pointer(field: str, document: object) -> str:
-    """The JSON pointer (RFC 6901) of the deepest part of ``document`` that a finding's field names.
-
-    >>> pointer("axes.speed[1]", {"axes": {"speed": ["2 km/s", "6"]}})
-    '/axes/speed/1'
-    >>> pointer("fixed.target.strength.A", {"fixed": {"target.strength.A": 100}})
-    '/fixed/target.strength.A'
-    >>> pointer("fixed.speed", {"fixed": {}})
-    '/fixed'
-    """
-    path, rest, part = "", field, document
-    while rest:
-        step = _step(rest, part)
-        if step is None:
-            break
-        key, length = step
-        part = part[key]  # type: ignore[index]
-        path += "/" + str(key).replace("~", "~0").replace("/", "~1")
-        rest = rest[length:].removeprefix(".")
-    return path
-
-
-def _step(field: str, part: object) -> tuple[Any, int] | None:
-    """The longest key of ``part`` that ``field`` begins with, and its length."""
-    if isinstance(part, list) and (match := re.match(r"\[(\d{1,9})\]", field)):
-        index = int(match[1])
-        return (index, match.end()) if index < len(part) else None
-    if isinstance(part, Mapping):
-        ends = [len(field), *(match.start() for match in re.finditer(r"[.[]", field))]
-        lengths = sorted((end for end in ends if end and field[:end] in part), reverse=True)
-        return next(((field[:length], length) for length in lengths), None)
-    return None

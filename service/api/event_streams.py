@@ -25,7 +25,7 @@ from typing import Any
 from anyio.to_thread import run_sync
 from fastapi.sse import ServerSentEvent
 
-from service.api.errors import Busy
+from service.api.errors import Busy, TooManyRequests
 from service.api.schemas import EventModel, ProgressModel, RunModel, SweepModel
 from service.records.jobs import TERMINAL, Event, NotFound, RunRow, StoreUnavailable
 from service.store import Store
@@ -33,6 +33,7 @@ from service.store import Store
 log = logging.getLogger(__name__)
 
 MOST_STREAMS = 100  # open at once; each holds a connection
+MOST_OF_A_KEY = 40  # of them; so that no two keys leave none for a third
 TICK_SECONDS = 0.5  # interval between two readings of the store
 PROGRESS_SECONDS = 1.0  # interval between two readings of the progress of runs
 PAGE = 500  # events read at once
@@ -79,10 +80,12 @@ class Listener:
 class EventStreams:
     """All open streams of the service."""
 
-    def __init__(self, store: Store, *, most: int = MOST_STREAMS):
+    def __init__(
+        self, store: Store, *, most: int = MOST_STREAMS, most_of_a_key: int = MOST_OF_A_KEY
+    ):
         self._store = store
-        self._most = most
-        self._listeners: set[Listener] = set()
+        self._most, self._most_of_a_key = most, most_of_a_key
+        self._listeners: dict[Listener, str] = {}  # with the name of its key
         self._changed = threading.Condition()  # guards the listeners
         self._thread: threading.Thread | None = None
         self._is_closed = False
@@ -93,8 +96,8 @@ class EventStreams:
         return len(self._listeners)
 
     @asynccontextmanager
-    async def listening(self) -> AsyncIterator[Listener]:
-        """A listener for the duration of a block; raises Busy if too many are open."""
+    async def listening(self, key: str = "") -> AsyncIterator[Listener]:
+        """A listener for the duration of a block; raises Busy if too many are open, TooManyRequests if of this key."""
         listener = Listener()
         with self._changed:
             if self._is_closed:
@@ -103,7 +106,12 @@ class EventStreams:
                 raise Busy(
                     f"{self._most} event streams are open, which is the limit; close one, or poll the state"
                 )
-            self._listeners.add(listener)
+            if [*self._listeners.values()].count(key) >= self._most_of_a_key:
+                raise TooManyRequests(
+                    f"{self._most_of_a_key} event streams of this key are open, which is the limit; close one, or "
+                    "poll the state"
+                )
+            self._listeners[listener] = key
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="event-streams", daemon=True)
                 self._thread.start()
@@ -111,7 +119,7 @@ class EventStreams:
             yield listener
         finally:
             with self._changed:
-                self._listeners.discard(listener)
+                del self._listeners[listener]
                 self._changed.notify_all()
 
     def close(self) -> None:

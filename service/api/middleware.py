@@ -3,7 +3,9 @@
 Every half-sent request occupies a connection of the service at no cost to its sender: five hundred of them
 turned every response into a 503. So a head and a body each have a deadline, and when all connections are
 taken, the one whose deadline is nearest makes room for a new one. The computing time for reading one request
-is bounded too, because it blocks the event loop.
+is bounded too, because it blocks the event loop. A connection has one request under way, and of all connections a
+few requests that read are answered at once, the others in their turn: hundreds that ask again and again, and need no
+key for it, leave the event loop to the probes of the service.
 """
 
 import asyncio
@@ -14,6 +16,7 @@ import time
 from typing import Any
 
 import h11
+from anyio import CapacityLimiter
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
@@ -24,6 +27,7 @@ from service.records.logs import REQUEST_ID
 log = logging.getLogger(__name__)
 
 CALLERS_REQUEST_ID = re.compile(r"[A-Za-z0-9._-]{1,64}")
+READING = frozenset({"GET", "HEAD"})
 METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 PROBES = frozenset({"/livez", "/readyz", "/metrics"})  # monitors request them every few seconds
 UNKNOWN_ROUTE = "unknown"
@@ -36,6 +40,9 @@ BODY_SECONDS = 120.0  # limit for a body: 4 MiB at 35 kB/s
 CHUNK = 16 * 1024  # bytes parsed between two readings of the clock
 PARSING_SECONDS = 0.1  # computing time that a request may take beyond what its bytes may:
 PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte at 1e6 (2026-11)
+# Requests that are read and not yet answered at once: each takes the event loop 1 ms (2026-11), and a probe waits
+# for all of them.
+MOST_READING = 16
 
 
 class RequestLog:
@@ -89,6 +96,40 @@ class RequestLog:
             if id is not None and route.startswith(prefix):
                 fields[field] = str(id)[:LONGEST_ID]
         log.log(level, "%s %s %d", method, route, status, extra=fields)
+
+
+class Turns:
+    """The middleware that lets a few requests that read begin their responses at once; probes pass.
+
+    A response that has begun waits for its client alone. Requests that write may wait for long, and have limits of
+    their own.
+    """
+
+    def __init__(self, app: ASGIApp):
+        self._app = app
+        self._turns = CapacityLimiter(MOST_READING)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http" or scope["path"] in PROBES or scope["method"] not in READING:
+            await self._app(scope, receive, send)
+            return
+        holder, is_held = object(), True
+
+        def release() -> None:
+            nonlocal is_held
+            if is_held:
+                is_held = False
+                self._turns.release_on_behalf_of(holder)
+
+        async def send_and_release(message: Message) -> None:
+            release()
+            await send(message)
+
+        await self._turns.acquire_on_behalf_of(holder)
+        try:
+            await self._app(scope, receive, send_and_release)
+        finally:
+            release()
 
 
 class DeadlineProtocol(H11Protocol):

@@ -157,12 +157,18 @@ class EstimateModel(Answer):
     """The cost of a sweep; nothing was stored."""
 
     runs: int = Field(description="Points of the sweep, each at every resolution and offset")
+    looked_at: int = Field(
+        description="Points whose runs were looked at; they were drawn evenly, and stand for all"
+    )
     reused: int = Field(description="Distinct runs that are computed or under way already")
-    core_seconds: float = Field(description="Estimated core seconds of the runs that remain")
+    core_seconds: float = Field(
+        description="Estimated core seconds of the runs that remain, of the cube and of the report"
+    )
     seconds: float = Field(
-        description="Core seconds divided by the number of workers of this service"
+        description="The same with the runs divided among the workers of this service"
     )
     bytes: int = Field(description="Size of the results")
+    memory: int = Field(description="Memory of the largest run's process, bytes")
     is_measured: bool = Field(description="Whether the times are measured here for this scenario")
     warnings: list[str] = Field(
         description="Doubts about points that are allowed and hardly useful"

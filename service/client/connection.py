@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.2, 5.0  # s, between two attempts
 STREAM_TIMEOUT = 60.0  # s; an event stream sends something every 15 s
-TEMPORARY = frozenset({502, 503, 504})  # statuses of the service, or of a proxy in front of it
+TEMPORARY = frozenset({429, 502, 503, 504})  # statuses of the service, or of a proxy in front of it
 # Errors that a server causes; others mean that nothing listens at the address.
 BROKEN = (httpx.RemoteProtocolError, httpx.ReadError, httpx.ReadTimeout)
 

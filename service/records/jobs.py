@@ -28,6 +28,7 @@ from solver.errors import WhippleError
 from studies.values.files import FILM, RESULT, STATE
 
 if TYPE_CHECKING:
+    from service.records.expansion import ExpandedSweep
     from studies.sweeps.sweep import Sweep
 
 Item = TypeVar("Item")
@@ -186,7 +187,7 @@ class Page(Generic[Item]):
 class Submission:
     """A sweep with the options of its owner, which are not part of a run's identity."""
 
-    sweep: "Sweep"
+    sweep: "Sweep | ExpandedSweep"
     owner: str = ""  # name of an API key; empty on the loopback
     priority: int = 0  # one of PRIORITIES
     keep: Keep = Keep.FINAL

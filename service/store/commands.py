@@ -1,7 +1,5 @@
 """Commands of people: accept, cancel, retry and delete sweeps; pause the queue, set priorities."""
 
-import hashlib
-import json
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -11,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
+from service.records.expansion import ExpandedPoint, ExpandedSweep, expand
 from service.records.fault_points import fault_point
 from service.records.jobs import (
     ACTIVE,
@@ -28,7 +27,7 @@ from service.records.jobs import (
     before,
 )
 from service.store import fair_queueing
-from service.store.connection import Database
+from service.store.connection import Database, JsonText
 from service.store.fair_queueing import IS_WANTED, MOVED_TIME, URGENCY
 from service.store.queue_queries import QueueQueries
 from service.store.statements import (
@@ -49,7 +48,9 @@ from studies.values.files import RESULT
 
 if TYPE_CHECKING:
     from studies.runs.run import Run
-    from studies.sweeps.sweep import Point, Sweep
+    from studies.sweeps.sweep import Sweep
+
+BATCH = 1000  # runs inserted by one statement
 
 
 class Commands(QueueQueries):
@@ -110,7 +111,10 @@ class Commands(QueueQueries):
                 earlier = _accepted_before(connection, submission)
             if earlier is not None:
                 return earlier
-        rows = _rows_of(submission, cost=self._cost, moment=now())
+        sweep = submission.sweep
+        if not isinstance(sweep, ExpandedSweep):
+            sweep = expand(sweep, self._cost)
+        rows = _rows_of(submission, sweep, now())
         with self._commanding() as connection:
             earlier = _accepted_before(connection, submission)
             accepted = earlier or _accept(connection, submission, rows)
@@ -237,41 +241,34 @@ class _Rows:
 
 def digest_of(sweep: "Sweep") -> str:
     """Digest of a sweep's document and of its runs: the same document for the same physics."""
-    return _digest(sweep.document(), [point.run.id for point in sweep.every_run()])
+    return expand(sweep, cost=lambda _run: 0.0).digest
 
 
-def _digest(document: Mapping[str, Any], run_ids: Sequence[str]) -> str:
-    text = json.dumps([document, run_ids], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _rows_of(submission: Submission, *, cost: Callable[["Run"], float], moment: datetime) -> _Rows:
-    """The rows of a sweep that is accepted now; ``cost`` gives core seconds.
+def _rows_of(submission: Submission, sweep: ExpandedSweep, moment: datetime) -> _Rows:
+    """The rows of a sweep that is accepted now.
 
     The virtual times of its runs are those in an empty queue, if all of them are new.
     """
-    id, sweep = uuid.uuid4().hex, submission.sweep
-    points, document = sweep.every_run(), sweep.document()
-    run_ids = [point.run.id for point in points]  # a digest: computed once for each point
+    id = uuid.uuid4().hex
     return _Rows(
         sweep={
             "id": id,
             "name": sweep.name,
-            "title": sweep.title or sweep.name,
+            "title": sweep.title,
             "scenario": sweep.scenario,
-            "document": document,
-            "digest": _digest(document, run_ids),
+            "document": sweep.document,
+            "digest": sweep.digest,
             "owner": submission.owner,
             "priority": submission.priority,
             "keep": submission.keep,
-            "planned": len(points),
+            "planned": len(sweep.points),
             "new": 0,
             "created": moment,
         },
         runs=run_rows(
-            points, cost, priority=submission.priority, keep=submission.keep, moment=moment
+            sweep.points, priority=submission.priority, keep=submission.keep, moment=moment
         ),
-        points=point_rows(id, points),
+        points=point_rows(id, sweep.points),
         publication={
             "id": uuid.uuid4().hex,
             "kind": Kind.PUBLISH,
@@ -292,8 +289,7 @@ def _unbegun(moment: datetime) -> dict[str, Any]:
 
 
 def run_rows(
-    points: "Sequence[Point]",
-    cost: Callable[["Run"], float],
+    points: Sequence[ExpandedPoint],
     *,
     priority: int,
     keep: Keep,
@@ -301,37 +297,40 @@ def run_rows(
     first: int = 0,
 ) -> list[dict[str, Any]]:
     """The rows of the runs of points, each once; ``first`` is the ordinal of the first point."""
-    runs: dict[str, dict[str, Any]] = {}
+    runs: list[dict[str, Any]] = []
     virtual_time = 0.0
     for ordinal, point in enumerate(points, first):
-        if point.run.id not in runs:
-            seconds = cost(point.run)
-            runs[point.run.id] = {
-                "id": point.run.id,
-                "kind": Kind.RUN,
-                "scenario": point.run.scenario,
-                "spec": point.run.as_json(),
-                "state": State.QUEUED,
-                "priority": priority,
-                "virtual_time": virtual_time,
-                "ordinal": ordinal,
-                "keep": keep,
-                "cost": seconds,
-                **_unbegun(moment),
-            }
-            virtual_time += seconds
-    return [*runs.values()]
+        if point.parameters is not None:
+            runs.append(
+                {
+                    "id": point.run_id,
+                    "kind": Kind.RUN,
+                    "scenario": point.scenario,
+                    "spec": point,
+                    "state": State.QUEUED,
+                    "priority": priority,
+                    "virtual_time": virtual_time,
+                    "ordinal": ordinal,
+                    "keep": keep,
+                    "cost": point.cost,
+                    **_unbegun(moment),
+                }
+            )
+            virtual_time += point.cost
+    return runs
 
 
-def point_rows(sweep_id: str, points: "Sequence[Point]", first: int = 0) -> list[dict[str, Any]]:
+def point_rows(
+    sweep_id: str, points: Sequence[ExpandedPoint], first: int = 0
+) -> list[dict[str, Any]]:
     """The rows of the points of a sweep."""
     return [
         {
             "sweep_id": sweep_id,
             "ordinal": ordinal,
-            "run_id": point.run.id,
-            "axis_index": list(point.index),
-            "coordinates": dict(point.coordinates),
+            "run_id": point.run_id,
+            "axis_index": JsonText(point.index),
+            "coordinates": JsonText(point.coordinates),
             "detached": False,
         }
         for ordinal, point in enumerate(points, first)
@@ -378,11 +377,20 @@ def _accept(connection: sa.Connection, submission: Submission, rows: _Rows) -> S
 
 def insert_new_runs(connection: sa.Connection, rows: Sequence[dict[str, Any]], begin: float) -> int:
     """Insert those runs that no sweep has brought yet, from a virtual time on; return their number."""
-    for row in rows:
-        row["virtual_time"] += begin
     insert = insert_into(connection, JOBS).on_conflict_do_nothing()
     counted = insert.execution_options(preserve_rowcount=True)
-    return connection.execute(counted, rows).rowcount
+    new = 0
+    for first in range(0, len(rows), BATCH):  # whose specifications are written out: 3 kB each
+        batch = [
+            {
+                **row,
+                "virtual_time": row["virtual_time"] + begin,
+                "spec": JsonText(row["spec"].spec),
+            }
+            for row in rows[first : first + BATCH]
+        ]
+        new += connection.execute(counted, batch).rowcount
+    return new
 
 
 # --- cancel ------------------------------------------------------------------------------------

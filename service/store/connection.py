@@ -11,6 +11,7 @@ numbers of events become visible in order. The price: replicas do not write side
 Readers wait for no writer, and see one moment (REPEATABLE READ, a read transaction of SQLite).
 """
 
+import json
 import sqlite3
 import threading
 import time
@@ -26,7 +27,20 @@ from service.store.tables import CONTROL, PRIORITY_CLASSES, REVISION, TABLES
 
 BUSY_MILLISECONDS = 20_000  # wait of a writer for others before it raises StoreUnavailable
 NO_WAIT_MILLISECONDS = 100  # a shorter wait within the process is not worth another statement
+
+
+class JsonText(str):
+    """A value of a JSON column that is written already."""
+
+    __slots__ = ()
+
+
+def _as_json(value: Any) -> str:
+    return value if isinstance(value, JsonText) else json.dumps(value)
+
+
 CONNECTIONS: dict[str, Any] = {
+    "json_serializer": _as_json,
     "pool_size": 10,
     "max_overflow": 20,
     "pool_timeout": BUSY_MILLISECONDS / 1000,

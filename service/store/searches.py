@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
+from service.records.expansion import expanded_points
 from service.records.jobs import Lease, State
 from service.store import fair_queueing
 from service.store.commands import Commands, insert_new_runs, point_rows, run_rows
@@ -47,11 +48,12 @@ class Searches(Commands):
                 return False
             first = connection.execute(last).scalar_one() + 1
             begin = fair_queueing.open_class(connection, row.priority)
+            expanded = [*expanded_points(points, self._cost)]
             runs = run_rows(
-                points, self._cost, priority=row.priority, keep=row.keep, moment=moment, first=first
+                expanded, priority=row.priority, keep=row.keep, moment=moment, first=first
             )
             new = insert_new_runs(connection, runs, begin)
-            connection.execute(POINTS.insert(), point_rows(id, points, first))
+            connection.execute(POINTS.insert(), point_rows(id, expanded, first))
             if new < len(runs):
                 ids = [run["id"] for run in runs]
                 new += fair_queueing.queue_again(connection, id, moment, verdicts=False, among=ids)

@@ -179,6 +179,7 @@ class _Reading:
         if quantity not in form.quantities:
             cure = nearest_cure(quantity, form.quantities)
             self._refuse("quantity", quantity, f"a quantity of the form {form.name}", cure)
+        points = self._number("points", self.document.get("points"), 1.0, 1e9)
         law = FittedLaw(
             name=name,
             title=self._text("title"),
@@ -186,7 +187,7 @@ class _Reading:
             form=form,
             constants=self._constants(form),
             level=self._number("level", self.document.get("level"), 0.0, 1.0),
-            points=int(self._number("points", self.document.get("points"), 1.0, 1e9)),
+            points=0 if math.isnan(points) else int(points),
             scatter=self._number("scatter", self.document.get("scatter"), 0.0, math.inf),
             range=self._range(),
             source=self._text("source"),

@@ -8,6 +8,8 @@ and how sure that is; ``None`` where a material goes without (it never melts, it
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache, cached_property
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from solver.registry import entries
@@ -126,21 +128,24 @@ SECTIONS: Mapping[str, type | tuple[str, str]] = {
 OPTIONAL = ("fracture",)
 
 
-def models(section: str) -> dict[str, Any]:
+@cache
+def models(section: str) -> Mapping[str, Any]:
     """The models that a section can choose, by kind: those whose record a material can fill."""
     folder = SECTIONS[section]
     assert isinstance(folder, tuple)
-    return {
-        name: entry
-        for name, entry in entries(*folder).items()
-        if not getattr(entry, "kind", "")
-        and set(entry.record._fields)
-        <= {
-            *declared(entry.record),
-            *marked(entry.record, FromMaterial),
-            *entry.record._field_defaults,
+    return MappingProxyType(
+        {
+            name: entry
+            for name, entry in entries(*folder).items()
+            if not getattr(entry, "kind", "")
+            and set(entry.record._fields)
+            <= {
+                *declared(entry.record),
+                *marked(entry.record, FromMaterial),
+                *entry.record._field_defaults,
+            }
         }
-    }
+    )
 
 
 def record_of(section: str, kind: object, path: str) -> type:
@@ -219,8 +224,13 @@ class Material:
         """The fields of a model's record that are ``FromMaterial``."""
         return {name: self._value(mark.path) for name, mark in marked(record, FromMaterial).items()}
 
-    def parameters(self) -> dict[str, Parameter]:
+    def parameters(self) -> Mapping[str, Parameter]:
         """Every constant that can be set, by dotted path."""
+        return self._parameters
+
+    @cached_property
+    def _parameters(self) -> Mapping[str, Parameter]:
+        """Made once: the checks of every run of a sweep ask for them."""
         parameters = dict(declared(Scalars))
         for section in SECTIONS:
             for name, parameter in declared(self._record(section)).items():

@@ -8,6 +8,8 @@ from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from studies.values.recipes import ACCURACY
 
+MOST_LOOKED_AT = 64  # points of a sweep, at 1 ms each; those of a larger one cost as these do
+
 
 @dataclass(frozen=True)
 class Cost:
@@ -51,6 +53,54 @@ class PresetCost:
     reason: str = ""  # why it is not
 
 
+@dataclass(frozen=True)
+class PricedRun:
+    """A run with its cost, and the number of runs that it stands for."""
+
+    id: str
+    core_seconds: float
+    bytes: int
+    memory: int  # of its process
+    share: float  # 1, or more where not every point of a sweep is looked at
+
+
+@dataclass(frozen=True)
+class SweepCost:
+    """The cost of a sweep, from the different runs at the points that were looked at."""
+
+    runs: int  # most runs of the sweep, those of every try of a search
+    looked_at: int  # points
+    priced: tuple[PricedRun, ...]
+    further: float  # tries of a search for each of its first runs; they lie between their values
+
+    def of(self, priced: Iterable[PricedRun]) -> Cost:
+        """The cost of some of the runs, with those that they stand for."""
+        chosen = [(each, each.share * self.further) for each in priced]
+        return Cost(
+            self.runs,
+            sum(each.core_seconds * share for each, share in chosen),
+            round(sum(each.bytes * share for each, share in chosen)),
+            max((each.memory for each, _ in chosen), default=0),
+        )
+
+
+def sweep_cost(sweep: Sweep) -> SweepCost:
+    """The cost of a sweep by its runs, drawn evenly; raises InvalidInput where one of them is refused."""
+    on_axes = min(sweep.size, MOST_LOOKED_AT)
+    priced: dict[str, PricedRun] = {}
+    count = 0
+    for count, point in enumerate(sweep.every_run(MOST_LOOKED_AT), 1):
+        if point.run.id not in priced:
+            each = run.estimate(point.run)
+            share = sweep.size / on_axes if count <= on_axes else 1.0  # then it screens the models
+            priced[point.run.id] = PricedRun(
+                point.run.id, each.core_seconds, each.bytes, each.memory, share
+            )
+    runs = sweep.most_runs + count - on_axes
+    further = sweep.most_runs / sweep.size
+    return SweepCost(runs, count, tuple(priced.values()), further)
+
+
 def cost_of(sweep: Sweep) -> Cost:
     """The cost of a sweep, at most; raises InvalidInput where one of its points is refused."""
     return _of_runs(sweep).plus(OF_SWEEP)
@@ -58,27 +108,18 @@ def cost_of(sweep: Sweep) -> Cost:
 
 def _of_runs(sweep: Sweep) -> Cost:
     """The cost of its runs."""
-    cost = _cost(point.run for point in sweep.every_run())
-    if sweep.searched is None:
-        return cost
-    # The further tries of a search lie between the values of its first runs.
-    share = sweep.most_runs / cost.runs
-    return Cost(sweep.most_runs, cost.core_seconds * share, round(cost.bytes * share), cost.memory)
+    cost = sweep_cost(sweep)
+    return cost.of(cost.priced)
 
 
 def _of_screening(sweep: Sweep) -> Cost:
     """The cost of the runs that screen the models of a sweep."""
     if sweep.model_part != "screen":
         return Cost(0, 0.0, 0, 0)
-    return _cost(each.run for each in sweep.screening()[1] if each.run is not None)
-
-
-def _cost(runs: Iterable[run.Run]) -> Cost:
-    """The cost of the different ones of some runs, counted all."""
-    every = list(runs)
-    estimates = [run.estimate(each) for each in {each.id: each for each in every}.values()]
+    runs = [each.run for each in sweep.screening()[1] if each.run is not None]
+    estimates = [run.estimate(each) for each in {each.id: each for each in runs}.values()]
     return Cost(
-        len(every),
+        len(runs),
         sum(each.core_seconds for each in estimates),
         sum(each.bytes for each in estimates),
         max((each.memory for each in estimates), default=0),

@@ -34,7 +34,7 @@ from studies.sweeps.sweep import (
 )
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.formats import CONTROLS
-from studies.values.nearest import nearest, nearest_cure, shown
+from studies.values.nearest import few_suggestions, nearest, nearest_cure, shown
 from studies.values.parameters import declared, find, missing, parse_value, parse_values
 from studies.values.quantities import exact_number, refusal
 from studies.values.recipes import ACCURACY
@@ -73,7 +73,8 @@ def read_sweep(document: Any, limits: SweepLimits) -> Sweep:
     """The sweep of a document; raises InvalidInput with every error."""
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
-    return _DocumentReading(document, limits).sweep()
+    with few_suggestions():
+        return _DocumentReading(document, limits).sweep()
 
 
 def read_sweep_file(file: Path) -> dict[str, Any]:
@@ -525,9 +526,9 @@ class _DocumentReading:
         if any(self.document.get(key) is not None for key in ("resolution", "accuracy")):
             names.add(RESOLUTION)
         # A misspelt name is refused as such.
-        names |= {
-            meant for name in names - set(self.record) for meant in nearest(name, self.record)
-        }
+        for name in (*self.fixed, *self.varied):
+            if name not in self.record:
+                names.update(nearest(name, self.record))
         for parameter in self.record.values():
             if parameter.required and parameter.name not in names:
                 finding = missing(parameter, "fixed")

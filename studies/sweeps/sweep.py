@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import random
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -35,6 +36,7 @@ PARTICLES = "particles_per_cell"
 SCREENING = "screening"  # in place of the coordinates of a run that screens the models
 OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
 FINDINGS_SHOWN = 20  # reported refused points; an invalid sweep may have thousands of them
+MOST_REFUSED = 200  # points, after which the others are not checked
 
 # The most that could sensibly run. A particle takes 500 bytes of memory (a plate as thick as its projectile is wide, in
 # three dimensions, with its nodes), 120 of a stored state and a microsecond of one core a step: 2e9 of them are 1 TB,
@@ -188,11 +190,19 @@ class Sweep:
 
     def runs(self) -> list[Point]:
         """All runs, the last axis fastest; raises InvalidInput naming the refused points."""
-        points: list[Point] = []
+        return [*self._each_run(self.size)]
+
+    def _each_run(self, most: int) -> Iterator[Point]:
+        """All runs, or so many drawn evenly; raises InvalidInput after the last, naming the refused points."""
         findings: dict[Finding, str] = {}
-        for index, coordinates in self._places():
+        refused = 0
+        drawn = random.Random(0).sample(range(self.size), most) if most < self.size else None
+        chosen = None if drawn is None else {*drawn}
+        for number, (index, coordinates) in enumerate(self._places()):
+            if chosen is not None and number not in chosen:
+                continue
             try:
-                points.append(Point(index, coordinates, self._run(coordinates)))
+                resolved = self._run(coordinates)
             except InvalidInput as error:
                 place = ", ".join(
                     f"{axis.name} = {written(coordinates[axis.name], axis.unit)}"
@@ -201,14 +211,16 @@ class Sweep:
                 findings |= {
                     finding: place for finding in error.findings if finding not in findings
                 }
-            if len(findings) >= FINDINGS_SHOWN:
-                break
+                refused += 1
+                if len(findings) >= FINDINGS_SHOWN or refused >= MOST_REFUSED:
+                    break
+            else:
+                yield Point(index, coordinates, resolved)
         if findings:
             raise InvalidInput(
                 replace(finding, value=f"{finding.value} (at {place})")
                 for finding, place in findings.items()
             )
-        return points
 
     def coordinates(self) -> list[dict[str, Value]]:
         """The values of the axes at each point, before it is refined; SI, by axis name."""
@@ -255,15 +267,17 @@ class Sweep:
 
         return min(self.coordinates(), key=distance)
 
-    def every_run(self) -> list[Point]:
-        """The runs of all points, and those that screen its models, which have no place on its axes."""
-        if self.model_part != "screen":
-            return self.runs()
-        points = self.runs()
-        _, screens = self.screening()
-        return points + [
-            Point((), {SCREENING: each.name}, each.run) for each in screens if each.run is not None
-        ]
+    def every_run(self, most: int | None = None) -> Iterator[Point]:
+        """The runs of all points (of ``most``, drawn evenly), and those that screen its models.
+
+        The latter have no place on its axes. Raises InvalidInput as ``runs`` does, after the last point.
+        """
+        yield from self._each_run(self.size if most is None else most)
+        if self.model_part == "screen":
+            _, screens = self.screening()
+            for each in screens:
+                if each.run is not None:
+                    yield Point((), {SCREENING: each.name}, each.run)
 
     def roles(self) -> dict[str, tuple[str, ...]]:
         """The names of the materials that each material parameter takes."""

@@ -2,6 +2,8 @@
 
 import hashlib
 import re
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import Annotated
 
 from fastapi import Depends, Header, Path, Query, Request, Response
@@ -9,28 +11,32 @@ from pydantic import ValidationError
 from starlette.requests import ClientDisconnect
 
 from service.api.access import Submitter
-from service.api.documents import read_json, read_yaml
+from service.api.documents import pointer, read_json
 from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
 from service.api.event_streams import EventStreams
 from service.api.partial_cubes import PartialCubes
+from service.api.readers import Readers
+from service.api.reading import (
+    PARSERS,
+    EstimatedSweep,
+    Posted,
+    Read,
+    Refusal,
+    estimated,
+    expanded,
+)
 from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.records.jobs import PRIORITIES, Keep, Submission
 from service.records.settings import Settings
 from service.store import Store
-from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import Finding, InvalidInput
 from studies.values.nearest import shown
 
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
 LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number
-READERS = {
-    "application/json": read_json,
-    "application/yaml": read_yaml,
-    "application/x-yaml": read_yaml,
-    "text/yaml": read_yaml,
-}
 IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 
 
@@ -109,17 +115,34 @@ async def _body(request: Request) -> bytes:
 Body = Annotated[bytes, Depends(_body)]
 
 
-def _sweep(request: Request, body: Body, settings: AppSettings) -> Sweep:
-    """The sweep in the body, checked in full; raises InvalidInput with every error."""
+@asynccontextmanager
+async def _read(
+    request: Request, body: bytes, settings: Settings, part: Callable[[Sweep, Posted], Read]
+) -> AsyncIterator[Read]:
+    """What a child process makes of the sweep in the body; it stays taken during the block.
+
+    Raises InvalidInput with every error.
+    """
     media_type = _media_type(request)
-    reader = READERS.get(media_type)
-    if reader is None:
-        raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(READERS)}")
-    request.state.document = document = reader(body)
-    return Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
+    if media_type not in PARSERS:
+        raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(PARSERS)}")
+    readers: Readers = request.app.state.readers
+    async with readers.slot(request.state.caller):
+        read = await readers.read(Posted(media_type, body, settings.max_runs), part)
+        if isinstance(read, Refusal):
+            request.state.pointers = read.pointers
+            raise InvalidInput(read.findings)
+        yield read
 
 
-PostedSweep = Annotated[Sweep, Depends(_sweep)]
+async def _estimated(
+    request: Request, body: Body, settings: AppSettings
+) -> AsyncIterator[EstimatedSweep]:
+    async with _read(request, body, settings, estimated) as sweep:
+        yield sweep
+
+
+PostedEstimate = Annotated[EstimatedSweep, Depends(_estimated)]
 
 
 def _change(request: Request, body: Body) -> SweepChange:
@@ -128,10 +151,12 @@ def _change(request: Request, body: Body) -> SweepChange:
         raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
     if len(body) > LONGEST_CHANGE:
         raise PayloadTooLarge(f"{len(body)} bytes; a change has at most {LONGEST_CHANGE} bytes")
-    request.state.document = document = read_json(body)
+    document = read_json(body)
     try:
         return SweepChange.model_validate(document)
     except ValidationError as error:
+        fields = [".".join(map(str, item["loc"])) for item in error.errors()]
+        request.state.pointers = {field: pointer(field, document) for field in fields}
         limit = f"`priority` alone, an integer from {PRIORITIES[0]} to {PRIORITIES[-1]}"
         raise InvalidInput(
             Finding(
@@ -176,16 +201,16 @@ IdempotencyKey = Annotated[
 ]
 
 
-def _submission(
+async def _submission(
     request: Request,
     caller: Submitter,
-    sweep: PostedSweep,
     body: Body,
+    settings: AppSettings,
     priority: Priority = 0,
     keep: Retention = Keep.FINAL,
     idempotency_key: IdempotencyKey = None,
-) -> Submission:
-    """A sweep with its owner, priority, retention and idempotency key.
+) -> AsyncIterator[Submission]:
+    """A sweep with its owner, priority, retention and idempotency key; it is stored before the next one is expanded.
 
     Priority and retention are query parameters, because the document is the question alone: it is
     hashed, stored in the cube and submitted again by others.
@@ -195,7 +220,8 @@ def _submission(
         prefix = f"{_media_type(request)}\n{priority}\n{keep}\n".encode()
         digest = hashlib.sha256(prefix + body).hexdigest()
         idempotency = (_unquoted_key(idempotency_key), digest)
-    return Submission(sweep, caller.name, priority, keep, idempotency)
+    async with _read(request, body, settings, expanded) as sweep:
+        yield Submission(sweep, caller.name, priority, keep, idempotency)
 
 
 PostedSubmission = Annotated[Submission, Depends(_submission)]

@@ -65,9 +65,9 @@ def _number(text: str) -> int:
     return int(text)
 
 
-async def _listener(streams: AppEventStreams) -> AsyncIterator[Listener]:
+async def _listener(request: Request, streams: AppEventStreams) -> AsyncIterator[Listener]:
     """A listener for the duration of the response."""
-    async with streams.listening() as listener:
+    async with streams.listening(request.state.caller) as listener:
         yield listener
 
 

@@ -12,8 +12,8 @@ from service.api.routes.dependencies import (
     Cursor,
     Limit,
     PatchedSweep,
+    PostedEstimate,
     PostedSubmission,
-    PostedSweep,
     Prefix,
     SweepId,
     check_directory,
@@ -31,9 +31,7 @@ from service.api.schemas import (
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import RUN_STATES, State, SweepState
 from service.store import Store
-from studies.runs.run import estimate
-from studies.sweeps.cost import presets_of
-from studies.sweeps.warnings import warnings_of
+from studies.sweeps.cost import OF_SWEEP
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
 
@@ -94,30 +92,32 @@ def submit_sweep(submission: PostedSubmission, store: AppStore, response: Respon
 
 @router.post("/estimate", openapi_extra=SWEEP_BODY)
 def estimate_sweep(
-    sweep: PostedSweep, store: AppStore, settings: AppSettings, request: Request
+    sweep: PostedEstimate, store: AppStore, settings: AppSettings, request: Request
 ) -> EstimateModel:
     """Estimate the cost of a sweep, as it is and at each `accuracy`; of a search, its most runs. Nothing is stored.
 
-    Times are those that this service measured for runs of the same scenario, if there are any.
+    Times are those that this service measured for runs of the same scenario, if there are any. Of many points, some
+    are drawn evenly and stand for all; the submission checks each.
     """
-    points = sweep.every_run()
-    runs = {point.run.id: point.run for point in points}
-    existing = store.known_runs(runs)
-    estimates = [estimate(run) for id, run in runs.items() if id not in existing]
+    priced = sweep.cost.priced
+    existing = store.known_runs(each.id for each in priced)
+    new = [each for each in priced if each.id not in existing]
     measured_rate = store.measured_rate(sweep.scenario)
     rate = 1.0 if measured_rate is None else measured_rate
-    further = sweep.most_runs / len(points) if sweep.searched else 1.0
-    core_seconds = sum(each.core_seconds for each in estimates) * rate * further
+    cost = sweep.cost.of(new)
     workers = request.app.state.engine.workers() or settings.workers
+    new_runs = round(sum(each.share for each in new))
     return EstimateModel(
-        runs=sweep.most_runs if sweep.searched else len(points),
-        reused=len(existing),
-        core_seconds=core_seconds,
-        seconds=core_seconds / max(1, min(workers, len(estimates))),
-        bytes=round(sum(each.bytes for each in estimates) * further),
+        runs=sweep.cost.runs,
+        looked_at=sweep.cost.looked_at,
+        reused=round(sum(each.share for each in priced if each.id in existing)),
+        core_seconds=cost.core_seconds * rate + OF_SWEEP.core_seconds,
+        seconds=cost.core_seconds * rate / max(1, min(workers, new_runs)) + OF_SWEEP.core_seconds,
+        bytes=cost.bytes + OF_SWEEP.bytes,
+        memory=cost.memory,
         is_measured=measured_rate is not None,
-        warnings=warnings_of(sweep),
-        presets=[PresetModel.of(preset, rate) for preset in presets_of(sweep, settings.max_runs)],
+        warnings=sweep.warnings,
+        presets=[PresetModel.of(preset, rate) for preset in sweep.presets],
     )
 
 

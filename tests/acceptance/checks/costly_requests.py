@@ -1,11 +1,15 @@
 """Bodies and heads that are made to cost much: they cost little, and nobody else waits for them."""
 
+import os
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import httpx
 
@@ -21,6 +25,8 @@ ROUTES = (("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate"), ("PATCH", "/v
 REFUSALS = {413, 415, 422}
 MOST_BYTES, MOST_FINDINGS = 64 * 1024, 50  # of an answer to a bad body
 PATIENCE_SECONDS = 30.0
+PAUSE_SECONDS = 0.5  # between two requests of one sender
+LONGEST_ANSWER = 150.0  # s; a child has 120 for a sweep
 HEADER = 200 << 20  # bytes
 # Half-sent heads: more than may be connected, and fewer than a process may open.
 HALVES = (
@@ -90,6 +96,94 @@ def closed(
         yield Row(f"a slow client among {count}", "HTTP/1.1 200 OK", text, text.endswith("200 OK"))
         yield Row(f"of {count} half-sent heads, open after {seconds:g} s", 0, left, left == 0)
         yield from _rows_of_others(f"{count} half-sent heads", probe, limits)
+
+
+def pipelined(
+    service: Service, count: int, seconds: float, limits: AnswerLimits = AnswerLimits()
+) -> Iterator[Row]:
+    """Many connections that send requests without reading the responses hold nobody up."""
+    with probing(service.port) as probe, slow_clients.pipelining(service.port, count, "/docs"):
+        time.sleep(seconds)
+    yield from _rows_of_others(f"{count} pipelining connections", probe, limits)
+
+
+@dataclass(frozen=True)
+class Flood:
+    """Requests at once, again and again: estimates with one key and submissions with another."""
+
+    estimates: int
+    submissions: int
+    seconds: float
+
+
+def flooded(
+    service: Service,
+    secrets: Mapping[str, str],
+    documents: Sequence[Mapping[str, Any]],
+    flood: Flood,
+    limits: AnswerLimits = AnswerLimits(),
+) -> Iterator[Row]:
+    """Large sweeps in number leave the service alive, ready and small; ``secrets`` of read, submit and other."""
+    assert service.process is not None
+    end = time.monotonic() + flood.seconds
+    answered: Counter[int | str] = Counter()
+    before = peak = _resident(service.process.pid)
+    slowest = {"/readyz": 0.0, "/v1/sweeps": 0.0}
+    statuses: dict[str, Counter[int]] = {path: Counter() for path in slowest}
+
+    def send(number: int) -> None:
+        is_estimate = number < flood.estimates
+        path = "/v1/sweeps/estimate" if is_estimate else "/v1/sweeps"
+        headers = {"Authorization": f"Bearer {secrets['read' if is_estimate else 'submit']}"}
+        with httpx.Client(base_url=service.url, timeout=LONGEST_ANSWER, headers=headers) as client:
+            while time.monotonic() < end:
+                try:
+                    status = client.post(path, json=documents[number % 2]).status_code
+                    answered[status] += 1
+                except httpx.TransportError as error:
+                    answered[type(error).__name__] += 1
+                time.sleep(PAUSE_SECONDS)
+
+    count = flood.estimates + flood.submissions
+    other = {"Authorization": f"Bearer {secrets['other']}"}
+    with (
+        ThreadPoolExecutor(count) as senders,
+        probing(service.port) as probe,
+        httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS, headers=other) as client,
+    ):
+        sent = [senders.submit(send, number) for number in range(count)]
+        while not all(each.done() for each in sent):
+            for path in slowest:
+                begin = time.monotonic()
+                statuses[path][client.get(path).status_code] += 1
+                slowest[path] = max(slowest[path], time.monotonic() - begin)
+            peak = max(peak, _resident(service.process.pid))
+            time.sleep(PAUSE_SECONDS)
+    yield from _rows_of_others(f"{count} large sweeps at once", probe, limits)
+    for path, codes in statuses.items():
+        yield Row(f"answers of {path}", "200", str(dict(codes)), set(codes) == {200})
+    yield at_most("slowest list of sweeps of another key (s)", limit=1.0, got=slowest["/v1/sweeps"])
+    yield at_most("more memory than at the start (MB)", limit=400.0, got=(peak - before) / 1e6)
+    odd = {status for status in answered if status not in (200, 202, 429)}
+    yield Row("answers to the large sweeps", "200, 202 or 429", str(dict(answered)), not odd)
+    done = answered[200] * answered[202]
+    yield Row("large sweeps that were estimated and accepted", "some of each", done, done > 0)
+
+
+def _resident(pid: int) -> int:
+    """Bytes of memory of a process and its children."""
+    pages = 0
+    for process in (pid, *_children(pid)):
+        with suppress(OSError):  # it has ended
+            pages += int(Path(f"/proc/{process}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def _children(pid: int) -> list[int]:
+    with suppress(OSError):
+        tasks = Path(f"/proc/{pid}/task").glob("*/children")
+        return [int(child) for task in tasks for child in task.read_text().split()]
+    return []
 
 
 def chunked(service: Service, limits: AnswerLimits = AnswerLimits()) -> Iterator[Row]:

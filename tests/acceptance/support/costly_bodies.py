@@ -56,6 +56,11 @@ WRONG_TYPES = (
     b'{"name": [1], "title": {}, "scenario": "thin_plate", "fixed": 3, "axes": [{}], "combine": 0, '
     b'"resolution": {"start": []}, "offsets": "x", "materials": "y", "observations": 1.5}'
 )
+REFUSED_POINTS = (
+    b'{"scenario": "thin_plate", "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", '
+    b'"projectile_diameter": "6 mm", "plate_thickness": "10 um"}, "resolution": 8, "axes": {"speed": '
+    b'{"start": "1000 m/s", "stop": "10980 m/s", "step": "10 m/s"}, "obliquity": ["0 deg", "1 deg", "2 deg"]}}'
+)
 LAUGHS = b"a0: &a0 [ha, ha]\n" + b"".join(
     b"a%d: &a%d [*a%d, *a%d]\n" % (layer, layer, layer - 1, layer - 1) for layer in range(1, 90)
 )
@@ -69,6 +74,13 @@ IN_JSON: Mapping[str, Callable[[], bytes]] = {
     "unknown parameters": numbered(
         SWEEP + b'"fixed": {', b'"plate_thicknes%d":1,', b'"x":1}}', MANY
     ),
+    "unknown axes": numbered(
+        b'{"scenario": "thin_plate", "axes": {', b'"a%d":1,', b'"x":1}}', 300_000
+    ),
+    "unknown keys of a law": numbered(
+        b'{"scenario": "thin_plate", "laws": [', b'{"form":"power","nme%d":1},', b"{}]}", 49
+    ),
+    "refused points": plain(REFUSED_POINTS),
     "unknown keys of a material": numbered(
         SWEEP + b'"materials": {"m": {', b'"k%d":1,', b'"x":1}}}', MANY
     ),

@@ -71,6 +71,19 @@ def half_sent(port: int, count: int) -> Iterator[list[socket.socket]]:
         yield clients
 
 
+@contextmanager
+def pipelining(port: int, count: int, path: str) -> Iterator[list[socket.socket]]:
+    """So many connections that send requests without end, as far as they are taken, and read nothing."""
+    requests = f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n".encode() * 1000
+    with ExitStack() as ends:
+        clients = [ends.enter_context(connected(port)) for _ in range(count)]
+        for client in clients:
+            client.setblocking(False)
+            with suppress(OSError):  # taken in part, or refused
+                client.send(requests)
+        yield clients
+
+
 def still_open(clients: Sequence[socket.socket], seconds: float) -> int:
     """How many connections the service has not ended after so long."""
     end, count = time.monotonic() + seconds, 0

@@ -27,10 +27,11 @@ from tests.service.support.fakes import wait_until
 
 MOST_FILES = 15  # of service and studies
 LISTED = re.compile(r"^\d+\. `((?:service|studies)/[\w/]+\.py)`", re.MULTILINE)
-# Rooms that help everywhere, what every command of the store uses, and what keeps pictures of a run: no cube has them.
+# Rooms that help everywhere, what is around every request, what every command of the store uses, and what keeps
+# pictures of a run: no cube has them.
 HELPERS = re.compile(
     r"service/(records|files|cli)/.*|studies/(values|films)/.*"
-    r"|service/store/(connection|statements)\.py"
+    r"|service/api/(access|middleware)\.py|service/store/(connection|statements)\.py"
 )
 TRACE = "WHIPPLE_WAY"  # environment: file to which a child process adds the files on its stack
 # Imported by the interpreter of each child process.

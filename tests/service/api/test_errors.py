@@ -9,7 +9,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from service.api.errors import pointer
+from service.api.documents import pointer
 from service.api.routes.dependencies import LONGEST_BODY
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of, until
 

@@ -1,5 +1,6 @@
 """Event streams: nothing missed, nothing twice, progress at its pace, and nothing left behind."""
 
+import asyncio
 import json
 import threading
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from typing import Any
 import httpx
 import pytest
 
+from service.api.errors import TooManyRequests
 from service.api.event_streams import EventStreams
 from service.records.jobs import Lease, StoreUnavailable
 from tests.service.support.api import Api, open_api, served
@@ -218,6 +220,21 @@ def test_listeners__are_bounded(api: Api) -> None:
         assert refused.status_code == 503
         assert refused.json()["type"].endswith("busy")
         assert int(refused.headers["Retry-After"]) > 0
+
+
+def test_listeners__of_one_key_leave_room_for_others(api: Api) -> None:
+    streams = EventStreams(api.store, most_of_a_key=2)
+
+    async def listen() -> None:
+        async with streams.listening("ann"), streams.listening("ann"):
+            with pytest.raises(TooManyRequests, match="2 event streams of this key"):
+                async with streams.listening("ann"):
+                    pass
+            async with streams.listening("bob"):
+                assert streams.open == 3
+
+    asyncio.run(listen())
+    streams.close()
 
 
 def test_listeners__are_let_go_when_the_service_leaves(api: Api) -> None:

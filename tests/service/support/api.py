@@ -3,8 +3,8 @@
 import hashlib
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,12 @@ import uvicorn
 from fastapi.testclient import TestClient
 
 from service.api.app import open_service
+from service.api.readers import Readers
+from service.api.reading import Posted, Read, Refusal, read
 from service.records.jobs import Cause, Kind, Result, Stored
 from service.records.settings import Settings
 from service.store import Store
+from studies.sweeps.sweep import Sweep
 
 ADDRESS = "http://127.0.0.1:8000"
 SWEEP: dict[str, Any] = {
@@ -43,6 +46,21 @@ def sweep_of(**changes: Any) -> dict[str, Any]:
     return {**SWEEP, **changes}
 
 
+# Sweeps of few bytes and nearly ten thousand runs.
+LARGE_SWEEPS = {
+    "a grid of 999 x 10": sweep_of(
+        axes={
+            "speed": {"start": "1000 m/s", "stop": "10980 m/s", "step": "10 m/s"},
+            "cells_per_diameter": [*range(8, 18)],
+        },
+        resolution=None,
+    ),
+    "8 192 points of Sobol": sweep_of(
+        axes={"speed": {"low": "4 km/s", "high": "8 km/s"}}, combine="sobol", points=8192, seed=1
+    ),
+}
+
+
 @dataclass
 class FakeDispatcher:
     """Computes nothing; says what it is told to say."""
@@ -62,6 +80,17 @@ class FakeDispatcher:
 
     def workers(self) -> int | None:
         return self.slots
+
+
+class ReadersHere(Readers):
+    """Reads sweeps in this process: each request of a ``TestClient`` has an event loop, and children, of its own."""
+
+    @asynccontextmanager
+    async def slot(self, key: str) -> AsyncIterator[None]:
+        yield
+
+    async def read(self, posted: Posted, part: Callable[[Sweep, Posted], Read]) -> Read | Refusal:
+        return read(posted, part)
 
 
 @dataclass(frozen=True)
@@ -133,6 +162,7 @@ def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
 
     chosen = Settings(data=folder, workers=2, **settings)
     with open_service(chosen, start) as app:
+        app.state.readers = ReadersHere()
         http = TestClient(app, base_url=ADDRESS, raise_server_exceptions=False)
         yield Api(http, app.state.store, chosen, engine)
 

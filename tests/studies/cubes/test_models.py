@@ -27,7 +27,7 @@ EXPECTED = HOLE * np.hypot(0.01, np.hypot(0.015, 0.02) / np.sqrt(3.0))
 def results_of(sweep: Sweep, screens: dict[str, float]) -> dict[str, Any]:
     """A hole of 20 mm in each run, and these values in the runs that screen the models; the others failed."""
     values = {point.run.id: HOLE for point in sweep.runs()}
-    for point in sweep.every_run()[sweep.size :]:
+    for point in [*sweep.every_run()][sweep.size :]:
         values[point.run.id] = screens.get(str(point.coordinates["screening"]), np.nan)
     return {run_id: _result(run_id, value) for run_id, value in values.items()}
 

@@ -108,7 +108,7 @@ def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> Non
     middle, screens = sweep.screening()
     assert (middle.parameters["speed"], middle.parameters["cells_per_diameter"]) == (5e3, 12.0)
     assert middle.id in {point.run.id for point in sweep.runs()}
-    beside = sweep.every_run()[len(sweep.runs()) :]
+    beside = [*sweep.every_run()][len(sweep.runs()) :]
     assert [point.coordinates for point in beside] == [{"screening": name} for name in SCREENS]
     assert [point.run.id for point in beside] == [each.run.id for each in screens if each.run]
     assert cost_of(sweep).runs == sweep.size + len(SCREENS)
@@ -117,7 +117,7 @@ def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> Non
 @pytest.mark.parametrize("model_part", ["stored", "none"])
 def test_sweep__without_screening_has_its_points_alone(model_part: str) -> None:
     sweep = Sweep.parse({**DOCUMENT, "model_part": model_part})
-    assert len(sweep.every_run()) == sweep.size == cost_of(sweep).runs
+    assert len([*sweep.every_run()]) == sweep.size == cost_of(sweep).runs
 
 
 @pytest.mark.parametrize("model_part", ["stored", "screen", "none"])

@@ -1,0 +1,128 @@
+"""Sweeps of requests in a child process: read, priced and expanded, each within limits of time and memory.
+
+A body of some hundred bytes can ask for seconds of computing, for which the event loop must never wait. The children
+load neither the web framework nor the store: results go back as records.
+"""
+
+import gc
+import math
+import resource
+import signal
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any, TypeVar
+
+from service.api.documents import pointer, read_json, read_yaml
+from service.records.expansion import ExpandedSweep, expand
+from studies.runs.run import estimate
+from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
+from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.sweeps.warnings import warnings_of
+from studies.values.errors import Finding, InvalidInput
+
+PARSERS: Mapping[str, Callable[[bytes], Any]] = {
+    "application/json": read_json,
+    "application/yaml": read_yaml,
+    "application/x-yaml": read_yaml,
+    "text/yaml": read_yaml,
+}
+Read = TypeVar("Read")
+
+
+@dataclass(frozen=True)
+class Posted:
+    """A body as it came, and the most runs that its sweep may have."""
+
+    media_type: str  # one of ``PARSERS``
+    body: bytes
+    max_runs: int
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one sweep may take of a child."""
+
+    cpu_seconds: int = 30  # ten thousand runs take 6 (2026-11)
+    memory: int = 1 << 30  # bytes of data; ten thousand runs take 140 MB (2026-11)
+
+
+USUAL = Limits()
+
+
+@dataclass(frozen=True)
+class EstimatedSweep:
+    """What a request for an estimate needs to know of a sweep."""
+
+    scenario: str
+    cost: SweepCost
+    warnings: list[str]
+    presets: list[PresetCost]
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """The errors of a body, and where its document has them; exceptions lose both between processes."""
+
+    findings: tuple[Finding, ...]
+    pointers: Mapping[str, str]  # JSON pointers by field
+
+
+class _OutOfTime(BaseException):
+    """The computing time of a sweep is over; no handler of other errors may catch it."""
+
+
+def read_within_limits(
+    posted: Posted, part: Callable[[Sweep, Posted], Read], limits: Limits
+) -> Read | Refusal:
+    """Read a body within limits of time and memory."""
+    # Ctrl-C is for the service, which ends its children.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGXCPU, _end)
+    resource.setrlimit(resource.RLIMIT_DATA, (limits.memory, limits.memory))
+    end = math.ceil(time.process_time()) + limits.cpu_seconds
+    resource.setrlimit(resource.RLIMIT_CPU, (end, resource.RLIM_INFINITY))
+    gc.disable()  # no cycles worth finding: looking for them takes a third of the time (2026-11)
+    try:
+        return read(posted, part)
+    except _OutOfTime:
+        return _too_large(f"{limits.cpu_seconds} s of computing time")
+    except MemoryError:
+        return _too_large(f"{limits.memory >> 20} MiB of memory")
+    finally:
+        gc.enable()
+        gc.collect()
+
+
+def _end(_signal: int, _frame: FrameType | None) -> None:
+    raise _OutOfTime
+
+
+def _too_large(limit: str) -> Refusal:
+    cure = "split the sweep, or shorten the document"
+    return Refusal((Finding("document", f"more than {limit}", f"at most {limit}", cure),), {})
+
+
+def read(posted: Posted, part: Callable[[Sweep, Posted], Read]) -> Read | Refusal:
+    """Read a body and make something of its sweep."""
+    document = None
+    try:
+        document = PARSERS[posted.media_type](posted.body)
+        return part(Sweep.parse(document, SweepLimits(max_runs=posted.max_runs)), posted)
+    except InvalidInput as error:
+        fields = {finding.field for finding in error.findings}
+        return Refusal(error.findings, {field: pointer(field, document) for field in fields})
+
+
+def expanded(sweep: Sweep, _posted: Posted) -> ExpandedSweep:
+    """The sweep with its runs, to be stored."""
+    return expand(sweep, lambda run: estimate(run).core_seconds)
+
+
+def estimated(sweep: Sweep, posted: Posted) -> EstimatedSweep:
+    """The cost of the sweep."""
+    cost = sweep_cost(sweep)
+    return EstimatedSweep(
+        sweep.scenario, cost, warnings_of(sweep), [*presets_of(sweep, posted.max_runs)]
+    )

@@ -1,0 +1,156 @@
+"""Child processes that read sweeps: what they refuse, what ends them, and who waits for whom."""
+
+import json
+import os
+import signal
+import time
+from collections.abc import Awaitable, Callable
+from functools import partial
+from typing import Any
+
+import anyio
+import pytest
+
+from service.api.errors import ReaderLost, TooManyRequests
+from service.api.readers import Readers
+from service.api.reading import EstimatedSweep, Limits, Posted, Refusal, estimated, read
+from studies.sweeps.sweep import Sweep
+from studies.values.errors import MOST_FINDINGS
+from studies.values.nearest import MOST_SEARCHES
+from tests.acceptance.support.costly_bodies import BODIES
+from tests.rows import Row, at_most
+from tests.service.support.api import LARGE_SWEEPS, SWEEP, sweep_of
+
+Use = Callable[[Readers], Awaitable[Any]]
+
+
+def posted(document: Any) -> Posted:
+    return Posted("application/json", json.dumps(document).encode(), 10_000)
+
+
+def ask(use: Use, **options: Any) -> Any:
+    """What is made of the children, which end with the event loop."""
+    return anyio.run(use, Readers(**options))
+
+
+def burn(_sweep: Sweep, _posted: Posted) -> int:
+    while True:
+        pass
+
+
+def fill(_sweep: Sweep, _posted: Posted) -> int:
+    return len([bytes(1 << 20) for _ in range(4096)])
+
+
+def die(_sweep: Sweep, _posted: Posted) -> int:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return 0
+
+
+def freeze(_sweep: Sweep, _posted: Posted) -> int:
+    os.kill(os.getpid(), signal.SIGSTOP)
+    return 0
+
+
+def pid(_sweep: Sweep, _posted: Posted) -> int:
+    return os.getpid()
+
+
+def test_refusal__keeps_fields_values_limits_cures_and_pointers_between_processes() -> None:
+    wrong = posted({**SWEEP, "axes": {"speed": ["3 km/s", "6"]}, "fixd": {}})
+
+    async def use(readers: Readers) -> Any:
+        return await readers.read(wrong, estimated)
+
+    refusal = ask(use)
+    assert isinstance(refusal, Refusal)
+    assert refusal == read(wrong, estimated)
+    assert refusal.pointers["axes.speed[1]"] == "/axes/speed/1"
+
+
+@pytest.mark.parametrize(("part", "limit"), [(burn, "1 s of computing"), (fill, "600 MiB")])
+def test_limit__ends_one_sweep_with_a_refusal_and_its_child_goes_on(part: Any, limit: str) -> None:
+    async def use(readers: Readers) -> Any:
+        body = posted(SWEEP)
+        first = await readers.read(body, pid)
+        return await readers.read(body, part), first, await readers.read(body, pid)
+
+    refusal, before, after = ask(use, limits=Limits(cpu_seconds=1, memory=600 << 20))
+    assert limit in refusal.findings[0].limit
+    assert before == after
+
+
+@pytest.mark.parametrize(("part", "seconds"), [(die, 120.0), (freeze, 10.0)])
+def test_child__that_is_killed_or_frozen_is_replaced(part: Any, seconds: float) -> None:
+    async def use(readers: Readers) -> Any:
+        with pytest.raises(ReaderLost):
+            await readers.read(posted(SWEEP), part)
+        return await readers.read(posted(SWEEP), estimated)
+
+    assert isinstance(ask(use, wall_seconds=seconds), EstimatedSweep)
+
+
+def test_slot__is_taken_by_one_request_of_a_key_at_a_time() -> None:
+    order: list[str] = []
+
+    async def take(readers: Readers, key: str, release: anyio.Event) -> None:
+        async with readers.slot(key):
+            order.append(key)
+            await release.wait()
+
+    async def use(readers: Readers) -> None:
+        release = anyio.Event()
+        async with anyio.create_task_group() as tasks:
+            for key in ("ann", "ann", "ann", "bob", "cid"):
+                tasks.start_soon(take, readers, key, release)
+                await anyio.wait_all_tasks_blocked()
+            assert order == ["ann", "bob"]
+            release.set()
+        assert sorted(order) == ["ann", "ann", "ann", "bob", "cid"]
+
+    ask(use)
+
+
+def test_request__that_finds_no_child_in_time_is_refused() -> None:
+    async def use(readers: Readers) -> None:
+        async with readers.slot("ann"):
+            with pytest.raises(TooManyRequests):
+                async with readers.slot("ann"):
+                    pass
+            async with readers.slot("bob"):
+                pass
+
+    ask(use, wait_seconds=0.05)
+
+
+def test_document__of_many_unknown_names_gets_few_suggestions_and_is_not_read_to_its_end() -> None:
+    names = {f"plate_thicknes{number}": 1 for number in range(1000)}
+    refusal = read(posted(sweep_of(fixed=names)), estimated)
+    assert isinstance(refusal, Refusal)
+    assert len(refusal.findings) == MOST_FINDINGS
+    assert sum("did you mean" in each.cure for each in refusal.findings) == MOST_SEARCHES
+
+
+@pytest.mark.claim("mend-again", "refusals", minutes=0.5)
+def test_body__that_is_refused_takes_a_second_at_most(compared: Callable[[Row], None]) -> None:
+    """No refused body of up to 4 MB takes more than a second of computing time."""
+    read(posted(SWEEP), estimated)  # loads what all others use
+    for name, body in BODIES.items():
+        content = body.make()[: 4 << 20]
+        begin = time.process_time()
+        result = read(Posted(body.media_type, content, 10_000), estimated)
+        seconds = time.process_time() - begin
+        assert isinstance(result, Refusal), name
+        compared(at_most(f"{name}: computing time (s)", limit=1.0, got=seconds))
+
+
+@pytest.mark.claim("mend-again", "estimates", minutes=0.1)
+@pytest.mark.parametrize("name", LARGE_SWEEPS)
+def test_estimate__of_a_large_sweep_is_cheap(name: str, compared: Callable[[Row], None]) -> None:
+    """The estimate of a sweep of nearly ten thousand runs takes half a second of computing time."""
+    estimate = partial(read, posted(LARGE_SWEEPS[name]), estimated)
+    estimate()  # loads what all others use
+    begin = time.process_time()
+    assert isinstance(estimate(), EstimatedSweep)
+    seconds = time.process_time() - begin
+    compared(at_most(f"{name}: computing time (s)", limit=0.5, got=seconds))
