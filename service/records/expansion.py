@@ -16,7 +16,7 @@ class ExpandedPoint(NamedTuple):
 
     run_id: str
     scenario: str
-    index: str  # place on each axis
+    axis_index: str  # place on each axis
     coordinates: str
     # Specification of the run; None: an earlier point has the same run.
     parameters: str | None
@@ -73,7 +73,7 @@ def expanded_points(
         yield ExpandedPoint(
             run_id=run.id,
             scenario=run.scenario,
-            index=json.dumps(point.index),
+            axis_index=json.dumps(point.index),
             coordinates=json.dumps(dict(point.coordinates)),
             parameters=json.dumps(plain["parameters"]) if is_new else None,
             materials=texts.setdefault(materials, materials),

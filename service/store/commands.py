@@ -329,7 +329,7 @@ def point_rows(
             "sweep_id": sweep_id,
             "ordinal": ordinal,
             "run_id": point.run_id,
-            "axis_index": JsonText(point.index),
+            "axis_index": JsonText(point.axis_index),
             "coordinates": JsonText(point.coordinates),
             "detached": False,
         }

@@ -41,17 +41,9 @@ def is_coupled(parameters: Any) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ByCoupledMethod:
-    """The choice of a method where elements may surround the particles."""
+class Smoothed:
+    """What smoothed particles take, whatever else a scenario is computed with."""
 
-    method: Annotated[
-        Literal["mpm", "sph", "sph-fem"],
-        Described(
-            "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
-            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions",
-            neutral=True,
-        ),
-    ] = "mpm"
     artificial_stress: Annotated[
         Dimensionless,
         Described(
@@ -66,7 +58,21 @@ class ByCoupledMethod:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ByBarMethod(ByCoupledMethod):
+class ByCoupledMethod(Smoothed):
+    """The choice of a method where elements may surround the particles."""
+
+    method: Annotated[
+        Literal["mpm", "sph", "sph-fem"],
+        Described(
+            "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
+            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions",
+            neutral=True,
+        ),
+    ] = "mpm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ByBarMethod(Smoothed):
     """The choice of a method for a bar."""
 
     method: Annotated[
@@ -81,7 +87,7 @@ class ByBarMethod(ByCoupledMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ByMethod(ByCoupledMethod):
+class ByMethod(Smoothed):
     """The choice of a method for particles alone."""
 
     method: Annotated[

@@ -62,7 +62,7 @@ def state(run: Run) -> tuple[str, str, str]:
         simulation.advance()
     digest = hashlib.sha256()
     for array in simulation.snapshot().particles:
-        digest.update(np.ascontiguousarray(array))
+        digest.update(np.ascontiguousarray(array).tobytes())
     seen = problem.geometry, problem.faces, problem.end_time, problem.retirement
     return (
         digest.hexdigest(),

@@ -70,7 +70,7 @@ def test_series__has_the_points_that_differ_in_numbers_and_another_for_each_word
     results = fakes.results(sweep)
     for point in sweep.runs():  # of first order; oscillates at 4 km/s with one of the methods
         if point.coordinates["method"] == "mpm" and point.coordinates["speed"] == 4e3:
-            at_2 = point.run.parameters | {"speed": 2e3}
+            at_2 = {**point.run.parameters, "speed": 2e3}
             results[point.run.id] = results[fakes.Run(at_2, point.run.scenario).id]
     dataset = cube.build(sweep, results, fakes.catalogue())
     extrapolated = dataset.hole_diameter_converged == dataset.hole_diameter_converged_extrapolated
