@@ -66,7 +66,7 @@ class QueueQueries(Part):
                 oldest = sa.select(sa.func.min(JOBS.c.queued)).where(
                     JOBS.c.state == State.QUEUED, JOBS.c.kind == Kind.RUN
                 )
-                by_state: dict[str, int] = dict(iter(connection.execute(states)))
+                by_state: dict[State, int] = dict(iter(connection.execute(states)))
                 since = connection.execute(oldest).scalar()
                 known = self._counts = _Counts(event, time.monotonic(), by_state, since)
             return known
