@@ -51,7 +51,8 @@ class FakeRun:
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""
-        return {"id": self.id, "scenario": self.scenario, "parameters": dict(self.parameters)}
+        plain = {"scenario": self.scenario, "parameters": dict(self.parameters), "materials": {}}
+        return {"id": self.id, **plain}
 
     @staticmethod
     def from_json(plain: Mapping[str, Any]) -> "FakeRun":
