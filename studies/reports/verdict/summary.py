@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from studies.observations.compared import FEWEST
 from studies.reports.verdict.evidence import (
     DEFINITION,
     MODEL,
@@ -190,7 +189,7 @@ def of_shots(group: Mapping[str, Any]) -> str:
     """ "final length −7.6 to −2.3 % (34 shots, copper-ofhc)", or that too few shots tell no bias."""
     materials = " on ".join(group["materials"])
     if group["bias"] is None:
-        few = f"{plural(group['shots'], 'shot')}, fewer than {FEWEST}"
+        few = f"{plural(group['shots'], 'shot')}, too few for an interval"
         return f"{words(group['quantity'])} unknown ({few}, {materials})"
     low, high = (signed(100.0 * end, 1) for end in group["bias"])
     error = "" if group["stated"] is None else f", stated to ±{_percent(group['stated'])}"

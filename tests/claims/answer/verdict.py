@@ -136,6 +136,14 @@ def _rests(dataset: xr.Dataset, name: str) -> str:
     if not valued.any():
         return ""
     model = "and model" if (part | ~valued).all() else "only, the model part is not assessed"
+    away = dataset.get(f"{name}_model_part_distance", xr.zeros_like(points.value))
+    away = away.max(set(away.dims) - set(valued.dims)).where(valued)
+    if (elsewhere := int((away > 1.0).sum())) > 0:
+        size = int(valued.sum())
+        model = (
+            f"only: the model part was measured at other speeds or t/d, up to a factor of {float(away.max()):.2g} "
+            f"away, for {elsewhere} of {size} {'point' if size == 1 else 'points'}"
+        )
     mesh = "" if (points.tests & valued).any() else "; one mesh, whose error is unknown"
     count, size = int(points.flagged.sum()), points.flagged.size
     noun = "point" if size == 1 else "points"
