@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from studies.observations.compared import FEWEST
 from studies.reports.verdict.evidence import (
     DEFINITION,
     MODEL,
@@ -24,6 +23,7 @@ from studies.reports.verdict.texts import (
     words,
 )
 from studies.values.formats import NARROW_SPACE, decimals, digits, signed
+from studies.values.results import ENOUGH_SHOTS
 
 if TYPE_CHECKING:
     from studies.reports.verdict import LawVerdict, StatedBand
@@ -190,7 +190,7 @@ def of_shots(group: Mapping[str, Any]) -> str:
     """ "final length −7.6 to −2.3 % (34 shots, copper-ofhc)", or that too few shots tell no bias."""
     materials = " on ".join(group["materials"])
     if group["bias"] is None:
-        few = f"{plural(group['shots'], 'shot')}, fewer than {FEWEST}"
+        few = f"{plural(group['shots'], 'shot')}, fewer than {ENOUGH_SHOTS}"
         return f"{words(group['quantity'])} unknown ({few}, {materials})"
     low, high = (signed(100.0 * end, 1) for end in group["bias"])
     error = "" if group["stated"] is None else f", stated to ±{_percent(group['stated'])}"
@@ -237,11 +237,13 @@ def _each_once(texts: Mapping[str, str]) -> str:
 
 
 def _rests(evidence: Evidence) -> str:
-    model = "and model" if evidence.has_model else "only, the model part is not assessed"
-    if evidence.distant:
+    model = "and model"
+    if evidence.parts.get(MODEL, 0) < evidence.points:
+        model = "only, the model part is not assessed"
+    elif evidence.distant:
         model = (
-            f"only: the model part was measured at other speeds or t/d, up to a factor of "
-            f"{digits(evidence.distance, 2)} away, for {evidence.distant} of {plural(evidence.points, 'point')}"
+            f"and on a model part that was measured at other speeds or t/d for {evidence.distant} of "
+            f"{plural(evidence.points, 'point')}, up to a factor of {digits(evidence.distance, 2)} away"
         )
     mesh = "" if evidence.parts.get("mesh error") else "; one mesh, whose error is unknown"
     flagged = sum(map(bool, evidence.flagged))

@@ -46,7 +46,7 @@ UNTESTED = {
     ("observation", False): "the shots state no uncertainty",
     ("observation", True): "an error of simulation or shot is unknown",
 }
-NUMERICS_ONLY = "rests on numerics only: the model part is not assessed at all of these points"
+NO_MODEL_HERE = "the model part is not assessed, or was measured at other speeds or t/d"
 
 
 # ---- bands ---------------------------------------------------------------------------------------
@@ -288,7 +288,7 @@ def agreement_text(law: "LawVerdict", has_model: bool) -> str:
         return f"{text}."
     if law.reference == "observation":
         return f"{text}."
-    return f"{text}; this {NUMERICS_ONLY}, so a difference outside of it does not refute the law."
+    return f"{text}; {NO_MODEL_HERE}, so a difference outside of it does not refute the law."
 
 
 # ---- definitions ---------------------------------------------------------------------------------

@@ -135,7 +135,12 @@ def _rests(dataset: xr.Dataset, name: str) -> str:
     valued, part = points.value.notnull(), points.model.notnull()
     if not valued.any():
         return ""
+    away = (points.distance > 1.0) & valued
     model = "and model" if (part | ~valued).all() else "only, the model part is not assessed"
+    if model == "and model" and away.any():
+        of = f"{int(away.sum())} of {int(valued.sum())} points"
+        far = f"up to a factor of {float(points.distance.where(away).max()):.2g} away"
+        model = f"and on a model part that was measured at other speeds or t/d for {of}, {far}"
     mesh = "" if (points.tests & valued).any() else "; one mesh, whose error is unknown"
     count, size = int(points.flagged.sum()), points.flagged.size
     noun = "point" if size == 1 else "points"
@@ -218,6 +223,7 @@ def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
             known = dataset[f"{name}_{part}_part"].isel(FINEST, missing_dims="ignore")
             bar = (bar**2 + known.fillna(0.0) ** 2) ** 0.5
     mesh = dataset[f"{name}_converged_uncertainty_mesh"] if refined else value * np.nan
+    distance = dataset.get(f"{name}_model_part_distance", np.nan * value)
     inside = (dataset[f"{name}_by_law_in_range"] == 1) & dataset[f"{name}_by_law"].notnull()
     return xr.Dataset(
         {
@@ -228,6 +234,7 @@ def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
             "usable": value.notnull() & ~flags,
             "flagged": flags,
             "model": dataset[f"{name}_model_part"].isel(FINEST, missing_dims="ignore"),
+            "distance": distance.isel(FINEST, missing_dims="ignore"),
             "confidence": dataset[f"{name}_law_confidence"],
             "value": value,
             "law": dataset[f"{name}_by_law"],
