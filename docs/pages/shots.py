@@ -18,6 +18,7 @@ from solver import PHYSICS_VERSION
 from studies import measurements, observations, scenarios
 from studies.observations import written
 from studies.observations.compared import (
+    FEWEST,
     STORED,
     bias_and_scatter,
     compared_shots,
@@ -29,7 +30,6 @@ from studies.sweeps.sweep import vocabulary
 from studies.values.formats import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
 from studies.values.least_squares import CONFIDENCE
 from studies.values.parameters import declared
-from studies.values.results import ENOUGH_SHOTS
 
 COMMAND = "python -m docs.pages compute shots"
 
@@ -183,7 +183,7 @@ def page() -> str:
         "Every shot of `studies/observations/` that a scenario computes, at its own speed and size. Nothing is tuned: "
         "each material has the constants that ship, with the sources in its file, and the numerics are the default "
         f"recipe. Bias is the mean of simulation / observation − 1 as an interval ({100.0 * CONFIDENCE:.0f} %, by "
-        f"Student's t), scatter the standard deviation; fewer than {ENOUGH_SHOTS} shots have neither.\n",
+        f"Student's t), scatter the standard deviation; fewer than {FEWEST} shots have neither.\n",
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
         f"{document['physics_version']}; versions of the measurements: {versions}). Accuracies: "
         + ", ".join(f"{TITLES[name]}: `{word}`" for name, word in document["accuracy"].items())

@@ -197,7 +197,10 @@ class Database:
 
 def _make_private(database: Path) -> None:
     """Make the file of a database if it is missing, and take it and what SQLite writes beside it from other users."""
-    database.touch(PRIVATE)
+    try:
+        database.touch(PRIVATE)
+    except OSError as error:
+        raise StoreUnavailable(f"{database} cannot be used: {error.strerror}") from None
     for end in ("", "-wal", "-shm"):
         with suppress(OSError):  # not there, or another user's
             Path(f"{database}{end}").chmod(PRIVATE)

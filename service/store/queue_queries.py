@@ -62,13 +62,16 @@ class QueueQueries(Part):
         with self._counting:
             known = self._counts
             if known.event < event or time.monotonic() - known.time > REUSE_SECONDS:
-                states = sa.select(JOBS.c.state, sa.func.count()).group_by(JOBS.c.state)
-                oldest = sa.select(sa.func.min(JOBS.c.queued)).where(
-                    JOBS.c.state == State.QUEUED, JOBS.c.kind == Kind.RUN
+                queued = sa.case((JOBS.c.kind == Kind.RUN, JOBS.c.queued))
+                columns = (
+                    JOBS.c.state,
+                    sa.func.count().label("jobs"),
+                    sa.func.min(queued).label("oldest"),
                 )
-                by_state: dict[State, int] = dict(iter(connection.execute(states)))
-                since = connection.execute(oldest).scalar()
-                known = self._counts = _Counts(event, time.monotonic(), by_state, since)
+                rows = connection.execute(sa.select(*columns).group_by(JOBS.c.state)).all()
+                jobs = {State(row.state): row.jobs for row in rows}
+                oldest = next((row.oldest for row in rows if row.state == State.QUEUED), None)
+                known = self._counts = _Counts(event, time.monotonic(), jobs, oldest)
             return known
 
     def tally(self, edges: Sequence[float]) -> tuple[JobTally, ...]:

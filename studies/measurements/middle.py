@@ -1,7 +1,6 @@
 """Velocity and stress on the axis halfway along a bar, and the largest of each: what a wave does that passes."""
 
 import math
-from functools import partial
 
 import numpy as np
 
@@ -20,9 +19,16 @@ def _stress(view: BarView) -> Reading:
     return middle_of(view, view.stress)
 
 
-def _peak(history: History, *, of: str) -> Reading:
+def _peak_velocity(history: History) -> Reading:
+    return _peak(history.values[VELOCITY])
+
+
+def _peak_stress(history: History) -> Reading:
+    return _peak(history.values[STRESS])
+
+
+def _peak(values: np.ndarray) -> Reading:
     """The reading of largest magnitude, with its sign; uncertain by its distance to the readings beside it."""
-    values = history.values[of]
     if np.isnan(values).any():
         return Reading(math.nan, flags=("lost_particles",))
     at = int(np.abs(values).argmax())
@@ -53,7 +59,7 @@ MEASUREMENT = (
         unit="m s-1",
         meaning=f"largest axial velocity so far, with its sign, {WHERE}",
         version=1,
-        read=partial(_peak, of=VELOCITY),
+        read=_peak_velocity,
         follows=(VELOCITY,),
     ),
     Measurement(
@@ -62,7 +68,7 @@ MEASUREMENT = (
         unit="Pa",
         meaning=f"largest axial stress so far, with its sign, {WHERE}",
         version=1,
-        read=partial(_peak, of=STRESS),
+        read=_peak_stress,
         follows=(STRESS,),
     ),
 )

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from studies.values.results import ENOUGH_SHOTS
-
 STORED = Path(__file__).with_name("compared.json")
 ROLES = ("projectile", "target", "bar")  # parameters of a shot that name its materials
+FEWEST = 5  # shots of the same materials and quantity that have a bias: the interval of fewer says next to nothing
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class ComparedShots:
     shots: int
     bias: (
         tuple[float, float] | None
-    )  # interval of the mean, at 95 %; None of fewer than ENOUGH_SHOTS shots
+    )  # interval of the mean, at 95 %; None of fewer than FEWEST shots
     scatter: float | None  # the standard deviation about the mean, likewise
     stated: float | None  # largest relative error that a shot states; None where none states any
 
@@ -49,14 +48,14 @@ def bias_and_scatter(
 ) -> tuple[int, tuple[float, float] | None, float | None]:
     """Number of compared shots, interval of the mean of their ratios less 1 by Student's t, and standard deviation.
 
-    None of both with fewer than ``ENOUGH_SHOTS``.
+    None of both with fewer than ``FEWEST``.
     """
     import numpy as np
 
     from studies.values.least_squares import linear
 
     ratios = np.array([value for value in map(ratio, rows) if not math.isnan(value)])
-    if len(ratios) < ENOUGH_SHOTS:
+    if len(ratios) < FEWEST:
         return len(ratios), None, None
     mean = linear([np.ones(len(ratios))], ratios)
     middle, half = float(mean.constants[0]), float(mean.intervals[0])

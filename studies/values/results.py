@@ -13,7 +13,6 @@ MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a v
 ENOUGH_GRIDS = (
     3  # of one point, that take the flags of one grid from its values: they show the mesh
 )
-ENOUGH_SHOTS = 5  # of the same materials and quantity, that tell a bias: the interval of fewer says next to nothing
 NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)
 # Nothing that is stated of a value says how far off it is. It doubts no value, and stands where there is no error bar.
 ERROR_UNKNOWN = "error_unknown"

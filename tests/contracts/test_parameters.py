@@ -28,8 +28,11 @@ LATER = {
     "step_rule": "the first steps grow to the stable one",
     "travel": "as step_rule",
 }
-# Particles that repel each other begin farther apart; their plate has room for elements.
-APART = {"plugging": {"plate_radius": 40e-3, "gap": 4e-3}}
+# Particles that repel each other begin farther apart, and their plate has room for elements; bars are those of meshes.
+SMOOTHED = {
+    "plugging": {"plate_radius": 40e-3, "gap": 4e-3},
+    "elastic_bar": {"section": "square", "wall": "symmetric"},
+}
 
 
 def methods() -> list[tuple[str, str]]:
@@ -49,7 +52,7 @@ each_method = pytest.mark.parametrize(
 
 def base(name: str, method: str) -> dict[str, Any]:
     """What a small run of a method states."""
-    smoothed = {"geometry": "quarter"} | APART.get(name, {}) if method not in ("", "mpm") else {}
+    smoothed = {"geometry": "quarter"} | SMOOTHED.get(name, {}) if method not in ("", "mpm") else {}
     return smoothed | ({"method": method} if method else {})
 
 

@@ -23,7 +23,6 @@ from studies.reports.verdict.texts import (
     words,
 )
 from studies.values.formats import NARROW_SPACE, decimals, digits, signed
-from studies.values.results import ENOUGH_SHOTS
 
 if TYPE_CHECKING:
     from studies.reports.verdict import LawVerdict, StatedBand
@@ -190,7 +189,7 @@ def of_shots(group: Mapping[str, Any]) -> str:
     """ "final length −7.6 to −2.3 % (34 shots, copper-ofhc)", or that too few shots tell no bias."""
     materials = " on ".join(group["materials"])
     if group["bias"] is None:
-        few = f"{plural(group['shots'], 'shot')}, fewer than {ENOUGH_SHOTS}"
+        few = f"{plural(group['shots'], 'shot')}, too few for an interval"
         return f"{words(group['quantity'])} unknown ({few}, {materials})"
     low, high = (signed(100.0 * end, 1) for end in group["bias"])
     error = "" if group["stated"] is None else f", stated to ±{_percent(group['stated'])}"

@@ -138,7 +138,8 @@ def _rests(dataset: xr.Dataset, name: str) -> str:
     away = (points.distance > 1.0) & valued
     model = "and model" if (part | ~valued).all() else "only, the model part is not assessed"
     if model == "and model" and away.any():
-        of = f"{int(away.sum())} of {int(valued.sum())} points"
+        total = int(valued.sum())
+        of = f"{int(away.sum())} of {total} {'point' if total == 1 else 'points'}"
         far = f"up to a factor of {float(points.distance.where(away).max()):.2g} away"
         model = f"and on a model part that was measured at other speeds or t/d for {of}, {far}"
     mesh = "" if (points.tests & valued).any() else "; one mesh, whose error is unknown"

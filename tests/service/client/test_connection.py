@@ -25,13 +25,13 @@ from service.client.client import (
 from service.records.jobs import Scope
 from studies.values.errors import InvalidInput, MissingExtra
 from studies.values.files import SWEEP_FILES
-from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of, until
+from tests.service.support.api import FILES, SWEEP, Api, open_api, served, sweep_of, until
 
 Answer = httpx.Response | Exception
 DEADLINE = 60.0
 TERMINAL: dict[str, Any] = {
     **dict.fromkeys(("id", "name", "title", "scenario", "owner", "created"), "2026-11-22"),
-    **dict.fromkeys(("priority", "planned", "reused", "new", "progress"), 0),
+    **dict.fromkeys(("priority", "planned", "reused", "new", "progress", "lost_answers"), 0),
     **dict.fromkeys(("reason", "eta_seconds", "cancelled", "finished")),
     **{"state": "succeeded", "keep": "final", "counts": {}},
 }
@@ -264,14 +264,17 @@ def test_messages__of_several_lines_comments_and_unknown_words() -> None:
 
 
 @pytest.fixture
-def published(api: Api, url: str, tmp_path: Path) -> Iterator[SweepHandle]:
+def published(
+    api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[SweepHandle]:
     """A sweep with a real cube."""
+    cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
+    cube.to_netcdf(tmp_path / "cube.nc", engine="netcdf4")
+    (name,) = (each for each in FILES if each.endswith("cube.nc"))
+    monkeypatch.setitem(FILES, name, (tmp_path / "cube.nc").read_bytes())
     with Client(url) as client:
         handle = client.submit(sweep_of(name="with a cube"))
         api.compute()
-        file = api.settings.data / api.store.artifacts(handle.id)[0].path
-        cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
-        cube.to_netcdf(file, engine="netcdf4")
         yield handle
 
 

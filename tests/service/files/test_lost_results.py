@@ -13,6 +13,7 @@ from service.records.attempt import Attempt
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
+from tests.service.support.targets import FAKE
 
 
 @pytest.fixture
@@ -100,11 +101,11 @@ def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: 
 def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> None:
     row = harness.store.create_sweep(Submission(sweep_of(2)))
     tickets = harness.tick()
-    harness.end_well(next(one for one in tickets if one.spec["id"] == run_id(0)))
+    harness.end_well(next(one for one in tickets if one.spec["materials"] == {FAKE: run_id(0)}))
     harness.tick()
     harness.store.cancel_sweep(row.id)
     for ticket in tickets:
-        if ticket.spec["id"] == run_id(1):
+        if ticket.spec["materials"] == {FAKE: run_id(1)}:
             harness.end_badly(ticket, Cause.LOST)
     [publication] = [one for one in harness.tick() if one.kind is Kind.PUBLISH]
     result_of(harness, 0).unlink()

@@ -14,6 +14,7 @@ from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable, SweepState
 from tests.service.support.fakes import run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
+from tests.service.support.targets import FAKE
 
 
 def checkpoint_of(harness: Harness) -> Path:
@@ -227,7 +228,7 @@ def test_lost__again_and_again_delays_the_run_but_no_other(harness: Harness) -> 
     assert lose(harness, 1 + FREE_LOSSES, lambda _: None) == []
     assert (harness.run().state, harness.run().crashes) == (State.QUEUED, 0)
     assert checkpoint.read_text() == "7"
-    assert [attempt.spec["id"] for attempt in harness.begin(2)] == [run_id(1)]
+    assert [attempt.spec["materials"][FAKE] for attempt in harness.begin(2)] == [run_id(1)]
 
 
 def test_lost__costs_a_run_that_makes_progress_nothing(harness: Harness) -> None:

@@ -223,9 +223,11 @@ def test_events__become_visible_in_the_order_of_their_numbers(replicas: list[Sto
 
     def write(store: Store, first: int) -> Callable[[], object]:
         def work() -> None:
-            for number in range(20):
-                store.create_sweep(Submission(sweep_of(runs_of("fine", first=first + number))))
-            done.append(None)
+            try:
+                for number in range(20):
+                    store.create_sweep(Submission(sweep_of(runs_of("fine", first=first + number))))
+            finally:
+                done.append(None)
 
         return work
 

@@ -128,7 +128,7 @@ def sections_of(run: Run, folder: Path, checkpoint: Path | None = None) -> Secti
 def test_section__shows_elements_by_points_inside_them() -> None:
     """At the start they fill the plate around its particles, in the plane and within reach alone."""
     small = {"geometry": "quarter", "method": "sph-fem", "cells_per_diameter": 10.0}
-    setting = built(asked_small("plugging", **small, plate_radius=60e-3))
+    setting = built(asked_small("plugging", **small, plate_radius=60e-3, gap=4e-3))
     recorder = SectionRecorder(setting.problem, SectionOptions(reach=40e-3), interval=1e-6)
     recorder.end(start(setting.problem, threads=1).snapshot())
     end = recorder.states[0]

@@ -476,6 +476,7 @@ def joined(push: History, front: History) -> History:
     plug = slowed(5e-6).values
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
     values = {**push.values, **front.values, **plug, "crater_depth": rise, PLACE: BAR_LENGTH - rise}
+    values |= {"middle_velocity": -1e5 * rise, "middle_stress": -1e12 * rise}
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
 
 

@@ -5,11 +5,10 @@ import pytest
 from studies import observations, scenarios
 from studies.materials.schema import CONFIDENCES
 from studies.observations import UNKNOWN_ALLOY, AllowedNames, Observation, read_observations
-from studies.observations.compared import bias_and_scatter, compared_shots, stored
+from studies.observations.compared import FEWEST, bias_and_scatter, compared_shots, stored
 from studies.sweeps.sweep import Sweep, vocabulary
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, Value
-from studies.values.results import ENOUGH_SHOTS
 
 KNOWN = AllowedNames(
     quantities={"hole_diameter": "m", "crater_depth_over_diameter": "1"},
@@ -161,7 +160,7 @@ def test_bias__is_an_interval_from_five_shots_on() -> None:
     assert bias == pytest.approx((-0.1963, 0.1963), abs=1e-4)
     assert scatter == pytest.approx(0.1581, abs=1e-4)
     assert bias_and_scatter(rows[:4]) == (4, None, None)
-    groups = [group for group in compared_shots() if group.shots < ENOUGH_SHOTS]
+    groups = [group for group in compared_shots() if group.shots < FEWEST]
     assert groups
     assert all(group.bias is None and group.scatter is None for group in groups)
 

@@ -268,7 +268,8 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
     document = document_of(dataset)
     assert document["verdict"]["shots"] == (
         "Bias of whipple itself beside published shots: hole diameter −7.5 to −3.1\u202f%, scatter 2.1\u202f% "
-        "(6 shots, tin on lead, stated to ±10.0\u202f%); crater depth unknown (4 shots, fewer than 5, tin on lead)."
+        "(6 shots, tin on lead, stated to ±10.0\u202f%); crater depth unknown (4 shots, too few for "
+        "an interval, tin on lead)."
     )
     html = page.page(document)
     assert '<a href="#published">' in html

@@ -37,6 +37,8 @@ QUARTER = {
     "plate_radius": 16e-3,
     "end_time": 5e-6,
 }
+APART = {"geometry": "quarter", "gap": 4e-3}  # beyond the reach of repulsion
+MESHED = {"geometry": "quarter", "section": "square", "wall": "symmetric"}
 PLUG = {
     "speed": 2000.0,
     "projectile_length": 20e-3,
@@ -76,10 +78,13 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "Taylor bar, quarter": ("taylor_bar", {"geometry": "quarter"}),
     "elastic bar": ("elastic_bar", {}),
+    "elastic bar, sph": ("elastic_bar", {**MESHED, "method": "sph"}),
+    "elastic bar, fem": ("elastic_bar", {**MESHED, "method": "fem"}),
+    "elastic bar, sph-fem": ("elastic_bar", {**MESHED, "method": "sph-fem"}),
     "plate impact": ("plate_impact", {}),
     "plugging": ("plugging", PLUG),
-    "plugging, sph": ("plugging", {**PLUG, "geometry": "quarter", "method": "sph"}),
-    "plugging, sph-fem": ("plugging", {**PLUG, "geometry": "quarter", "method": "sph-fem"}),
+    "plugging, sph": ("plugging", {**PLUG, **APART, "method": "sph"}),
+    "plugging, sph-fem": ("plugging", {**PLUG, **APART, "method": "sph-fem"}),
     "deck": ("deck", {"end_time": 1e-5}),
 }
 

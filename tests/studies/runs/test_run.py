@@ -139,6 +139,9 @@ SETTING: dict[str, dict[str, Any]] = {
     "failure_strain": {"failure": "plastic-strain", "failure_strain": 1.0},
     "failure_time": {"failure": "spall", "failure_time": 1e-7},
     "method": {"geometry": "quarter"},
+    "artificial_stress": {"geometry": "quarter", "method": "sph"},
+    "damping_order": {"damping_rate": 1e5},
+    "beyond_edge": {"edges": "free"},
 }
 FOLLOWS: dict[str, dict[str, Any]] = {
     "projectile_shape": {"projectile_length": 8e-3},

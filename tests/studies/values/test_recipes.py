@@ -159,31 +159,6 @@ def test_identity__is_of_the_values_and_not_of_the_name() -> None:
     assert asked(recipe="thesis").id != asked(recipe="whipple").id
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"shape": "linear"},
-        {"scheme": "usf"},
-        {"particles_per_cell": 4},
-        {"viscosity_linear": 0.1},
-        {"viscosity_quadratic": 1.0},
-        {"courant": 0.2},
-        {"damping_rate": 1e4},
-        {"damping_order": 2},
-        {"tension": "unlimited"},
-        {"contact": "bardenhagen"},
-        {"offset": 0.5},
-        {"debris": OTHER_DEBRIS},
-        {"uprange": 4.0},
-        {"downrange": 6.0},
-        {"beyond_edge": 1.0},
-    ],
-    ids=lambda one: next(iter(one)),
-)
-def test_identity__changes_with_each_numerical_parameter(change: dict[str, Any]) -> None:
-    assert asked(**change).id != asked().id
-
-
 # What the solver gets
 
 
