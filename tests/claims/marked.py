@@ -119,7 +119,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
     return outcome
 
 
-@dataclass
+@dataclass(eq=False)  # pytest keeps plugins in sets
 class Judge:
     """A pytest plugin that collects the rows of the claims of a selection, and one for how each test ended."""
 
