@@ -29,7 +29,7 @@ LATER = {
     "travel": "as step_rule",
 }
 # Particles that repel each other begin farther apart, and their plate has room for elements; bars are those of meshes.
-SMOOTHED = {
+SMOOTHED: dict[str, dict[str, Any]] = {
     "plugging": {"plate_radius": 40e-3, "gap": 4e-3},
     "elastic_bar": {"section": "square", "wall": "symmetric"},
 }
@@ -52,8 +52,10 @@ each_method = pytest.mark.parametrize(
 
 def base(name: str, method: str) -> dict[str, Any]:
     """What a small run of a method states."""
-    smoothed = {"geometry": "quarter"} | SMOOTHED.get(name, {}) if method not in ("", "mpm") else {}
-    return smoothed | ({"method": method} if method else {})
+    if not method:
+        return {}
+    smoothed = {"geometry": "quarter", **SMOOTHED.get(name, {})} if method != "mpm" else {}
+    return {"method": method, **smoothed}
 
 
 def state(run: Run) -> tuple[str, str, str]:

@@ -146,7 +146,7 @@ def test_result__is_in_the_row_of_its_run(store: Store) -> None:
     store.finish(verdict, result(stored("state.npz", "runs/state.npz"), succeeded=False))
     run = store.run(verdict.id)
     assert (run.state, run.cause, run.failure) == (State.FAILED, Cause.VERDICT, "UnphysicalState")
-    assert (run.path, run.size, run.sha256) == ("runs/result.json", 2, "00" * 32)
+    assert (run.path, run.size, run.sha256) == (stored().path, stored().size, stored().sha256)
     assert run.summary == {"numbers": {"steps": 7.0}}
     assert [file.name for file in store.run_files(verdict.id)] == [RESULT, "state.npz"]
     assert store.run_file(verdict.id, "state.npz").path == "runs/state.npz"
