@@ -24,7 +24,7 @@ from studies.reports.raster import Frame
 from studies.reports.setup import setup_of, upward
 from studies.reports.view import judged_window, spread, title_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
-from studies.values.formats import digits, display_of, printed, printed_in
+from studies.values.formats import MESH_UNKNOWN, digits, display_of, printed, printed_in
 
 Document = dict[str, Any]
 
@@ -235,7 +235,7 @@ def _picture(
         scene = "Radiograph of the end, seen from the side"
     where = f", {run.title}" if run.title else ""
     alt = f"{scene} ({time}){where}, coloured by {label} from {low} to {high} {unit}".rstrip() + (
-        f"; {measured}" if measured else ""
+        f"; {measured} (one grid: {MESH_UNKNOWN})" if measured else ""
     )
     return {
         "kind": kind,

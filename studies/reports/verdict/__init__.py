@@ -60,6 +60,7 @@ class StatedPoint:
     difference: float | None  # over the reference
     word: StatedWord
     says: str  # "numerically", "under-predicts"
+    untested: str  # "mesh error unknown"; empty where the uncertainty is a test
 
 
 @dataclass(frozen=True)
@@ -229,7 +230,9 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         exponents=() if is_simulation else tuple(exponents_of(judged, axes)),
         tested=len(tested),
         inside=sum(abs(point.residual) <= point.bar for point in tested),
-        each=tuple(_stated_point(point, subject.reference) for point in subject.points),
+        each=tuple(
+            _stated_point(point, subject.reference, is_simulation) for point in subject.points
+        ),
     )
     details = (
         texts.residual_text(law),
@@ -239,7 +242,7 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
     return replace(law, sentence=texts.sentence(law), details=tuple(filter(None, details)))
 
 
-def _stated_point(point: JudgedPoint, reference: Reference) -> StatedPoint:
+def _stated_point(point: JudgedPoint, reference: Reference, is_simulation: bool) -> StatedPoint:
     word = beside(reference, point.stated)
     return StatedPoint(
         point.at,
@@ -248,6 +251,7 @@ def _stated_point(point: JudgedPoint, reference: Reference) -> StatedPoint:
         _finite(point.residual) if point.reference else None,
         word,
         texts.OF_POINTS[word],
+        "" if point.tests else texts.UNTESTED[reference, is_simulation],
     )
 
 

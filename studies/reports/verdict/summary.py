@@ -236,11 +236,13 @@ def _each_once(texts: Mapping[str, str]) -> str:
 
 
 def _rests(evidence: Evidence) -> str:
-    model = "and model" if evidence.has_model else "only, the model part is not assessed"
-    if evidence.distant:
+    model = "and model"
+    if evidence.parts.get(MODEL, 0) < evidence.points:
+        model = "only, the model part is not assessed"
+    elif evidence.distant:
         model = (
-            f"only: the model part was measured at other speeds or t/d, up to a factor of "
-            f"{digits(evidence.distance, 2)} away, for {evidence.distant} of {plural(evidence.points, 'point')}"
+            f"and on a model part that was measured at other speeds or t/d for {evidence.distant} of "
+            f"{plural(evidence.points, 'point')}, up to a factor of {digits(evidence.distance, 2)} away"
         )
     mesh = "" if evidence.parts.get("mesh error") else "; one mesh, whose error is unknown"
     flagged = sum(map(bool, evidence.flagged))

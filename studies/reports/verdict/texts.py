@@ -46,7 +46,6 @@ UNTESTED = {
     ("observation", False): "the shots state no uncertainty",
     ("observation", True): "an error of simulation or shot is unknown",
 }
-NUMERICS_ONLY = "rests on numerics only: the model part is not assessed at all of these points"
 
 
 # ---- bands ---------------------------------------------------------------------------------------
@@ -166,7 +165,10 @@ def residual_text(law: "LawVerdict") -> str:
     if law.judged == 1:
         return f"At the one judged point {difference([law.smallest])}."
     if law.average is not None:
-        return f"On average {difference([law.average])}, from {difference([law.smallest, law.largest])}."
+        average, ends = difference([law.average]), difference([law.smallest, law.largest])
+        return (
+            f"On average {average}." if ends == average else f"On average {average}, from {ends}."
+        )
     text = f"From {difference([law.smallest, law.largest])}, so no average is given"
     return f"{text}; {_trend(law.trend)}."
 
@@ -282,13 +284,17 @@ def agreement_text(law: "LawVerdict", has_model: bool) -> str:
     if not law.judged:
         return ""
     if not law.tested:
-        return "No difference is tested by error bars, because a part without which they are no test is unknown."
+        why = UNTESTED[law.reference, law.subject == "simulation"]
+        return f"No difference is tested by error bars: {why}."
     text = f"Inside the joint uncertainty at {law.inside} of {law.tested} tested points"
     if has_model or law.inside == law.tested or law.subject == "simulation":
         return f"{text}."
     if law.reference == "observation":
         return f"{text}."
-    return f"{text}; this {NUMERICS_ONLY}, so a difference outside of it does not refute the law."
+    return (
+        f"{text}; without a model part that was measured at all of these points, a difference outside of it does not "
+        "refute the law."
+    )
 
 
 # ---- definitions ---------------------------------------------------------------------------------

@@ -135,15 +135,13 @@ def _rests(dataset: xr.Dataset, name: str) -> str:
     valued, part = points.value.notnull(), points.model.notnull()
     if not valued.any():
         return ""
+    away = (points.distance > 1.0) & valued
     model = "and model" if (part | ~valued).all() else "only, the model part is not assessed"
-    away = dataset.get(f"{name}_model_part_distance", xr.zeros_like(points.value))
-    away = away.max(set(away.dims) - set(valued.dims)).where(valued)
-    if (elsewhere := int((away > 1.0).sum())) > 0:
-        size = int(valued.sum())
-        model = (
-            f"only: the model part was measured at other speeds or t/d, up to a factor of {float(away.max()):.2g} "
-            f"away, for {elsewhere} of {size} {'point' if size == 1 else 'points'}"
-        )
+    if model == "and model" and away.any():
+        total = int(valued.sum())
+        of = f"{int(away.sum())} of {total} {'point' if total == 1 else 'points'}"
+        far = f"up to a factor of {float(points.distance.where(away).max()):.2g} away"
+        model = f"and on a model part that was measured at other speeds or t/d for {of}, {far}"
     mesh = "" if (points.tests & valued).any() else "; one mesh, whose error is unknown"
     count, size = int(points.flagged.sum()), points.flagged.size
     noun = "point" if size == 1 else "points"
@@ -226,6 +224,7 @@ def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
             known = dataset[f"{name}_{part}_part"].isel(FINEST, missing_dims="ignore")
             bar = (bar**2 + known.fillna(0.0) ** 2) ** 0.5
     mesh = dataset[f"{name}_converged_uncertainty_mesh"] if refined else value * np.nan
+    distance = dataset.get(f"{name}_model_part_distance", np.nan * value)
     inside = (dataset[f"{name}_by_law_in_range"] == 1) & dataset[f"{name}_by_law"].notnull()
     return xr.Dataset(
         {
@@ -236,6 +235,7 @@ def _points(dataset: xr.Dataset, name: str) -> xr.Dataset:
             "usable": value.notnull() & ~flags,
             "flagged": flags,
             "model": dataset[f"{name}_model_part"].isel(FINEST, missing_dims="ignore"),
+            "distance": distance.isel(FINEST, missing_dims="ignore"),
             "confidence": dataset[f"{name}_law_confidence"],
             "value": value,
             "law": dataset[f"{name}_by_law"],
