@@ -1,6 +1,8 @@
 """``whipple serve``: HTTP interface, queue and local workers in one process, until SIGTERM or SIGINT."""
 
+import ctypes
 import socket
+from contextlib import suppress
 from ipaddress import ip_address
 from types import FrameType
 
@@ -21,6 +23,9 @@ LEAVE_SECONDS = 3  # grace for open connections after SIGTERM
 # streams, and half the default limit of open files (1024).
 MOST_CONNECTIONS = 500
 EXIT_SECONDS = 9.0  # after which the process ends in any case: a kill loses nothing either
+# ``mallopt`` of the GNU C library: its number of a parameter, and a value. With an arena of memory for each of forty
+# threads, which keeps what was freed, large sweeps left 280 MB more (2026-11).
+M_ARENA_MAX, ARENAS = -8, 2
 
 
 def serve(settings: Settings) -> None:
@@ -30,6 +35,8 @@ def serve(settings: Settings) -> None:
     thread verifies a result, which the next start verifies again.
     """
     logs.configure()
+    with suppress(AttributeError):  # another C library
+        ctypes.CDLL(None).mallopt(M_ARENA_MAX, ARENAS)
     check_names(settings)
     with (
         handling_end_signals(end_within=EXIT_SECONDS) as leaving,

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from studies.runs.run import Run
     from studies.sweeps.sweep import Sweep
 
-BATCH = 1000  # runs inserted by one statement
+BATCH = 1000  # rows inserted by one statement; the specification of a run takes 3 kB
 
 
 class Commands(QueueQueries):
@@ -235,7 +235,7 @@ class _Rows:
 
     sweep: dict[str, Any]
     runs: list[dict[str, Any]]  # each once
-    points: list[dict[str, Any]]
+    points: Sequence[ExpandedPoint]
     publication: dict[str, Any]
 
 
@@ -268,7 +268,7 @@ def _rows_of(submission: Submission, sweep: ExpandedSweep, moment: datetime) -> 
         runs=run_rows(
             sweep.points, priority=submission.priority, keep=submission.keep, moment=moment
         ),
-        points=point_rows(id, sweep.points),
+        points=sweep.points,
         publication={
             "id": uuid.uuid4().hex,
             "kind": Kind.PUBLISH,
@@ -320,21 +320,23 @@ def run_rows(
     return runs
 
 
-def point_rows(
-    sweep_id: str, points: Sequence[ExpandedPoint], first: int = 0
-) -> list[dict[str, Any]]:
-    """The rows of the points of a sweep."""
-    return [
-        {
-            "sweep_id": sweep_id,
-            "ordinal": ordinal,
-            "run_id": point.run_id,
-            "axis_index": JsonText(point.axis_index),
-            "coordinates": JsonText(point.coordinates),
-            "detached": False,
-        }
-        for ordinal, point in enumerate(points, first)
-    ]
+def insert_points(
+    connection: sa.Connection, sweep_id: str, points: Sequence[ExpandedPoint], first: int = 0
+) -> None:
+    """Insert the points of a sweep; ``first`` is the ordinal of the first one."""
+    for begin in range(0, len(points), BATCH):
+        batch = [
+            {
+                "sweep_id": sweep_id,
+                "ordinal": ordinal,
+                "run_id": point.run_id,
+                "axis_index": JsonText(point.axis_index),
+                "coordinates": JsonText(point.coordinates),
+                "detached": False,
+            }
+            for ordinal, point in enumerate(points[begin : begin + BATCH], first + begin)
+        ]
+        connection.execute(POINTS.insert(), batch)
 
 
 def _accepted_before(connection: sa.Connection, submission: Submission) -> SweepStatus | None:
@@ -360,7 +362,7 @@ def _accept(connection: sa.Connection, submission: Submission, rows: _Rows) -> S
     new = insert_new_runs(connection, rows.runs, begin)
     connection.execute(SWEEPS.insert().values(rows.sweep))
     connection.execute(JOBS.insert().values(rows.publication))
-    connection.execute(POINTS.insert(), rows.points)
+    insert_points(connection, id, rows.points)
     if new < len(rows.runs):
         new += fair_queueing.queue_again(connection, id, moment, verdicts=False)
         fair_queueing.schedule(connection, id, submission.priority)
@@ -380,7 +382,7 @@ def insert_new_runs(connection: sa.Connection, rows: Sequence[dict[str, Any]], b
     insert = insert_into(connection, JOBS).on_conflict_do_nothing()
     counted = insert.execution_options(preserve_rowcount=True)
     new = 0
-    for first in range(0, len(rows), BATCH):  # whose specifications are written out: 3 kB each
+    for first in range(0, len(rows), BATCH):
         batch = [
             {
                 **row,

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from service.records.expansion import expanded_points
 from service.records.jobs import Lease, State
 from service.store import fair_queueing
-from service.store.commands import Commands, insert_new_runs, point_rows, run_rows
+from service.store.commands import Commands, insert_new_runs, insert_points, run_rows
 from service.store.statements import (
     invalidate_tallies,
     is_held,
@@ -53,7 +53,7 @@ class Searches(Commands):
                 expanded, priority=row.priority, keep=row.keep, moment=moment, first=first
             )
             new = insert_new_runs(connection, runs, begin)
-            connection.execute(POINTS.insert(), point_rows(id, expanded, first))
+            insert_points(connection, id, expanded, first)
             if new < len(runs):
                 ids = [run["id"] for run in runs]
                 new += fair_queueing.queue_again(connection, id, moment, verdicts=False, among=ids)

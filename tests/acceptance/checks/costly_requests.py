@@ -1,6 +1,5 @@
 """Bodies and heads that are made to cost much: they cost little, and nobody else waits for them."""
 
-import os
 import tempfile
 import time
 from collections import Counter
@@ -127,7 +126,7 @@ def flooded(
     assert service.process is not None
     end = time.monotonic() + flood.seconds
     answered: Counter[int | str] = Counter()
-    before = peak = _resident(service.process.pid)
+    before = peak = _memory(service.process.pid)
     slowest = {"/readyz": 0.0, "/v1/sweeps": 0.0}
     statuses: dict[str, Counter[int]] = {path: Counter() for path in slowest}
 
@@ -157,7 +156,7 @@ def flooded(
                 begin = time.monotonic()
                 statuses[path][client.get(path).status_code] += 1
                 slowest[path] = max(slowest[path], time.monotonic() - begin)
-            peak = max(peak, _resident(service.process.pid))
+            peak = max(peak, _memory(service.process.pid))
             time.sleep(PAUSE_SECONDS)
     yield from _rows_of_others(f"{count} large sweeps at once", probe, limits)
     for path, codes in statuses.items():
@@ -170,13 +169,14 @@ def flooded(
     yield Row("large sweeps that were estimated and accepted", "some of each", done, done > 0)
 
 
-def _resident(pid: int) -> int:
-    """Bytes of memory of a process and its children."""
-    pages = 0
+def _memory(pid: int) -> int:
+    """Bytes of memory of a process and its children; a page that they share counts once (Pss of proc(5))."""
+    total = 0
     for process in (pid, *_children(pid)):
         with suppress(OSError):  # it has ended
-            pages += int(Path(f"/proc/{process}/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE")
+            lines = Path(f"/proc/{process}/smaps_rollup").read_text().splitlines()
+            total += sum(int(line.split()[1]) << 10 for line in lines if line.startswith("Pss:"))
+    return total
 
 
 def _children(pid: int) -> list[int]:

@@ -112,10 +112,10 @@ def _cancelled(store: Store) -> tuple[str, ...]:
 # --- statements ------------------------------------------------------------------------------------
 
 
-def test_accept__is_one_transaction_of_a_statement_more_for_each_thousand_runs(
+def test_accept__is_one_transaction_of_two_statements_more_for_each_thousand_runs(
     filled: Filled,
 ) -> None:
-    assert filled.accepting["large"] == filled.accepting["small"] + (LARGE - 1) // BATCH
+    assert filled.accepting["large"] == filled.accepting["small"] + 2 * ((LARGE - 1) // BATCH)
     assert filled.commits == 1
 
 
