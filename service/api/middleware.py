@@ -3,13 +3,15 @@
 Every half-sent request occupies a connection of the service at no cost to its sender: five hundred of them
 turned every response into a 503. So a head and a body each have a deadline, and when all connections are
 taken, the one whose deadline is nearest makes room for a new one. The computing time for reading one request
-is bounded too, because it blocks the event loop. A connection has one request under way, and of all connections a
-few requests that read are answered at once, the others in their turn: hundreds that ask again and again, and need no
-key for it, leave the event loop to the probes of the service.
+is bounded too, because it blocks the event loop. A connection has one request under way; one that sends the next
+before its response has come is closed after the response. Of all connections a few requests that read are answered
+at once, some wait for their turn, the others are refused: hundreds that ask again and again, and need no key for it,
+leave the event loop to the probes of the service.
 """
 
 import asyncio
 import logging
+import math
 import re
 import secrets
 import time
@@ -18,7 +20,9 @@ from typing import Any
 import h11
 from anyio import CapacityLimiter
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+from uvicorn.protocols.http.flow_control import CLOSE_HEADER
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from service.api.metrics import Metrics
@@ -43,6 +47,9 @@ PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte 
 # Requests that are read and not yet answered at once: each takes the event loop 1 ms (2026-11), and a probe waits
 # for all of them.
 MOST_READING = 16
+MOST_WAITING = 256  # requests that wait for their turn; fewer than connections, so that a probe finds one
+UNREAD_SECONDS = 60.0  # limit for a client to read 48 KiB of a response
+RETRY_AFTER = "1"  # s, of a request that was refused
 
 
 class RequestLog:
@@ -113,6 +120,16 @@ class Turns:
         if scope["type"] != "http" or scope["path"] in PROBES or scope["method"] not in READING:
             await self._app(scope, receive, send)
             return
+        if self._turns.statistics().tasks_waiting >= MOST_WAITING:
+            problem = {"title": "Too many requests at once", "status": 503}
+            refusal = JSONResponse(
+                problem,
+                503,
+                {"Retry-After": RETRY_AFTER},
+                media_type="application/problem+json",
+            )
+            await refusal(scope, receive, send)
+            return
         holder, is_held = object(), True
 
         def release() -> None:
@@ -136,6 +153,8 @@ class DeadlineProtocol(H11Protocol):
     """A connection that is closed when a request arrives too slowly, or is too expensive to parse."""
 
     _deadline: asyncio.TimerHandle | None = None
+    _unread: asyncio.TimerHandle | None = None  # while the client does not read
+    _pipelines = False  # has sent a request before the response of the last one
     _deadline_state: Any = None  # state of h11 that the deadline belongs to
     _excess_seconds = 0.0  # computing time on this request, beyond what its bytes may take
 
@@ -156,6 +175,23 @@ class DeadlineProtocol(H11Protocol):
                 self.transport.close()
             if self.transport.is_closing():
                 return
+        if self.flow.read_paused and self.conn.their_state is h11.DONE and not self._pipelines:
+            self._pipelines = True
+            self.headers.append(CLOSE_HEADER)
+            self.cycle.keep_alive = False
+
+    def pause_writing(self) -> None:
+        super().pause_writing()
+        self._unread = self.loop.call_later(UNREAD_SECONDS, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        super().resume_writing()
+        self._clear_unread()
+
+    def _clear_unread(self) -> None:
+        if self._unread is not None:
+            self._unread.cancel()
+            self._unread = None
 
     def on_response_complete(self) -> None:
         super().on_response_complete()
@@ -163,6 +199,7 @@ class DeadlineProtocol(H11Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         self._clear_deadline()
+        self._clear_unread()
         super().connection_lost(exc)
 
     def _set_deadline(self) -> None:
@@ -184,15 +221,20 @@ class DeadlineProtocol(H11Protocol):
             self._deadline = None
 
     def _make_room(self) -> None:
-        """When all connections are taken, close the one whose deadline is nearest."""
+        """When all connections are taken, close one that pipelines, or the one whose deadline is nearest."""
         if self.limit_concurrency is None or len(self.connections) < self.limit_concurrency:
             return
-        deadlines = {
-            other: other._deadline.when()
+        ends = {
+            other: other._end()
             for other in self.connections - {self}
-            if isinstance(other, DeadlineProtocol) and other._deadline is not None
+            if isinstance(other, DeadlineProtocol)
         }
-        if deadlines:
-            nearest = min(deadlines, key=deadlines.__getitem__)
-            nearest.transport.close()
+        nearest = min(ends, key=ends.__getitem__, default=None)
+        if nearest is not None and ends[nearest] < math.inf:
+            nearest.transport.abort()
             self.connections.discard(nearest)
+
+    def _end(self) -> float:
+        """When the loop's clock closes this connection; infinite while it computes a response."""
+        timers = [timer.when() for timer in (self._deadline, self._unread) if timer is not None]
+        return -math.inf if self._pipelines else min(timers, default=math.inf)
