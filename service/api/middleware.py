@@ -11,7 +11,6 @@ leave the event loop to the probes of the service.
 
 import asyncio
 import logging
-import math
 import re
 import secrets
 import time
@@ -47,7 +46,11 @@ PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte 
 # Requests that are read and not yet answered at once: each takes the event loop 1 ms (2026-11), and a probe waits
 # for all of them.
 MOST_READING = 16
-MOST_WAITING = 256  # requests that wait for their turn; fewer than connections, so that a probe finds one
+MOST_WAITING = (
+    256  # requests that wait for their turn; fewer than connections, so that a probe finds one
+)
+MOST_PIPELINING = 32  # connections; one that pipelines beyond them is closed without a response
+ENDED = "ended"  # in the state of a request whose connection is closed before it is looked at
 UNREAD_SECONDS = 60.0  # limit for a client to read 48 KiB of a response
 RETRY_AFTER = "1"  # s, of a request that was refused
 
@@ -62,6 +65,8 @@ class RequestLog:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
+            return
+        if ENDED in scope["state"]:
             return
         callers_id = Headers(scope=scope).get("x-request-id", "")
         is_plain = CALLERS_REQUEST_ID.fullmatch(callers_id)
@@ -179,6 +184,10 @@ class DeadlineProtocol(H11Protocol):
             self._pipelines = True
             self.headers.append(CLOSE_HEADER)
             self.cycle.keep_alive = False
+            if len(self.connections) > MOST_PIPELINING:
+                self.scope["state"][ENDED] = self.cycle.disconnected = True
+                self.connections.discard(self)
+                self.transport.abort()
 
     def pause_writing(self) -> None:
         super().pause_writing()
@@ -221,20 +230,15 @@ class DeadlineProtocol(H11Protocol):
             self._deadline = None
 
     def _make_room(self) -> None:
-        """When all connections are taken, close one that pipelines, or the one whose deadline is nearest."""
+        """When all connections are taken, close the one whose deadline is nearest."""
         if self.limit_concurrency is None or len(self.connections) < self.limit_concurrency:
             return
         ends = {
-            other: other._end()
+            other: timer.when()
             for other in self.connections - {self}
-            if isinstance(other, DeadlineProtocol)
+            if isinstance(other, DeadlineProtocol) and (timer := other._deadline or other._unread)
         }
-        nearest = min(ends, key=ends.__getitem__, default=None)
-        if nearest is not None and ends[nearest] < math.inf:
+        if ends:
+            nearest = min(ends, key=ends.__getitem__)
             nearest.transport.abort()
             self.connections.discard(nearest)
-
-    def _end(self) -> float:
-        """When the loop's clock closes this connection; infinite while it computes a response."""
-        timers = [timer.when() for timer in (self._deadline, self._unread) if timer is not None]
-        return -math.inf if self._pipelines else min(timers, default=math.inf)

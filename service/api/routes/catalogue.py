@@ -1,5 +1,6 @@
 """The catalogue: scenarios with their parameters, materials with their sources, laws, presets; written once."""
 
+import threading
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import cache
@@ -13,6 +14,10 @@ from studies.values.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 
+WRITING = (
+    threading.Lock()
+)  # ``cache`` alone lets every thread that finds nothing write the catalogue
+
 
 @cache
 def _written(catalogue: Callable[[], BaseModel]) -> bytes:
@@ -20,7 +25,9 @@ def _written(catalogue: Callable[[], BaseModel]) -> bytes:
 
 
 def _response(catalogue: Callable[[], BaseModel]) -> Response:
-    return Response(_written(catalogue), media_type="application/json")
+    with WRITING:
+        written = _written(catalogue)
+    return Response(written, media_type="application/json")
 
 
 def _scenarios() -> Items[ScenarioModel]:

@@ -2,6 +2,7 @@
 
 import json
 import re
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Annotated, Any
@@ -25,6 +26,7 @@ router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 docs_router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 ADDRESS = "\0"  # occurs in no text of the page
+BUILDING = threading.Lock()  # ``cache`` alone lets every thread that finds nothing build the page
 REFRESH_SECONDS = 5  # reload interval of a page that lists unfinished sweeps
 
 
@@ -72,13 +74,17 @@ def _verdict(artifacts: Artifacts, report: Stored | None) -> Sequence[str]:
 def show_documentation(request: Request) -> str:
     """Every operation of the API with parameters, examples and responses."""
     address = escape(str(request.base_url).rstrip("/"))
-    return _documentation(request.app).replace(ADDRESS, address)
+    with BUILDING:
+        page = _documentation(request.app)
+    return page.replace(ADDRESS, address)
 
 
 @docs_router.get("/openapi.json", response_class=Response)
 def show_openapi(request: Request) -> Response:
     """The OpenAPI document."""
-    return Response(_openapi(request.app), media_type="application/json")
+    with BUILDING:
+        document = _openapi(request.app)
+    return Response(document, media_type="application/json")
 
 
 @cache
