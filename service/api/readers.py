@@ -17,7 +17,7 @@ from service.api.reading import USUAL, Limits, Posted, Read, Refusal, read_withi
 from studies.sweeps.sweep import Sweep
 
 SLOTS = 2  # children; the other cores belong to the runs
-WAIT_SECONDS = 10.0  # of a request for a child
+WAIT_SECONDS = 10.0  # longest time that a request waits for a child
 MOST_WAITING = 16  # requests of one key
 # Longest time with a child, which others may keep from computing, or which may be frozen.
 WALL_SECONDS = 120.0
@@ -65,7 +65,7 @@ class Readers:
                 limiter.release_on_behalf_of(holder)
 
     async def read(self, posted: Posted, part: Callable[[Sweep, Posted], Read]) -> Read | Refusal:
-        """What a child makes of a body; called within ``slot``. Raises ReaderLost."""
+        """Read a body in a child; called within ``slot``. Raises ReaderLost."""
         try:
             with anyio.fail_after(self._wall):
                 return await to_process.run_sync(

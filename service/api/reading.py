@@ -55,7 +55,7 @@ USUAL = Limits()
 
 @dataclass(frozen=True)
 class EstimatedSweep:
-    """What a request for an estimate needs to know of a sweep."""
+    """A sweep whose cost was estimated."""
 
     scenario: str
     cost: SweepCost

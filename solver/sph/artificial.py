@@ -8,7 +8,7 @@ from solver.sph.smoothing import height
 from solver.state import DENSITY, PRESSURE, S11, S12, S22, S23, S31, S33
 from solver.vectors import minimum, spread
 
-SOFTENING = 0.01  # of h^2, added to the squared distance: Monaghan (1992), section 4.1
+SOFTENING = 0.01  # of h^2, added to the squared distance: Monaghan (1992)
 
 
 @device
@@ -28,7 +28,7 @@ def pair_viscosity(viscosity, mu, sound_speed, density):
 def tensile_part(smoothing, table):
     """R = e max(s, 0) / rho^2 along each principal axis of the stresses s of the particles of a table; (n, 6).
 
-    Gray, Monaghan and Swift (2001), Comput. Methods Appl. Mech. Eng. 190, 6641, section 4.1, in three dimensions;
+    Gray, Monaghan and Swift (2001), Comput. Methods Appl. Mech. Eng. 190, 6641, in three dimensions;
     where all stresses are alike, Monaghan (2000), J. Comput. Phys. 159, 290. A pull along an axis is opposed along it.
     """
     stress = table[[S11, S12, S31, S12, S22, S23, S31, S23, S33]].T.reshape(-1, 3, 3)

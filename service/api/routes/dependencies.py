@@ -119,7 +119,7 @@ Body = Annotated[bytes, Depends(_body)]
 async def _read(
     request: Request, body: bytes, settings: Settings, part: Callable[[Sweep, Posted], Read]
 ) -> AsyncIterator[Read]:
-    """What a child process makes of the sweep in the body; it stays taken during the block.
+    """Read the sweep in the body in a child process, which stays taken during the block.
 
     Raises InvalidInput with every error.
     """
