@@ -28,7 +28,8 @@ class Described:
     label: bool = False  # names what other fields hold: no part of a run's identity
     # The default acts as if there were no such field, and then it is no part of a run's identity.
     neutral: bool = False
-    # Of the whole record: whether the field acts beside the others. Where it does not, it is no part of the identity.
+    # Whether the field acts beside the others of its record and on its resolved ``materials``; where it does not, it is
+    # no part of the identity.
     acts: Callable[[Any], bool] | None = None
 
 

@@ -63,6 +63,15 @@ class Run:
         """Content hash, 32 hexadecimal digits."""
         return hashlib.sha256(_canonical(self._content()).encode()).hexdigest()[:32]
 
+    @property
+    def idle(self) -> set[str]:
+        """The parameters that do not act beside the others or on its materials."""
+        parameters = scenarios.load(self.scenario).parameters
+        defaults = {name: each.default for name, each in declared(parameters).items()}
+        record = SimpleNamespace(**{**defaults, **self.parameters}, materials=self.materials)
+        marks = marked(parameters, Described)
+        return {name for name, mark in marks.items() if mark.acts and not mark.acts(record)}
+
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""
         return {
@@ -89,13 +98,13 @@ class Run:
             for name, mark in described.items()
             if mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]
         }
-        record = SimpleNamespace(**{**defaults, **self.parameters})
-        names |= {name for name, mark in described.items() if mark.acts and not mark.acts(record)}
+        names |= self.idle
         eos_form = str(self.parameters.get("eos_form", ""))
         models = [
             entries(*registry)[name].record
             for parameter, registry in CHOSEN_MODELS.items()
-            if (name := str(self.parameters.get(parameter))) in entries(*registry)
+            if parameter not in names
+            and (name := str(self.parameters.get(parameter))) in entries(*registry)
         ]
         return {
             "physics": PHYSICS_VERSION,

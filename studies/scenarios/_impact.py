@@ -39,6 +39,7 @@ from studies.scenarios._numerics import (
     check_numerics,
     filled_from,
     filled_numerics,
+    has_melting,
     mean_step,
     numerics,
     particles_per_cell,
@@ -121,7 +122,8 @@ class ImpactShot:
         ),
     ] = "hugoniot"
     thermal_softening: Annotated[
-        bool, Described("whether temperature softens and melting takes all strength")
+        bool,
+        Described("whether temperature softens and melting takes all strength", acts=has_melting),
     ] = True
     debris: Annotated[
         DebrisName | None,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.registry import entries
-from solver.units import Described, Dimensionless, PerSecond, Second
+from solver.units import Described, Dimensionless, FromMaterial, PerSecond, Second, marked
 from studies.scenarios._method import (
     PAIR_LINEAR,
     PAIR_QUADRATIC,
@@ -52,6 +52,23 @@ def tensions() -> Mapping[str, Any]:
 def has_stable_step(parameters: Any) -> bool:
     """Whether the time step of a run follows from its state."""
     return parameters.fixed_dt is None
+
+
+def has_tensile_limit(run: Any) -> bool:
+    """Whether a material has the constants of a rule of tension; ``run`` has parameters and resolved materials."""
+    records = [entry.record for entry in tensions().values()]
+    paths = [mark.path for record in records for mark in marked(record, FromMaterial).values()]
+    return any(_states(material, path) for material in run.materials.values() for path in paths)
+
+
+def has_melting(run: Any) -> bool:
+    """Whether a material melts."""
+    return any(_states(each, "thermal.melt_temperature") for each in run.materials.values())
+
+
+def _states(material: Mapping[str, Any], path: str) -> bool:
+    section, _, name = path.partition(".")
+    return material.get(section, {}).get(name) is not None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +155,10 @@ class Numerics:
     tension: Annotated[
         str | None,
         Choice(tensions),
-        Described(f"rule for the lowest pressure that matter sustains; {BY_RECIPE}"),
+        Described(
+            f"rule for the lowest pressure that matter sustains; {BY_RECIPE}",
+            acts=has_tensile_limit,
+        ),
     ] = None
     jaumann: Annotated[
         bool,

@@ -19,9 +19,16 @@ from studies.scenarios._deck_problem import (
     signal_speed,
 )
 from studies.scenarios._deck_records import Deck
-from studies.scenarios._numerics import Numerics, check_numerics, filled_from, mean_step
+from studies.scenarios._numerics import (
+    BY_RECIPE,
+    Numerics,
+    check_numerics,
+    filled_from,
+    mean_step,
+    tensions,
+)
 from studies.values.errors import Finding
-from studies.values.parameters import LongText
+from studies.values.parameters import Choice, LongText
 from studies.values.quantities import round_quantity
 from studies.values.recipes import RECIPES, RecipeName
 
@@ -72,11 +79,32 @@ class DeckRun(Numerics, _DeckText):
         Dimensionless | None,
         Described("Coulomb friction of components in contact; by default the deck's", 0.0, 10.0),
     ] = None  # type: ignore[assignment]
+    particles_per_cell: Annotated[
+        int | None,
+        Described(
+            "particles per cell along each direction, for the size of those of gimp; by default the deck's",
+            1,
+            6,
+            acts=lambda parameters: parameters.shape == "gimp",
+        ),
+    ] = None
+    tension: Annotated[
+        str | None,
+        Choice(tensions),
+        Described(
+            f"rule for the lowest pressure that soil sustains; {BY_RECIPE}",
+            acts=lambda parameters: _has_soil(deck_of(parameters)),
+        ),
+    ] = None
 
 
 def deck_of(parameters: DeckRun) -> Deck:
     """What the reader understood; raises InvalidInput."""
     return read_deck(parameters.deck, parameters.units)
+
+
+def _has_soil(deck: Deck) -> bool:
+    return any(material.kind == "dpm" for material in deck.materials.values())
 
 
 def _end_time(parameters: DeckRun) -> float:
@@ -94,6 +122,7 @@ def _fill(parameters: DeckRun) -> DeckRun:
         viscosity_quadratic=quadratic,
         viscosity_linear=linear,
     )
+    units: Any = deck.units
     contact: Any = parameters.contact
     if contact == "deck":
         contact = "bardenhagen" if deck.contact else "none"
@@ -105,6 +134,7 @@ def _fill(parameters: DeckRun) -> DeckRun:
         step = round_quantity(fixed_step(deck) / parameters.refinement)
     return replace(
         filled_from(parameters, preset),
+        units=units,
         contact=contact,
         jaumann=parameters.jaumann and deck.jaumann,
         friction=friction,

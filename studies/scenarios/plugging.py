@@ -49,6 +49,7 @@ from studies.scenarios._numerics import (
     check_numerics,
     filled_from,
     filled_numerics,
+    has_melting,
     mean_step,
     numerics,
     particles_per_cell,
@@ -132,7 +133,8 @@ class PluggingShot:
         ),
     ] = None
     thermal_softening: Annotated[
-        bool, Described("whether temperature softens and melting takes all strength")
+        bool,
+        Described("whether temperature softens and melting takes all strength", acts=has_melting),
     ] = True
     offset: Annotated[
         Dimensionless,

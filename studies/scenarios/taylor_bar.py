@@ -17,7 +17,7 @@ from studies.scenarios._matter import (
     eos_forms,
     matter,
 )
-from studies.scenarios._numerics import check_numerics, filled_numerics, recipe_of
+from studies.scenarios._numerics import check_numerics, filled_numerics, has_melting, recipe_of
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, MaterialName
 from studies.values.quantities import round_quantity
@@ -67,7 +67,8 @@ class _TaylorBarShot(AtWall):
         Described("relative growth within a twelfth of end_time that counts as settled", 0.0, 0.5),
     ] = 0.005
     thermal_softening: Annotated[
-        bool, Described("whether temperature softens and melting takes all strength")
+        bool,
+        Described("whether temperature softens and melting takes all strength", acts=has_melting),
     ] = True
     eos_form: Annotated[
         str,

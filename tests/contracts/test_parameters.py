@@ -27,6 +27,9 @@ LATER = {
     "thermal_softening": "matter has to be hot",
     "step_rule": "the first steps grow to the stable one",
     "travel": "as step_rule",
+    "friction": "bodies have not met",
+    "contact": "as friction",
+    "artificial_stress": "particles have to be in tension",
 }
 # Particles that repel each other begin farther apart, and their plate has room for elements; bars are those of meshes.
 SMOOTHED: dict[str, dict[str, Any]] = {
@@ -71,8 +74,16 @@ def state(run: Run) -> tuple[str, str, str]:
     seen = problem.geometry, problem.faces, problem.end_time, problem.retirement
     return (
         digest.hexdigest(),
-        repr((seen, observer.rate(given_of(run), setting))),
-        repr(([body.matter for body in problem.bodies], problem.step_rule, problem.travel)),
+        repr((seen, observer.rate(given_of(run), setting), vars(setting) | {"problem": None})),
+        repr(
+            (
+                [body.matter for body in problem.bodies],
+                problem.step_rule,
+                problem.travel,
+                problem.contact,
+                problem.smoothing,
+            )
+        ),
     )
 
 
@@ -91,20 +102,19 @@ def others(parameter: Parameter, value: Any) -> Iterator[Any]:
         yield from [math.sqrt(low * high)] if low > 0.0 else [part * high for part in (0.1, 1e-6)]
 
 
-def varied(name: str, method: str) -> Iterator[tuple[str, Described, Run]]:
+def varied(name: str, method: str) -> Iterator[tuple[str, Run]]:
     """The runs that differ from the small one in one parameter and are accepted; a number takes its first value."""
     start_of, chosen = base(name, method), scenarios.load(name).parameters
     first, marks = asked(name, **start_of), marked(chosen, Described)
     for parameter in declared(chosen).values():
-        mark = marks[parameter.name]
-        if mark.label or parameter.name == "method":
+        if marks[parameter.name].label or parameter.name == "method":
             continue
         for value in others(parameter, first.parameters[parameter.name]):
             try:
                 run = asked(name, **{**start_of, parameter.name: value})
             except InvalidInput:
                 continue
-            yield parameter.name, mark, run
+            yield parameter.name, run
             if parameter.kind != "choice":
                 break
 
@@ -112,8 +122,8 @@ def varied(name: str, method: str) -> Iterator[tuple[str, Described, Run]]:
 @each_method
 def test_parameter_that_does_not_act__makes_no_new_run(name: str, method: str) -> None:
     first = asked(name, **base(name, method))
-    for parameter, mark, run in varied(name, method):
-        if mark.acts and not mark.acts(given_of(run)):
+    for parameter, run in varied(name, method):
+        if parameter in run.idle:
             assert run.id == first.id, parameter
 
 
@@ -125,10 +135,10 @@ def test_parameter__changes_its_run_or_makes_no_new_one(
     """A parameter that a scenario takes for a method changes its state or what is observed, or makes no new run."""
     first = asked(name, **base(name, method))
     before = state(first)
-    for parameter, mark, run in varied(name, method):
+    for parameter, run in varied(name, method):
         after = state(run)
-        acts = mark.acts is None or mark.acts(given_of(run))
-        places = (0, 1, 2) if parameter in LATER and acts else (0, 1)
+        idle = run.idle.union(scenarios.load(name).unused)
+        places = (0, 1, 2) if parameter in LATER and parameter not in idle else (0, 1)
         changed = any(before[place] != after[place] for place in places)
         where = f"{name} {method}, {parameter} {run.parameters[parameter]}: a new run"
         compared(equal(where, expected=changed, got=run.id != first.id))
