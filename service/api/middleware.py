@@ -66,7 +66,7 @@ class RequestLog:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        if ENDED in scope["state"]:
+        if ENDED in scope.get("state", ()):
             return
         callers_id = Headers(scope=scope).get("x-request-id", "")
         is_plain = CALLERS_REQUEST_ID.fullmatch(callers_id)
@@ -180,7 +180,9 @@ class DeadlineProtocol(H11Protocol):
                 self.transport.close()
             if self.transport.is_closing():
                 return
-        if self.flow.read_paused and self.conn.their_state is h11.DONE and not self._pipelines:
+        if self._pipelines or not self.flow.read_paused:  # a long body pauses reading too
+            return
+        if self.conn.their_state is h11.DONE and self.conn.trailing_data[0]:
             self._pipelines = True
             self.headers.append(CLOSE_HEADER)
             self.cycle.keep_alive = False
