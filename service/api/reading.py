@@ -29,7 +29,7 @@ PARSERS: Mapping[str, Callable[[bytes], Any]] = {
     "application/x-yaml": read_yaml,
     "text/yaml": read_yaml,
 }
-NICENESS = 10  # of a child; the event loop's process answers the others meanwhile
+NICENESS = 10  # nice(2) of a child: the process that answers requests comes first
 Read = TypeVar("Read")
 
 
