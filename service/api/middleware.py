@@ -19,11 +19,12 @@ from typing import Any
 import h11
 from anyio import CapacityLimiter
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.responses import JSONResponse
+from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.flow_control import CLOSE_HEADER
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from service.api.errors import TooManyRequests, problem_response
 from service.api.metrics import Metrics
 from service.records.logs import REQUEST_ID
 
@@ -46,13 +47,13 @@ PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte 
 # Requests that are read and not yet answered at once: each takes the event loop 1 ms (2026-11), and a probe waits
 # for all of them.
 MOST_READING = 16
-MOST_WAITING = (
-    256  # requests that wait for their turn; fewer than connections, so that a probe finds one
+# Requests that wait for their turn: fewer than connections, so that a probe finds one.
+MOST_WAITING = 256
+MOST_PIPELINING = (
+    32  # with more connections of any kind, one that pipelines is closed without a response
 )
-MOST_PIPELINING = 32  # connections; one that pipelines beyond them is closed without a response
 ENDED = "ended"  # in the state of a request whose connection is closed before it is looked at
 UNREAD_SECONDS = 60.0  # limit for a client to read 48 KiB of a response
-RETRY_AFTER = "1"  # s, of a request that was refused
 
 
 class RequestLog:
@@ -126,14 +127,8 @@ class Turns:
             await self._app(scope, receive, send)
             return
         if self._turns.statistics().tasks_waiting >= MOST_WAITING:
-            problem = {"title": "Too many requests at once", "status": 503}
-            refusal = JSONResponse(
-                problem,
-                503,
-                {"Retry-After": RETRY_AFTER},
-                media_type="application/problem+json",
-            )
-            await refusal(scope, receive, send)
+            error = TooManyRequests(f"{MOST_WAITING} requests wait already; send this one again")
+            await problem_response(Request(scope), error)(scope, receive, send)
             return
         holder, is_held = object(), True
 
@@ -155,7 +150,7 @@ class Turns:
 
 
 class DeadlineProtocol(H11Protocol):
-    """A connection that is closed when a request arrives too slowly, or is too expensive to parse."""
+    """A connection that is closed when a request comes too slowly or costs too much, or its response is not read."""
 
     _deadline: asyncio.TimerHandle | None = None
     _unread: asyncio.TimerHandle | None = None  # while the client does not read
@@ -242,5 +237,6 @@ class DeadlineProtocol(H11Protocol):
         }
         if ends:
             nearest = min(ends, key=ends.__getitem__)
-            nearest.transport.abort()
+            end = nearest.transport.abort if nearest._unread else nearest.transport.close
+            end()
             self.connections.discard(nearest)
